@@ -188,7 +188,8 @@ def test_a_bag_with_fewer_messages_than_it_says_is_not_whole(tmp_path, sent):
         topic["message_count"] += 5
     (folder / "metadata.yaml").write_text(yaml.safe_dump(content))
     refused(
-        folder, "the bag is damaged: 300 of 305 messages on /joy are there; --salvage reads what"
+        folder,
+        "the bag is damaged: 45 of 50 messages on /slam/pose are there; --salvage reads what",
     )
     assert len(seatrial.read(folder, vehicle(), salvage=True).commands.stamps) == 300
 

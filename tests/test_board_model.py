@@ -16,9 +16,10 @@ from cpp_tools import built, run
 import seatrial
 from seatrial.boat.model import load, save
 from seatrial.boat.parameter_uncertainty import onboard_uncertainty
+from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import as_column
-from seatrial.io.bags.poses import heading_of, in_vehicle_terms
-from seatrial.io.table import scaled
+from seatrial.io.poses import in_vehicle_terms, pose_columns
+from seatrial.io.signals import scaled
 from seatrial.onboard.predictor import Estimate, Predictor
 from seatrial.util.errors import SeatrialError
 
@@ -177,7 +178,7 @@ def test_poses_are_read_as_from_bags(program, written, turned):
     ]
     raw, yaw = np.array([1.2, -0.7, 0.5]), 0.8
     if turned:  # a quaternion
-        raw[2] = heading_of(np.array([[0.0, 0.0, np.sin(yaw / 2), np.cos(yaw / 2)]]), vehicle)[0]
+        raw[2] = yaw / TO_SI[pose_columns(vehicle)[2].unit or "rad"]
     eta = [
         value(x, raw[0]),
         value(y, raw[1]),

@@ -24,7 +24,7 @@ from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.identification.solution import with_lever
-from seatrial.io.bags.poses import in_vehicle_terms
+from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate

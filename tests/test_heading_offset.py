@@ -10,7 +10,7 @@ from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
 from seatrial.identification.estimator import output_error
-from seatrial.io.bags.poses import in_vehicle_terms
+from seatrial.io.poses import in_vehicle_terms
 from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import MIDDLE, SMALL, driven
 

@@ -222,10 +222,19 @@ def test_several_recordings_show_together_what_one_does_not(tmp_path, propose):
     same_boat(seatrial.identify(records, with_papers_terms(vehicle)), expected)
 
 
-def test_columns_named_north_and_east_are_a_hint(log, tmp_path, propose):
+def test_columns_named_north_and_east_have_their_place_in_each_axes(log, tmp_path, propose):
+    """With a heading clockwise from north, as the columns are read: x is the log's first column, north."""
     folder = tables(log, tmp_path / "pool", pose="t,north,east,heading")
-    _, text = propose(folder)
-    assert "columns named north and east mean forward-right-down (--axes)" in text
+    vehicle, text = propose(folder)
+    assert "x is east and y is north" in text
+    record = seatrial.read(folder, vehicle)
+    np.testing.assert_allclose(record.eta[:, :2], log.pose[:, [1, 0]], atol=1e-9)
+    turned = np.exp(1j * (np.pi / 2 - log.pose[:, 2]))
+    np.testing.assert_allclose(np.exp(1j * record.eta[:, 2]), turned, atol=1e-6)
+    vehicle, text = propose(folder, "--axes", "forward-right-down", "--force")
+    assert "x is north and y is east" in text
+    record = seatrial.read(folder, vehicle)
+    np.testing.assert_allclose(record.eta, log.pose * [1, -1, -1], atol=1e-9)
 
 
 # What was not driven. #

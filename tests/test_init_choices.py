@@ -164,16 +164,21 @@ def test_of_several_tables_that_of_the_commands_is_found_or_named(log, tmp_path,
     _, text = propose(folder)
     assert yaml.safe_load(text)["commands"]["file"] == "commands.csv"
     (folder / "commands.csv").rename(folder / "sent.csv")
+    _, text = propose(folder, "--force")  # by the names of its columns
+    assert yaml.safe_load(text)["commands"]["file"] == "sent.csv"
+    (folder / "asked.csv").write_bytes((folder / "sent.csv").read_bytes())
     line = refused(capsys, folder, "-o", tmp_path / "v.yaml")
     assert (
-        "several candidates for the commands: battery.csv, sent.csv; name one with --commands"
-        in line
+        "several candidates for the commands: asked.csv, sent.csv; name one with --commands" in line
     )
     vehicle, text = propose(folder, "--commands", "sent.csv", "--force")
     assert yaml.safe_load(text)["commands"]["file"] == "sent.csv"
     assert len(seatrial.read(folder, vehicle).commands.stamps) == len(log.command_t)
     line = refused(capsys, folder, "-o", tmp_path / "v.yaml", "--commands", "nothing.csv")
-    assert "no table nothing.csv (--commands); there are battery.csv, poses.csv, sent.csv" in line
+    assert (
+        "no table nothing.csv (--commands); there are asked.csv, battery.csv, poses.csv, sent.csv"
+        in line
+    )
 
 
 def test_columns_with_empty_cells_are_left_out(log, tmp_path, propose):
@@ -199,7 +204,7 @@ BARE = {
     "no headings": (lambda log, out: tables(log, out / "a", pose="t,x,y,foo"), "no table has columns named like x, y and psi"),
     "no time": (lambda log, out: tables(log.but(pose_t=log.pose_t[::-1]), out / "a", pose="back,x,y,psi"), "no column of stamps; it has back, x, y, psi"),
     "nowhere": (lambda log, out: out / "none.bag", "none.bag: no such file or folder"),
-    "no bag": (lambda log, out: out, "no .csv file and no bag in this folder"),
+    "no bag": (lambda log, out: out, "no table and no bag in this folder"),
 }  # fmt: skip
 
 

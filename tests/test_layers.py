@@ -32,6 +32,8 @@ EDGES = {
     "scipy",
     "matplotlib",
     "pandas",
+    "pymavlink",
+    "fastcrc",
 }
 
 

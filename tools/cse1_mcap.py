@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.io.bags.write import BagTopic, write_bag
-from seatrial.io.table import Table
+from seatrial.io.table import CsvTable, Table
 
 FOLDER = Path(__file__).resolve().parents[1] / "data" / "cse1"
 EPOCH = 1_300_000_000 * 10**9  # [ns] some time in March 2011; the runs' date is not known
@@ -33,4 +33,4 @@ def write_run(table: Table) -> Path:
 
 if __name__ == "__main__":
     for path in sorted((FOLDER / "csv").glob("*.csv")):
-        print(write_run(Table(path)))
+        print(write_run(CsvTable(path)))

@@ -50,7 +50,11 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
 
 constexpr double kLongestDelay = 4.0;  // [s]
 
-/// Poses of one recording, its start, and how its noise is believed to be.
+/// Measurements beside the poses: time [s], Parts, value [rad or rad/s], deviation of rates
+/// [rad/s].
+using Beside = std::tuple<Vector, Flags, Vector, double>;
+
+/// Poses of one recording, and its start.
 struct Series {
   PoseSeries poses;
   FilterStart start{};
@@ -58,9 +62,13 @@ struct Series {
   std::vector<double> eta;
   std::vector<signed char> use;
   std::vector<double> velocities;
+  std::vector<Parts> parts;
+  std::vector<double> beside_time;
+  std::vector<double> beside_value;
+  std::vector<Parts> beside_parts;
 
   Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity, std::optional<Matrix> afresh,
-         double position_delay) {
+         double position_delay, std::optional<Flags> measured, std::optional<Beside> beside) {
     const std::size_t n = t.shape(0);
     require(n > 1 && e.shape(0) == n && e.shape(1) == kPose && u.shape(0) == n,
             "eta: n x 3, use: n");
@@ -77,9 +85,48 @@ struct Series {
     require(std::abs(position_delay) <= kLongestDelay, "position_delay: at most 4 s");
     poses = {static_cast<int>(n), time.data(),       eta.data(),
              use.data(),          velocities.data(), position_delay};
+    if (measured) {
+      require(measured->shape(0) == n, "parts: n");
+      take_parts(*measured, kWholePose, parts);
+      poses.parts = parts.data();
+    }
+    if (beside) take_beside(*beside);
   }
   Series(const Series&) = delete;
   Series& operator=(const Series&) = delete;
+
+ private:
+  static void take_parts(const Flags& from, int most, std::vector<Parts>& to) {
+    for (std::size_t i = 0; i < from.shape(0); ++i) {
+      require(from(i) >= 0 && from(i) <= most, "parts: position 1, heading 2, both 3; rate 4");
+      to.push_back(static_cast<Parts>(from(i)));
+    }
+  }
+
+  void take_beside(const Beside& beside) {
+    const auto& [t, kinds, values, deviation] = beside;
+    const std::size_t m = t.shape(0);
+    require(kinds.shape(0) == m && values.shape(0) == m, "beside: time, parts, value: one each");
+    beside_time.assign(t.data(), t.data() + m);
+    beside_value.assign(values.data(), values.data() + m);
+    take_parts(kinds, kRatePart, beside_parts);
+    bool rates = false;
+    for (std::size_t i = 0; i < m; ++i) {
+      require(beside_parts[i] == kHeadingPart || beside_parts[i] == kRatePart ||
+                  beside_parts[i] == kNoPart,
+              "beside: heading 2, rate 4, or none 0");
+      require(beside_time[i] >= (i == 0 ? time[0] : beside_time[i - 1]),
+              "beside: times that rise from the first pose's");
+      require(std::isfinite(beside_value[i]), "beside: finite values");
+      rates = rates || beside_parts[i] == kRatePart;
+    }
+    require(!rates || deviation > 0.0, "beside: a positive deviation of the rates");
+    poses.n_beside = static_cast<int>(m);
+    poses.beside_time = beside_time.data();
+    poses.beside_value = beside_value.data();
+    poses.beside_parts = beside_parts.data();
+    poses.rate_deviation = deviation;
+  }
 };
 
 Effects make_effects(const Vector& effects) {
@@ -282,10 +329,14 @@ void bind_filter(nb::module_& m) {
           "weight", [](const FilterRun& p) { return moved1(p.weight); },
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
-      .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>, double>(),
+      .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>, double,
+                    std::optional<Flags>, std::optional<Beside>>(),
            "time"_a, "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none(),
-           "position_delay"_a = 0.0);
+           "position_delay"_a = 0.0, "parts"_a = nb::none(), "beside"_a = nb::none());
   m.attr("EFFECTS") = kEffects;
+  m.attr("POSITION_PART") = static_cast<int>(kPositionPart);
+  m.attr("HEADING_PART") = static_cast<int>(kHeadingPart);
+  m.attr("RATE_PART") = static_cast<int>(kRatePart);
   m.attr("NO_COLOUR") = kNoColour;
   m.attr("NO_TURN") = kNoTurn;
   m.attr("USE_JUMPED") = static_cast<int>(kJumped);

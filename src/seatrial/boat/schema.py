@@ -43,10 +43,15 @@ class Column(Strict, frozen=True):
     field: str = ""  # of a message: axes[1], wrench.force.x
     index: Annotated[int, msgspec.Meta(ge=0)] | None = None  # into the field: axes, 1
     topic: str = ""  # where it is not the signal's own
-    unit: Literal["m", "mm", "cm", "rad", "deg", "s", "ms", "us", "ns", "-"] | None = None
+    file: str = ""  # the same for a table of a folder
+    stamp: str = ""  # column of that table with the stamps; absent: named as the signal's
+    unit: Literal["m", "mm", "cm", "rad", "deg", "s", "ms", "us", "ns", "s.ns", "-"] | None = None
     sign: Literal[1, -1] = 1
     scale: Positive = 1.0
     offset: float = 0.0
+    off: float | None = None  # raw value that means no command: PWM of a disarmed autopilot
+    nanoseconds: str = ""  # of a stamp in whole seconds: the column with the rest
+    quaternion: tuple[str, str, str, str] | None = None  # of psi: columns or fields x, y, z, w
 
 
 class PoseSource(Strict, frozen=True):
@@ -56,6 +61,12 @@ class PoseSource(Strict, frozen=True):
     x: str | Column = Column()  # in a bag, x, y and psi are found in the usual messages
     y: str | Column = Column()
     psi: str | Column = Column()
+    # [deg] instead of x and y; the pose is in the plane that touches the earth at the origin,
+    # x east and y north (axes forward-left-up), or x north and y east (forward-right-down)
+    latitude: str | Column | None = None
+    longitude: str | Column | None = None
+    origin: tuple[float, float] | None = None  # latitude, longitude [deg]; absent: the first pose
+    yaw_rate: str | Column | None = None  # of a gyro, in rad/s or (unit: deg) deg/s
     file: str | None = None  # of a folder recording
     valid: str | None = None  # column that is 0 where the pose is invalid
     topic: str | None = None  # of a bag

@@ -3,7 +3,7 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from seatrial.commands.shared import add_salvage, guard
@@ -11,6 +11,7 @@ from seatrial.util.frames import Axes
 from seatrial.util.printing import say
 from seatrial.util.progress import hidden, stage
 
+Ask = Callable[[str, Sequence[str]], str]
 AXES_NAMES = tuple(axes.value for axes in Axes)
 AXES_QUESTION = """\
 No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
@@ -25,10 +26,18 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--axes",
         choices=AXES_NAMES,
-        help=f"axes of the recording (default: {AXES_NAMES[0]})",
+        help=f"axes of the recording (default: {AXES_NAMES[0]}; of an autopilot's log {AXES_NAMES[1]})",
     )
-    command.add_argument("--pose", metavar="TOPIC", help="topic of the poses")
-    command.add_argument("--commands", metavar="TOPIC", help="topic of the commands")
+    command.add_argument(
+        "--pose",
+        metavar="TOPIC",
+        help="topic or table of the poses, or columns: x=COL,y=COL,heading=COL",
+    )
+    command.add_argument(
+        "--commands",
+        metavar="TOPIC",
+        help="topic or table of the commands, or columns: COL,COL or NAME=COL",
+    )
     command.add_argument(
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
     )
@@ -42,7 +51,7 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
     from seatrial.inspection.proposal.propose import init
-    from seatrial.inspection.proposal.sources import Choices
+    from seatrial.inspection.proposal.sources import Choices, recognised_text
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
 
@@ -52,14 +61,25 @@ def run(args: argparse.Namespace) -> None:
             f"{args.out}: exists already; give another name, or --force to write over it"
         )
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
-    axes = args.axes or (_ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0])
+    axes = args.axes or _axes(args.recordings[0], ask)
     choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
     shown = " ".join(str(path) for path in args.recordings)
+    if proposal.sources.recognised:
+        say(f"{recognised_text(proposal.sources.recognised)}\n")
     say(proposal.text, end="")
     say(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
+
+
+def _axes(recording: Path, ask: Ask | None) -> str:
+    """The axes of an autopilot; else the answer of `ask`, or the usual ones."""
+    from seatrial.io.formats import is_log
+
+    if is_log(recording):
+        return Axes.FRD.value
+    return ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0]
 
 
 def _ask(question: str, options: Sequence[str]) -> str:

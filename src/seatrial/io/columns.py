@@ -1,22 +1,24 @@
 # SPDX-License-Identifier: MIT
 """The columns of a table, before there is a vehicle file."""
 
-import csv
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
 
-from seatrial.io.table import Table
+from seatrial.boat.schema import Column
+from seatrial.io.table import TABLES, Table, open_tables
+from seatrial.io.tables.stamps import UNPADDED, is_date_time, is_unpadded
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.frames import Array
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 UNIX_TIMES = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100
+DATE_TIME_UNIT = "date and time"
 SLOWEST_RATE = 0.5  # [Hz] least plausible rate of a log
 
 
@@ -28,13 +30,15 @@ class ColumnView:
     least: float | None  # None: no numbers
     most: float | None
     empty: int  # cells without a number
-    unit: str  # of time, where the column is monotonic; else empty
+    unit: str  # of time, where the column is monotonic or has dates; else empty
     rate: float  # [Hz] then
     changes: bool
 
     @property
     def text(self) -> str:
         """One line."""
+        if self.unit == DATE_TIME_UNIT:
+            return f"dates and times: stamps? {self.rate:.4g} Hz"
         if self.least is None:
             return "no numbers"
         text = f"{self.least:.6g} to {self.most:.6g}" + (
@@ -54,14 +58,36 @@ class TableView:
     columns: tuple[ColumnView, ...]
 
 
-def look_at_columns(path: Path) -> list[TableView]:
-    """Every numeric column of a table, or of the tables in a folder."""
+@dataclass(frozen=True)
+class TableSeen:
+    """A table, its numbers and what they show."""
+
+    key: str  # its name in `pose: file`; of the only table of a file empty
+    table: Table
+    values: Array  # (n, columns); NaN where a cell is not a number
+    view: TableView
+
+    def numbers(self, name: str) -> Array:
+        """A column (n,)."""
+        return np.asarray(self.values[:, self.table.names.index(name)])
+
+
+def read_tables(path: Path) -> list[TableSeen]:
+    """The tables of a file or folder with all their numbers. Raises RecordingError, FileError."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
-    tables = sorted(path.glob("*.csv")) if path.is_dir() else [path]
+    tables = open_tables(path)
     if not tables:
-        raise FileError(f"{path}: no .csv file and no bag in this folder")
-    return [_view(Table(table)) for table in tables]
+        raise FileError(
+            f"{path}: no table and no bag in this folder; tables are {', '.join(TABLES)}"
+        )
+    several = path.is_dir() or len(tables) > 1
+    return [_seen(path, key if several else "", table) for key, table in tables.items()]
+
+
+def look_at_columns(path: Path) -> list[TableView]:
+    """Every column of a table, or of the tables in a folder."""
+    return [seen.view for seen in read_tables(path)]
 
 
 def columns_text(tables: Sequence[TableView]) -> str:
@@ -82,51 +108,54 @@ def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
     return {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(list(tables))}
 
 
-def _view(table: Table) -> TableView:
+def _seen(path: Path, key: str, table: Table) -> TableSeen:
     try:
         values = table.columns(table.names)
     except RecordingError:  # a cell is not a number
-        values = _numbers(table)
+        values = table.numbers()
         if not np.isfinite(values).any():
             raise
-    columns = zip(table.names, values.T, strict=True)
-    return TableView(str(table.path), len(values), tuple(_column(n, c) for n, c in columns))
+    pairs = zip(table.names, values.T, strict=True)
+    columns = tuple(_column(table, name, column) for name, column in pairs)
+    shown = f"{path / key}" if path.is_dir() else f"{path}:{key}" if key else str(path)
+    return TableSeen(key, table, values, TableView(shown, len(values), columns))
 
 
-def _numbers(table: Table) -> Array:
-    """All cells (rows, columns); NaN where a cell is missing or not a number."""
-    found: list[list[float]] = []
-    with table.path.open(encoding="utf-8-sig", newline="", errors="replace") as file:
-        try:
-            for row in islice(csv.reader(file, delimiter=table.delimiter), 1, None):
-                cells = [*row, *[""] * len(table.names)][: len(table.names)]
-                if row:
-                    found.append([_number(cell) for cell in cells])
-        except csv.Error as error:
-            raise RecordingError(f"{table.path}: is not a CSV table ({error})") from None
-    return np.array(found, dtype=float).reshape(-1, len(table.names))
-
-
-def _number(cell: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        return float("nan")
-
-
-def _column(name: str, column: Array) -> ColumnView:
+def _column(table: Table, name: str, column: Array) -> ColumnView:
     given = column[np.isfinite(column)]
     if len(given) == 0:
-        return ColumnView(name, None, None, len(column), "", 0.0, changes=False)
-    steps = np.diff(given)
+        return _dates(table, name, column)
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.diff(given)
     unit, rate = "", 0.0
-    if len(steps) > 2 and np.all(steps >= 0) and np.median(steps) > 0:
-        unit = _time_unit(float(given.max()), float(np.median(steps)))
-        rate = PER_SECOND[unit] / float(np.median(steps))
+    if len(steps) > 2 and np.median(steps) > 0:
+        if np.all(steps >= 0):
+            unit = _time_unit(float(given.max()), float(np.median(steps)))
+            rate = PER_SECOND[unit] / float(np.median(steps))
+        elif name and len(given) == len(column) and is_unpadded(table.texts(name) or []):
+            unit, rate = UNPADDED, _rate(table, name, "s.ns")
     return ColumnView(
         name, float(given.min()), float(given.max()), len(column) - len(given), unit, rate,
-        changes=len(np.unique(given)) > 1,
+        changes=bool(np.any(given != given[0])),
     )  # fmt: skip
+
+
+def _dates(table: Table, name: str, column: Array) -> ColumnView:
+    """A column without numbers: dates and times, or other text."""
+    unit, rate = "", 0.0
+    texts = table.texts(name) if name else None
+    if texts and is_date_time(next((text for text in texts if text), "")):
+        with suppress(RecordingError):
+            rate = _rate(table, name, None)
+            unit = DATE_TIME_UNIT
+    return ColumnView(name, None, None, len(column), unit, rate, changes=bool(unit))
+
+
+def _rate(table: Table, name: str, unit: Literal["s.ns"] | None) -> float:
+    """[Hz] of a column of stamps."""
+    steps = np.diff(table.stamps(Column(column=name, unit=unit)))
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    return 1e9 / usual if usual > 0 else 0.0
 
 
 def _time_unit(most: float, step: float) -> str:

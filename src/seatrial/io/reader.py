@@ -1,25 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""A recording from a bag, or from CSV: one table, or a folder with one table per signal."""
+"""A recording from any log: a bag, a log of an autopilot, or tables."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
-from seatrial.boat.schema import Column
-from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.io.bags.opening import is_bag
-from seatrial.io.bags.poses import in_vehicle_terms, pose_columns
-from seatrial.io.bags.recording import read_bag, recording_name
-from seatrial.io.table import Table, checked_unit, nanoseconds, scaled
-from seatrial.recording.delays import stamps_of_headings
-from seatrial.recording.recording import Recording, Signal, Source, make_recording, rising
-from seatrial.recording.timing import Clock, describe
+from seatrial.boat.vehicle import Vehicle
+from seatrial.io.assemble import assemble
+from seatrial.io.bags.opening import is_bag, open_bag
+from seatrial.io.bags.signals import BagSignals
+from seatrial.io.formats import is_log, open_log
+from seatrial.io.log_signals import LogSignals
+from seatrial.io.signals import Signals
+from seatrial.io.table import is_table
+from seatrial.io.tables.signals import TableSignals
+from seatrial.recording.recording import Recording
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.progress import reach
-
-POSE_FILE = "poses.csv"
-COMMAND_FILE = "commands.csv"
-TABLES = (".csv", ".txt", ".tsv")
 
 
 def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Recording:
@@ -28,106 +24,35 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
     Raises RecordingError, FileError.
     """
     path = Path(path)
+    with open_signals(path, vehicle, salvage=salvage) as signals:
+        return assemble(signals, vehicle, recording_name(path))
+
+
+@contextmanager
+def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iterator[Signals]:
+    """What answers the vehicle file's questions, for any log. Raises RecordingError, FileError."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
     if is_bag(path):
-        return read_bag(path, vehicle, salvage=salvage)
-    if path.is_dir():
-        if not any(path.iterdir()):
-            raise FileError(f"{path}: is an empty folder; expected a bag or .csv tables")
-        poses = path / (vehicle.file.pose.file or POSE_FILE)
-        commands = path / (vehicle.file.commands.file or COMMAND_FILE)
-    elif path.suffix.lower() in TABLES:
-        poses = commands = path
-    else:
+        with open_bag(path, salvage=salvage) as bag:
+            yield BagSignals(bag, vehicle, salvage=salvage)
+        return
+    if is_log(path):
+        with open_log(path) as log:
+            yield LogSignals(log, vehicle)
+        return
+    if path.is_dir() and not any(path.iterdir()):
+        raise FileError(f"{path}: is an empty folder; expected a bag or .csv tables")
+    if not path.is_dir() and not is_table(path):
         raise RecordingError(
-            f"{path}: expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a .csv table, or a "
-            f"folder of tables, got '{path.suffix}'"
+            f"{path}: expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, "
+            f".log), PX4 (.ulg) or MAVLink (.tlog), a .csv table, or a folder of tables, got '{path.suffix}'"
         )
-    for part, key in ((poses, "pose"), (commands, "commands")):
-        if not part.is_file():
-            raise FileError(f"{part}: no such file; name it in the vehicle file under {key}: file")
-    sources = [Source(p) for p in dict.fromkeys((poses, commands))]
-    return _assemble(path, vehicle, Table(poses), Table(commands), sources)
+    yield TableSignals(path, vehicle)
 
 
-def _assemble(
-    path: Path, vehicle: Vehicle, poses: Table, commands: Table, sources: list[Source]
-) -> Recording:
-    spec = vehicle.file.pose
-    stamp = as_column(spec.stamp)
-    columns = [stamp, *pose_columns(vehicle)]
-    for key, column in zip(("stamp", "x", "y", "psi"), columns, strict=True):
-        _check_named(column, f"{vehicle.source}: pose: {key}", poses)
-    names = [c.column for c in columns] + ([spec.valid] if spec.valid else [])
-    raw = poses.columns(names)
-    reach(0.5)  # the commands are to be read
-    merged = poses.path == commands.path
-    if merged:  # merged logs: a row may have no pose
-        raw = raw[~np.isnan(raw[:, 1:4]).all(axis=1)]
-    if len(raw) == 0:
-        raise RecordingError(f"{poses.path}: no row has a pose")
-    stamps = nanoseconds(raw[:, 0], stamp, poses.path)
-    driven = _commands(vehicle, commands, merged=merged)
-    streams = [
-        describe(role, table.path.name, "table", clock=Clock.COLUMN, stamps=s)
-        for role, table, s in (("poses", poses, stamps), ("commands", commands, driven.stamps))
-    ]
-    position, heading = vehicle.delays
-    return make_recording(
-        recording_name(path), stamps_of_headings(stamps, heading),
-        in_vehicle_terms(raw[:, 1:4], vehicle, stamps), driven,
-        scales=_scales(vehicle, commands, merged=merged),
-        marked_valid=raw[:, 4] > 0.5 if spec.valid else None,
-        timeout=vehicle.file.command_timeout, sources=sources, streams=streams,
-        position_delay=position - heading,
-    )  # fmt: skip
-
-
-def _check_named(column: Column, where: str, table: Table) -> None:
-    if not column.column:
-        raise RecordingError(
-            f"{where} has no column; {table.path} has {', '.join(table.names[:20])}"
-        )
-
-
-def _commands(vehicle: Vehicle, table: Table, *, merged: bool) -> Signal:
-    spec = vehicle.file.commands
-    columns = {name: as_column(c) for name, c in spec.inputs.items()}
-    signal = _signal(vehicle, table, columns, "commands: inputs", merged=merged)
-    return Signal(signal.names, signal.stamps, signal.values * vehicle.input_signs)
-
-
-def _scales(vehicle: Vehicle, table: Table, *, merged: bool) -> Signal | None:
-    if not vehicle.scales:
-        return None
-    columns = {name: as_column(s.column) for name, s in vehicle.file.scales.items()}
-    return _signal(vehicle, table, columns, "scales", merged=merged)
-
-
-def _signal(
-    vehicle: Vehicle, table: Table, named: dict[str, Column], where: str, *, merged: bool
-) -> Signal:
-    stamp = as_column(vehicle.file.commands.stamp)
-    _check_named(stamp, f"{vehicle.source}: commands: stamp", table)
-    for name, column in named.items():
-        _check_named(column, f"{vehicle.source}: {where}: {name}", table)
-        checked_unit(column, f"{vehicle.source}: {where}: {name}")
-    columns = list(named.values())
-    raw = table.columns([stamp.column, *(c.column for c in columns)])
-    lines = np.arange(len(raw)) + 2  # of the file
-    if merged:  # merged logs: a row may have no command
-        given = ~np.isnan(raw[:, 1:]).all(axis=1)
-        raw, lines = raw[given], lines[given]
-    if len(raw) == 0:
-        raise RecordingError(f"{table.path}: no row has {', '.join(named)}")
-    stamps = nanoseconds(raw[:, 0], stamp, table.path)
-    values = np.column_stack([scaled(raw[:, i + 1], c) for i, c in enumerate(columns)])
-    if not np.isfinite(values).all():
-        row, which = (int(i) for i in np.argwhere(~np.isfinite(values))[0])
-        raise RecordingError(
-            f"{table.path} line {lines[row]}: '{columns[which].column}' is empty or not finite; "
-            "write a number, or remove the line"
-        )
-    keep = rising(stamps)
-    return Signal(tuple(named), stamps[keep], values[keep])
+def recording_name(path: Path) -> str:
+    """A recording's name: the file's or folder's, without the suffix."""
+    full = path.resolve()
+    name = full.name.removesuffix(".active").removesuffix(".zstd")
+    return full.name if full.is_dir() else name.rpartition(".")[0]

@@ -9,12 +9,12 @@ import numpy as np
 from seatrial.boat.model import Model, save
 from seatrial.boat.schema import TO_SI, Column
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.io.bags.poses import pose_columns
-from seatrial.io.bags.recording import field_path
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
 from seatrial.io.digests import DIGESTS, edited, noted
-from seatrial.io.reader import COMMAND_FILE, POSE_FILE
-from seatrial.io.table import TO_NANOSECONDS
+from seatrial.io.poses import pose_columns
+from seatrial.io.signals import field_path
+from seatrial.io.tables.signals import COMMAND_FILE, POSE_FILE
+from seatrial.io.tables.stamps import TO_NANOSECONDS
 from seatrial.simulation.plan import PlanFile
 from seatrial.simulation.trials import SUFFIX, Trial
 from seatrial.util.errors import RecordingError

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.recording.beside import Beside, split_rates
 from seatrial.recording.pose_faults import (
     COMMANDS_UNKNOWN,
     Fault,
     FaultKind,
     examine,
     in_order,
-    poses_held,
     silences,
     usual_step,
 )
@@ -97,8 +97,11 @@ class Recording:
     sources: tuple[Source, ...] = ()
     streams: tuple[Stream, ...] = ()  # timing of its signals
     remarks: tuple[str, ...] = ()  # losses in salvage, rows left out
+    doubts: tuple[str, ...] = ()  # what makes its numbers doubtful: rounded coordinates
     offset: float = 0.0  # [s] cut off at its start
     position_delay: float = 0.0  # [s] by which positions are older than headings of the same stamp
+    parts: NDArray[np.int8] | None = None  # (n,) measured parts of each pose; None: all are whole
+    beside: Beside | None = None  # headings and yaw rates with stamps of their own
 
     def __post_init__(self) -> None:
         for name, dtype in (
@@ -132,13 +135,13 @@ class Recording:
 
     @cached_property
     def period(self) -> float:
-        """Median time between poses [s]."""
-        return float(np.median(np.diff(self.t)))
+        """Median time between usable poses [s]."""
+        return float(np.median(np.diff(self.t[self.valid])))
 
     @cached_property
     def usual_step(self) -> float:
-        """90th percentile [s] of the time between poses: the period of regular stamps."""
-        return usual_step(np.diff(self.t))
+        """90th percentile [s] of the time between usable poses: the period of regular stamps."""
+        return usual_step(np.diff(self.t[self.valid]))
 
     @property
     def duration(self) -> float:
@@ -209,6 +212,10 @@ class Recording:
             raw=self.raw[keep],
             valid=self.valid[keep],
             segment=self.segment[keep],
+            parts=None if self.parts is None else self.parts[keep],
+            beside=None
+            if self.beside is None
+            else self.beside.kept((self.beside.stamps >= begin) & (self.beside.stamps < stop)),
             commands=self.commands.cut(begin, stop),
             scales=None if self.scales is None else self.scales.cut(begin, stop),
             faults=kept,
@@ -254,22 +261,28 @@ def make_recording(
     sources: Sequence[Source] = (),
     streams: Sequence[Stream] = (),
     remarks: Sequence[str] = (),
+    doubts: Sequence[str] = (),
     position_delay: float = 0.0,
+    parts: NDArray[np.int8] | None = None,
+    beside: Beside | None = None,
 ) -> Recording:
     """A recording from raw poses: heading unwrapped, faults detected and masked.
 
     stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. position_delay [s]: positions are
     older than headings by it, whose time is the stamp's. Commands are unknown after
-    `timeout` seconds without any, and while one is not a number.
+    `timeout` seconds without any, and while one is not a number. parts (n,), beside: of sensors with
+    stamps of their own; without them the rows themselves show what is new.
     """
     if len(stamps) < 2:
         raise RecordingError(f"{name}: {len(stamps)} poses; record a few seconds at least")
-    # 1. Rows that only repeat the last pose.
-    held = poses_held(eta)
-    if held.any():
-        remarks = [*remarks, _held_text(held)]
-        stamps, eta = stamps[~held], eta[~held]
-        marked_valid = None if marked_valid is None else marked_valid[~held]
+    # 1. Rows that only repeat the last position or heading.
+    if parts is None:
+        fresh = split_rates(stamps, eta, marked_valid)
+        stamps, eta, parts = fresh.stamps, fresh.eta, fresh.parts
+        remarks = [*remarks, *fresh.remarks]
+        marked_valid = None if marked_valid is None else marked_valid[fresh.rows]
+        if fresh.beside is not None:
+            beside = fresh.beside if beside is None else fresh.beside.joined(beside)
     # 2. Faults of the poses.
     found = examine(name, stamps, eta, marked_valid)
     t = found.t
@@ -294,15 +307,9 @@ def make_recording(
     return Recording(
         name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
         found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
-        tuple(sources), tuple(streams), tuple(remarks), position_delay=position_delay,
+        tuple(sources), tuple(streams), tuple(remarks), tuple(doubts), position_delay=position_delay,
+        parts=None if parts is None else parts[kept], beside=beside,
     )  # fmt: skip
-
-
-def _held_text(held: Mask) -> str:
-    return (
-        f"{100 * held.mean():.0f} % of the rows repeat the pose before (the log has more rows than poses): "
-        "each pose counts once"
-    )
 
 
 def _is_on_change(stream: Stream, held: Array, values: Array) -> bool:

@@ -37,6 +37,7 @@ class Clock(str, Enum):
     ARRIVAL = "arrival in the bag"  # chosen in the vehicle file, or the message has no header
     ZERO = "arrival in the bag, as its headers hold no time"
     COLUMN = "column of the table"
+    LOG = "message of the log"
 
 
 @dataclass(frozen=True)
@@ -246,7 +247,6 @@ def _step(
     k = int(np.argmax(np.abs(change))) + 1
     if abs(change[k - 1]) < least:
         return 0, 0.0
-    # 2. Within the blocks around it: the message that separates the two levels best.
     # 2. Within the blocks around it: the message that separates the two levels best.
     size = len(late) // n
     begin, end = max(0, k - STEP_BLOCKS) * size, min(n, k + STEP_BLOCKS) * size

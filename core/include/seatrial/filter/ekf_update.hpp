@@ -5,7 +5,8 @@
 //   e = y - h(x)    S = H P H' + R    K = P H' S^-1    x += K e    P <- (I - K H) P    D -= K (H D)
 //
 // H picks the pose and adds, where the noise is coloured, its states; of a point off the origin it
-// has a share of the heading. Position or heading may be measured alone. An outlier counts as with
+// has a share of the heading. Position or heading may be measured alone, or the yaw rate (gyro) in
+// the heading's place. An outlier counts as with
 // more noise: beyond `outlier` standard deviations its cost grows linearly (Huber).
 #pragma once
 #include <algorithm>
@@ -31,12 +32,26 @@ struct Innovation {
 };
 
 /// Measured parts of a pose.
-enum Parts : std::uint8_t { kPositionPart = 1, kHeadingPart = 2, kWholePose = 3 };
+enum Parts : std::uint8_t {
+  kNoPart = 0,
+  kPositionPart = 1,
+  kHeadingPart = 2,
+  kWholePose = 3,
+  kRatePart = 4,  // yaw rate, in the place of the heading
+};
 
 /// Whether component i of x, y, psi is among the parts.
 inline bool has(Parts parts, int i) {
-  return (parts & (i < 2 ? kPositionPart : kHeadingPart)) != 0;
+  return (parts & (i < 2 ? kPositionPart : kHeadingPart | kRatePart)) != 0;
 }
+
+/// The state that component i measures.
+inline int measured_state(Parts parts, int i) {
+  return i == 2 && (parts & kRatePart) != 0 ? kStates - 1 : i;
+}
+
+/// Whether the sensor's coloured noise adds to component i: a gyro has none.
+inline bool has_colour(Parts parts, int i) { return measured_state(parts, i) == i; }
 
 /// A pose as the sensor measures it.
 struct Measurement {
@@ -51,9 +66,11 @@ namespace detail {
 
 /// Row `row` times H', column k.
 template <int N>
-double times_h(const double* row, const double* turn, int k) {
-  double sum = row[k] + row[2] * turn[k];
-  if constexpr (N > kFilterStates) sum += row[kFilterStates + k];
+double times_h(const double* row, const Measurement& y, int k) {
+  double sum = row[measured_state(y.parts, k)] + row[2] * y.turn[k];
+  if constexpr (N > kFilterStates) {
+    if (has_colour(y.parts, k)) sum += row[kFilterStates + k];
+  }
   return sum;
 }
 
@@ -77,10 +94,12 @@ inline void leave_out(Parts parts, Innovation& out) {
 
 /// H P.
 template <int N, class State>
-void measured_covariance(const double* turn, const State& b, double (&hp)[kPose][N]) {
+void measured_covariance(const Measurement& y, const State& b, double (&hp)[kPose][N]) {
   for (int i = 0; i < kPose; ++i) {
-    for (int j = 0; j < N; ++j) hp[i][j] = b.p[i][j] + turn[i] * b.p[2][j];
+    const double* own = b.p[measured_state(y.parts, i)];
+    for (int j = 0; j < N; ++j) hp[i][j] = own[j] + y.turn[i] * b.p[2][j];
     if constexpr (N > kFilterStates) {
+      if (!has_colour(y.parts, i)) continue;
       for (int j = 0; j < N; ++j) hp[i][j] += b.p[kFilterStates + i][j];
     }
   }
@@ -88,11 +107,13 @@ void measured_covariance(const double* turn, const State& b, double (&hp)[kPose]
 
 /// H D of the first `count` columns.
 template <int N, class State>
-void measured_columns(const double* turn, const State& b, int count,
+void measured_columns(const Measurement& y, const State& b, int count,
                       double (&hd)[kPose][State::kColumns]) {
   for (int i = 0; i < kPose; ++i) {
-    for (int c = 0; c < count; ++c) hd[i][c] = b.d[i][c] + turn[i] * b.d[2][c];
+    const double* own = b.d[measured_state(y.parts, i)];
+    for (int c = 0; c < count; ++c) hd[i][c] = own[c] + y.turn[i] * b.d[2][c];
     if constexpr (N > kFilterStates) {
+      if (!has_colour(y.parts, i)) continue;
       for (int c = 0; c < count; ++c) hd[i][c] += b.d[kFilterStates + i][c];
     }
   }
@@ -104,14 +125,17 @@ Innovation innovation(const Measurement& y, double outlier, const double (&hp)[k
                       const State& b) {
   Innovation out;
   for (int i = 0; i < kPose; ++i) {
-    out.e[i] = y.eta[i] - b.x[i] - y.offset[i];
-    if constexpr (N > kFilterStates) out.e[i] -= b.x[kFilterStates + i];
+    out.e[i] = y.eta[i] - b.x[measured_state(y.parts, i)] - y.offset[i];
+    if constexpr (N > kFilterStates) {
+      if (has_colour(y.parts, i)) out.e[i] -= b.x[kFilterStates + i];
+    }
     for (int j = 0; j < kPose; ++j) {
-      out.s[i][j] = times_h<N>(hp[i], y.turn, j);
+      out.s[i][j] = times_h<N>(hp[i], y, j);
       out.s[i][j] += y.noise[i][j];
     }
   }
-  if (std::abs(out.e[2]) > kTurn / 2.0) out.e[2] = std::remainder(out.e[2], kTurn);
+  if (has_colour(y.parts, 2) && std::abs(out.e[2]) > kTurn / 2.0)
+    out.e[2] = std::remainder(out.e[2], kTurn);
   if (y.parts != kWholePose) leave_out(y.parts, out);
   out.determinant = inverse3(out.s, out.inverse);
   for (int i = 0; i < kPose; ++i) {
@@ -163,7 +187,7 @@ struct JosephForm {
       double rest[kPose];  // K R - (I - K H) P H'
       for (int k = 0; k < kPose; ++k) {
         rest[k] = gain[i][0] * noise[0][k] + gain[i][1] * noise[1][k] + gain[i][2] * noise[2][k] -
-                  times_h<N>(left[i], y.turn, k);
+                  times_h<N>(left[i], y, k);
       }
       for (int j = i; j < N; ++j) {
         b.p[i][j] = b.p[j][i] =

@@ -19,8 +19,9 @@ inline constexpr int kFilterChunk = 512;  // intervals that are scheduled at onc
 
 namespace detail {
 
-/// Keeps an innovation. Of a pose in two parts the weight is the lesser.
+/// Keeps a pose's innovation. Of a pose in two parts the weight is the lesser.
 inline void keep(const Innovation& seen, const PoseUpdate& update, FilterRun& out) {
+  if (update.beside >= 0) return;
   const auto at = static_cast<std::size_t>(update.pose);
   float* to = &out.spread[at * 6];
   for (int i = 0; i < kPose; ++i) {
@@ -50,6 +51,7 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
 template <int N>
 bool allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, const PoseUpdate& next,
                 double t) {
+  if (next.beside >= 0) return false;
   const auto at = static_cast<std::ptrdiff_t>(next.pose) * kPose;
   const signed char use = poses.use[next.pose];
   if (use == kJumped) filter.loosen(poses.eta + at, t, next.parts);
@@ -60,6 +62,22 @@ bool allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, const Pose
   return filter.loosen_if_likelier(poses.eta + at, t, next.parts);
 }
 
+/// The pose of an update, or what was measured beside the poses.
+struct Measured {
+  double beside[kPose] = {0.0, 0.0, 0.0};
+  Seen seen;
+
+  Measured(const PoseSeries& poses, const PoseUpdate& next)
+      : seen{poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, next.parts,
+             poses.rate_deviation} {
+    if (next.beside < 0) return;
+    beside[2] = poses.beside_value[next.beside];
+    seen.eta = beside;
+  }
+  Measured(const Measured&) = delete;
+  Measured& operator=(const Measured&) = delete;
+};
+
 /// One update at t [s], after a jump or restart. The last three arguments are of the filter's
 /// update.
 template <int N>
@@ -67,8 +85,7 @@ CostedInnovation use_pose(LikelihoodFilter<N>& filter, const PoseSeries& poses,
                           const PoseUpdate& next, double t, double counts = 1.0,
                           FilterRun* terms = nullptr, int block = 0) {
   allow_jump(filter, poses, next, t);
-  return filter.update(poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, t, next.parts,
-                       counts, terms, block);
+  return filter.update(Measured(poses, next).seen, t, counts, terms, block);
 }
 
 /// The effects with what is known of the delay.
@@ -143,15 +160,15 @@ FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& pos
       // update by a pose or its part
       const PoseUpdate next = updates[k];
       latest = std::max(latest, next.pose);
-      if (poses.use[next.pose] != kNotMeasured) {
+      if (next.parts != kNoPart) {
         const double counted = counts == nullptr ? 1.0 : counts[next.pose];
         const CostedInnovation seen = use_pose(filter, poses, next, updates.time()[k], counted,
                                                &out, block == nullptr ? next.pose : block[latest]);
         out.cost += counted * seen.cost;
         keep(seen, next, out);
       }
-      if (has(next.parts, 2)) keep(filter, next.pose, out);
-      if (repeatable && next.parts != kWholePose) {
+      if (next.keeps) keep(filter, next.pose, out);
+      if (repeatable && !updates.one_a_pose()) {
         const double* x = filter.state();
         out.update_state.insert(out.update_state.end(), x, x + kFilterStates);
       }
@@ -285,7 +302,7 @@ double repeated(const FilterRun& first, const PoseSeries& poses, const NoisePara
   double cost = 0.0;
   for (int k = 0; k < repetition.updates().n(); ++k) {
     const PoseUpdate next = repetition.updates()[k];
-    if (poses.use[next.pose] != kNotMeasured) {
+    if (next.parts != kNoPart) {
       cost += use_pose(again, poses, next, repetition.updates().time()[k]).cost;
     }
     repetition.follow(&again, 1, noise, k);
@@ -308,14 +325,14 @@ FilterRun relinearised(const FilterRun& first, const PoseSeries& poses,
   for (int k = 0; k < repetition.updates().n(); ++k) {
     const PoseUpdate next = repetition.updates()[k];
     latest = std::max(latest, next.pose);
-    if (poses.use[next.pose] != kNotMeasured) {
+    if (next.parts != kNoPart) {
       const CostedInnovation seen =
           use_pose(again, poses, next, repetition.updates().time()[k], 1.0, &out,
                    block == nullptr ? next.pose : block[latest]);
       out.cost += seen.cost;
       keep(seen, next, out);
     }
-    if (has(next.parts, 2)) keep(again, next.pose, out);
+    if (next.keeps) keep(again, next.pose, out);
     repetition.follow(&again, 1, noise, k, true);
   }
   mirror(out.information.data(), out.parameters);
@@ -444,7 +461,7 @@ NoiseDerivatives noise_slopes(const FilterRun& first, const PoseSeries& poses,
   for (int k = 0; k < repetition.updates().n(); ++k) {
     const PoseUpdate next = repetition.updates()[k];
     const double t = repetition.updates().time()[k];
-    if (poses.use[next.pose] != kNotMeasured) {
+    if (next.parts != kNoPart) {
       const CostedInnovation here = use_pose(filters[0], poses, next, t);
       out.cost += here.cost;
       for (std::size_t i = 0; i < m; ++i) {

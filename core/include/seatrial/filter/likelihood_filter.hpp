@@ -13,6 +13,13 @@
 
 namespace seatrial::detail {
 
+/// What a sensor measured at one time.
+struct Seen {
+  const double* eta;  // x, y [m], psi [rad]; of a yaw rate the third is r [rad/s]
+  Parts parts = kWholePose;
+  double rate_deviation = 0.0;  // [rad/s] of a yaw rate
+};
+
 inline constexpr int kMostSlopes = kMaxColumns + kEffects;
 inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] after a jump
 
@@ -122,7 +129,8 @@ class LikelihoodFilter {
     LikelihoodFilter stays(*this);
     LikelihoodFilter jumps(*this);
     jumps.loosen(eta, t, parts);
-    const bool likelier = jumps.update(eta, t, parts).cost < stays.update(eta, t, parts).cost;
+    const Seen seen{eta, parts};
+    const bool likelier = jumps.update(seen, t).cost < stays.update(seen, t).cost;
     if (likelier) loosen(eta, t, parts);
     return likelier;
   }
@@ -139,12 +147,14 @@ class LikelihoodFilter {
     }
   }
 
-  /// Use the parts of a pose that are of time t [s]. `terms`: takes its terms of gradient and
+  /// Use what was measured at t [s]. `terms`: takes its terms of gradient and
   /// information, and of the score of its block; null where none are needed. `counts`: how often it
   /// counts.
-  CostedInnovation update(const double* eta, double t, Parts parts, double counts = 1.0,
-                          FilterRun* terms = nullptr, int block = 0) {
+  CostedInnovation update(const Seen& at, double t, double counts = 1.0, FilterRun* terms = nullptr,
+                          int block = 0) {
     // the pose as the sensor measures it
+    const Parts parts = at.parts;
+    const bool rate = (parts & kRatePart) != 0;
     const double* l = effects_.lever;
     const double* later = effects_.later;
     const bool shifts = later[0] != 0.0 || later[1] != 0.0;
@@ -153,7 +163,7 @@ class LikelihoodFilter {
     const double sp = turns ? std::sin(s_.x[2]) : 0.0;
     double arm[2];
     plane_to_earth(cp, sp, l, arm);
-    Measurement y{eta};
+    Measurement y{at.eta};
     y.parts = parts;
     y.turn[0] = -arm[1];
     y.turn[1] = arm[0];
@@ -162,19 +172,20 @@ class LikelihoodFilter {
       double velocity[2];
       measured_velocity(cp, sp, velocity);
       for (int i = 0; i < 2; ++i) y.offset[i] -= velocity[i] * later[0];
-      y.offset[2] = -s_.x[5] * later[1];
+      y.offset[2] = rate ? 0.0 : -s_.x[5] * later[1];
     }
     for (int i = 0; i < kPose; ++i) y.noise[i][i] = noise_.white_variance(i);
+    if (rate) y.noise[2][2] = at.rate_deviation * at.rate_deviation;
     // beside its prediction
     double hp[kPose][N];
-    measured_covariance<N>(y.turn, s_, hp);
+    measured_covariance<N>(y, s_, hp);
     if (parts != kWholePose) leave_out(parts, hp);
     CostedInnovation out{innovation<N>(y, outlier_, hp, s_)};
     out.cost = cost(out);
     // terms of the likelihood's derivatives
     double slope[kPose][kMostSlopes];
-    measured_columns<N>(y.turn, s_, parameters_, slope);
-    if (parameters_ > own_) add_effects(cp, sp, t, slope);
+    measured_columns<N>(y, s_, parameters_, slope);
+    if (parameters_ > own_ && !rate) add_effects(cp, sp, t, slope);
     if (parts != kWholePose) leave_out(parts, slope);
     if (terms != nullptr) accumulate(out, slope, counts * out.weight, block, *terms);
     ekf_update<N>(out, hp, slope, parameters_, PlainForm{}, s_);

@@ -24,12 +24,12 @@ std::vector<double> lookahead_variance(const FilterRun& first, const PoseSeries&
   std::size_t next = 0;
   for (int k = 0; k < updates.n() && next < from.size(); ++k) {
     const PoseUpdate at = updates[k];
-    if (poses.use[at.pose] != kNotMeasured) use_pose(filter, poses, at, updates.time()[k]);
+    if (at.parts != kNoPart) use_pose(filter, poses, at, updates.time()[k]);
     // a pose's state is that at its heading's time
-    for (; has(at.parts, 2) && next < from.size() && from[next] == at.pose; ++next) {
+    for (; at.keeps && next < from.size() && from[next] == at.pose; ++next) {
       LikelihoodFilter<N> ahead(filter);
       ahead.leave_out_disturbance();
-      for (int i = k; !(has(updates[i].parts, 2) && updates[i].pose >= to[next]); ++i) {
+      for (int i = k; !(updates[i].keeps && updates[i].pose >= to[next]); ++i) {
         repetition.follow(&ahead, 1, noise, i);
       }
       for (int axis = 0; axis < kAxes; ++axis) out.push_back(ahead.variance(kPose + axis));

@@ -1,51 +1,40 @@
 // SPDX-License-Identifier: MIT
-// The order in which the filter uses the poses of a recording. Where position and heading of one
-// stamp are of two times, both are updates of their own, each at its time.
-// Host side: uses heap.
+// The order in which the filter uses the measurements of a recording. Where position and heading of
+// one stamp are of two times, or other sensors measured beside the poses, each is an update of its
+// own, at its time. Host side: uses heap.
 #pragma once
+#include <algorithm>
 #include <vector>
 
 #include "seatrial/filter/filter_types.hpp"
 
 namespace seatrial::detail {
 
-/// One update: parts of a pose.
+/// One update: parts of a pose, or a measurement beside the poses.
 struct PoseUpdate {
-  int pose = 0;
-  Parts parts = kWholePose;
-  bool first = true;  // of its pose
+  int pose = 0;              // of a measurement beside them: the latest pose
+  Parts parts = kWholePose;  // none: the filter only stops there
+  bool first = true;         // of its pose
+  bool keeps = true;         // the state after it is that of its pose
+  int beside = -1;           // of a measurement beside the poses: which one
 };
 
-/// All updates, rising in time. Poses that are not measured have one: the filter stops at their
-/// time.
+/// All updates, rising in time. What is not used has one, too: the filter stops at its time, so
+/// that the number of updates does not depend on what is used.
 class PoseUpdates {
  public:
-  PoseUpdates(const PoseSeries& poses, const Effects& effects) {
+  PoseUpdates(const PoseSeries& poses, const Effects& effects) : poses_(poses) {
     n_ = poses.n;
     time_ = poses.time;
     const double late[2] = {effects.position_delay, effects.heading_delay};
-    if (late[0] == 0.0 && late[1] == 0.0) return;
-    if (late[0] == late[1]) {
+    if (late[0] == late[1] && poses.n_beside == 0) {
+      if (late[0] == 0.0) return;
       own_time_.assign(poses.time, poses.time + poses.n);
       for (double& t : own_time_) t -= late[0];
       time_ = own_time_.data();
       return;
     }
-    const double delay = late[0] - late[1];  // of positions to headings
-    own_time_.reserve(2 * static_cast<std::size_t>(poses.n));
-    update_.reserve(own_time_.capacity());
-    int position = next_measured(poses, 0);
-    for (int k = 0; k < poses.n; ++k) {
-      const double heading = poses.time[k] - late[1];
-      for (; position < poses.n && poses.time[position] - late[0] <= heading;
-           position = next_measured(poses, position + 1)) {
-        add(poses.time[position] - late[0], {position, kPositionPart, delay > 0.0});
-      }
-      add(heading, {k, kHeadingPart, delay < 0.0});
-    }
-    for (; position < poses.n; position = next_measured(poses, position + 1)) {
-      add(poses.time[position] - late[0], {position, kPositionPart, false});
-    }
+    list(late);
     n_ = static_cast<int>(update_.size());
     time_ = own_time_.data();
   }
@@ -53,22 +42,65 @@ class PoseUpdates {
   PoseUpdates& operator=(const PoseUpdates&) = delete;
 
   int n() const { return n_; }  // NOLINT(clang-analyzer-core.uninitialized.UndefReturn): it is set
-  const double* time() const { return time_; }  // (n) [s]
+  const double* time() const { return time_; }         // (n) [s]
+  bool one_a_pose() const { return update_.empty(); }  // update k is of pose k
   PoseUpdate operator[](int i) const {
-    return update_.empty() ? PoseUpdate{i} : update_[static_cast<std::size_t>(i)];
+    if (!update_.empty()) return update_[static_cast<std::size_t>(i)];
+    PoseUpdate whole{i};
+    whole.parts = measured(i);
+    return whole;
   }
 
  private:
-  static int next_measured(const PoseSeries& poses, int k) {
-    while (k < poses.n && poses.use[k] == kNotMeasured) ++k;
-    return k;
+  Parts measured(int pose) const {
+    if (poses_.use[pose] == kNotMeasured) return kNoPart;
+    return poses_.parts == nullptr ? kWholePose : poses_.parts[pose];
   }
 
-  void add(double t, const PoseUpdate& update) {
-    own_time_.push_back(t);
-    update_.push_back(update);
+  /// Lists the updates one by one, and sorts them by time.
+  void list(const double* late) {
+    struct Timed {
+      double time;
+      PoseUpdate update;
+    };
+    std::vector<Timed> all;
+    all.reserve(2 * static_cast<std::size_t>(poses_.n) + static_cast<std::size_t>(poses_.n_beside));
+    for (int k = 0; k < poses_.n; ++k) {
+      const double t = poses_.time[k];
+      const Parts parts = measured(k);
+      if (late[0] == late[1]) {
+        all.push_back({t - late[0], {k, parts}});
+        continue;
+      }
+      const bool two = parts == kWholePose;
+      const auto position = static_cast<Parts>(parts & kPositionPart);
+      const auto heading = static_cast<Parts>(parts & kHeadingPart);
+      all.push_back({t - late[0], {k, position, !two || late[0] > late[1], false}});
+      all.push_back({t - late[1], {k, heading, !two || late[0] < late[1]}});
+    }
+    int latest = 0;
+    for (int i = 0; i < poses_.n_beside; ++i) {
+      const double t = poses_.beside_time[i];
+      while (latest + 1 < poses_.n && poses_.time[latest + 1] <= t) ++latest;
+      all.push_back({t - late[1], {latest, poses_.beside_parts[i], false, false, i}});
+    }
+    std::stable_sort(all.begin(), all.end(), [](const Timed& a, const Timed& b) {
+      return a.time != b.time ? a.time < b.time : later(a.update) < later(b.update);
+    });
+    update_.reserve(all.size());
+    own_time_.reserve(all.size());
+    for (const Timed& each : all) {
+      own_time_.push_back(each.time);
+      update_.push_back(each.update);
+    }
   }
 
+  /// Of two updates of one time the position's is the first, and one beside the poses the last.
+  static int later(const PoseUpdate& update) {
+    return update.beside >= 0 ? 2 : update.keeps ? 1 : 0;
+  }
+
+  const PoseSeries& poses_;
   int n_ = 0;
   const double* time_ = nullptr;
   std::vector<double> own_time_;

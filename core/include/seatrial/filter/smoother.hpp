@@ -34,8 +34,7 @@ struct SmootherPose {
   double gain[N][kPose] = {};
   double inverse[kPose][kPose] = {};  // S^-1, less for an outlier
   double e[kPose] = {};
-  double turn[kPose] = {};
-  Parts parts = kWholePose;
+  Measurement y{nullptr};  // its H
   bool used = false;
   bool jumped = false;  // nothing of these parts before it is known here
   bool began = false;   // nothing of the state before it
@@ -50,12 +49,15 @@ struct Adjoint {
 
 /// H of a pose: its own state, a share of the heading, and coloured noise.
 template <int N>
-void measurement_rows(const double* turn, double (&h)[kPose][N]) {
+void measurement_rows(const Measurement& y, double (&h)[kPose][N]) {
   for (int i = 0; i < kPose; ++i) {
     std::fill(h[i], h[i] + N, 0.0);
-    h[i][i] = 1.0;
-    h[i][2] += turn[i];
-    if constexpr (N > kFilterStates) h[i][kFilterStates + i] = 1.0;
+    if (!has(y.parts, i)) continue;
+    h[i][measured_state(y.parts, i)] = 1.0;
+    h[i][2] += y.turn[i];
+    if constexpr (N > kFilterStates) {
+      if (has_colour(y.parts, i)) h[i][kFilterStates + i] = 1.0;
+    }
   }
 }
 
@@ -64,20 +66,19 @@ template <int N>
 SmootherPose<N> forward_pose(LikelihoodFilter<N>& filter, const Effects& effects,
                              const PoseSeries& poses, const PoseUpdate& next, double t) {
   SmootherPose<N> out;
-  out.parts = next.parts;
-  if (poses.use[next.pose] != kNotMeasured) {
+  out.y.parts = next.parts;
+  if (next.parts != kNoPart) {
     out.jumped = allow_jump(filter, poses, next, t);
     out.began = poses.use[next.pose] == kBeginning && next.first;
     const auto before = filter.filter();
-    const CostedInnovation seen =
-        filter.update(poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, t, next.parts);
+    const CostedInnovation seen = filter.update(Measured(poses, next).seen, t);
     const double* lever = effects.lever;
     double arm[2];
     plane_to_earth(std::cos(before.x[2]), std::sin(before.x[2]), lever, arm);
-    out.turn[0] = -arm[1];
-    out.turn[1] = arm[0];
+    out.y.turn[0] = -arm[1];
+    out.y.turn[1] = arm[0];
     double hp[kPose][N];
-    measured_covariance<N>(out.turn, before, hp);
+    measured_covariance<N>(out.y, before, hp);
     leave_out(next.parts, hp);
     out.used = true;
     const double less = seen.weight * seen.weight;
@@ -128,7 +129,7 @@ void backward_pose(const SmootherPose<N>& at, Adjoint<N>& a) {
   }
   if (!at.used) return;
   double h[kPose][N];
-  measurement_rows<N>(at.turn, h);
+  measurement_rows<N>(at.y, h);
   double stays[N][N];  // I - K H
   for (int i = 0; i < N; ++i) {
     for (int j = 0; j < N; ++j) {
@@ -149,7 +150,7 @@ void backward_pose(const SmootherPose<N>& at, Adjoint<N>& a) {
   }
   if (!at.jumped) return;
   for (int i = 0; i < kPose; ++i) {
-    if (!has(at.parts, i)) continue;
+    if (!has(at.y.parts, i)) continue;
     a.l[i] = 0.0;
     for (int j = 0; j < N; ++j) a.m[i][j] = a.m[j][i] = 0.0;
   }
@@ -200,7 +201,7 @@ SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const Nois
   for (int k = 0; k < updates.n(); ++k) {
     if (k % kSmootherChunk == 0) begins.push_back(filter);
     const PoseUpdate next = updates[k];
-    if (poses.use[next.pose] != kNotMeasured) use_pose(filter, poses, next, updates.time()[k]);
+    if (next.parts != kNoPart) use_pose(filter, poses, next, updates.time()[k]);
     repetition.follow(&filter, 1, noise, k);
   }
   // backward: chunk by chunk, each forward again
@@ -221,7 +222,7 @@ SmootherRun smoothed(const FilterRun& first, const PoseSeries& poses, const Nois
     }
     for (int k = to - 1; k >= from; --k) {
       const SmootherPose<N>& at = kept[static_cast<std::size_t>(k - from)];
-      if (has(at.parts, 2)) keep(at, a, updates[k].pose, out);
+      if (updates[k].keeps) keep(at, a, updates[k].pose, out);
       backward_pose(at, a);
       if (k == 0) break;
       double f[N][N];

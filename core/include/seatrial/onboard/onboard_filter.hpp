@@ -161,7 +161,7 @@ inline Innovation innovation(const StateEstimate& b, const Measurement& y,
                              double outlier = std::numeric_limits<double>::infinity()) {
   Innovation out = detail::with_states(b, [&](auto n) {
     double hp[kPose][n()];
-    detail::measured_covariance<n()>(y.turn, b, hp);
+    detail::measured_covariance<n()>(y, b, hp);
     if (y.parts != kWholePose) detail::leave_out(y.parts, hp);
     return detail::innovation<n()>(y, outlier, hp, b);
   });
@@ -183,8 +183,8 @@ inline void update(const Innovation& seen, const Measurement& y, StateEstimate& 
   detail::with_states(b, [&](auto n) {
     double hp[kPose][n()];
     double hd[kPose][kMostConsidered];
-    detail::measured_covariance<n()>(y.turn, b, hp);
-    detail::measured_columns<n()>(y.turn, b, kMostConsidered, hd);
+    detail::measured_covariance<n()>(y, b, hp);
+    detail::measured_columns<n()>(y, b, kMostConsidered, hd);
     if (y.parts != kWholePose) {
       detail::leave_out(y.parts, hp);
       detail::leave_out(y.parts, hd);

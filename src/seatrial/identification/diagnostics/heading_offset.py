@@ -89,7 +89,8 @@ def _turned(problem: Problem, by: float) -> Problem:
 def without_offset(recording: Recording, by: float) -> Recording:
     """The recording with headings less by so much [rad]."""
     less = np.array([0.0, 0.0, by])
-    return replace(recording, eta=recording.eta - less, raw=recording.raw - less)
+    beside = None if recording.beside is None else recording.beside.turned(-by)
+    return replace(recording, eta=recording.eta - less, raw=recording.raw - less, beside=beside)
 
 
 def _cost(problem: Problem, at: Point) -> float:

@@ -186,7 +186,10 @@ def at_even_stamps(recording: Recording) -> Recording:
     inside &= even >= t[good][0]
     eta = np.column_stack([np.interp(even, t[good], column) for column in recording.eta[good].T])
     stamps = recording.origin + np.round(1e9 * even).astype(np.int64)
-    return replace(recording, stamps=stamps, eta=eta, raw=eta, valid=inside, segment=segment[place])
+    return replace(
+        recording, stamps=stamps, eta=eta, raw=eta, valid=inside, segment=segment[place],
+        parts=None, beside=None,
+    )  # fmt: skip
 
 
 def window_rows(

@@ -1,95 +1,247 @@
 # SPDX-License-Identifier: MIT
 """Tables and columns that are the poses and the commands."""
 
-import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, Sources, choose, named
+from seatrial.inspection.proposal.column_names import (
+    Grade,
+    Kind,
+    grade,
+    is_quaternion_part,
+    read_name,
+)
+from seatrial.inspection.proposal.column_pose import PoseColumns, choose_pose
+from seatrial.inspection.proposal.column_signals import (
+    LISTED,
+    StampFound,
+    column_of,
+    find_stamp,
+    holding_tables,
+    is_validity,
+    recognised,
+    shown,
+    stamp_columns,
+)
+from seatrial.inspection.proposal.sources import (
+    Ask,
+    Choices,
+    Recognised,
+    Sources,
+    Sureness,
+    assigned,
+    choose,
+    named,
+)
 from seatrial.io.bags.contents import COMMAND_WORDS
 from seatrial.io.bags.opening import is_bag
-from seatrial.io.columns import ColumnView, TableView, look_at_columns
+from seatrial.io.columns import ColumnView, TableSeen, read_tables
 from seatrial.util.errors import RecordingError
 
-TIME_NAMES = ("t", "time", "stamp", "timestamp", "sec", "seconds", "ms", "us", "ns")
-POSE_NAMES = {
-    "x": ("x", "pos_x", "position_x", "north", "px"),
-    "y": ("y", "pos_y", "position_y", "east", "py"),
-    "psi": ("psi", "yaw", "heading", "theta", "hdg"),
-}
-UNITS = {"x": ("m", "cm", "mm"), "y": ("m", "cm", "mm"), "psi": ("rad", "deg")}
-TIME_UNITS = ("s", "ms", "us", "ns")
-NOT_COMMANDS = ("z", "phi", "theta", "roll", "pitch", "u", "v", "r", "w", "p", "q")
 COMMAND_TABLE_WORDS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
+NOT_COMMANDS = (("theta",),)  # beside those that are other signals by their names
+SCALE_WORDS = frozenset(("volt", "voltage", "battery", "rpm", "current"))
+MOST_SPARE = 12  # columns in the comment
+OWN_TABLE_CHANNELS = 2  # most commands in each of several tables alike, one for each thruster
 
 
 def of_tables(
     path: Path, name: str, choices: Choices, ask: Ask | None, more: Sequence[Path] = ()
 ) -> Sources:
-    """Pose columns by name, and candidates for commands. Raises RecordingError.
+    """Columns of the pose and candidates for commands, by name and value. Raises RecordingError.
 
     `more`: further recordings; a column that changes in one of them counts as changing.
     """
-    tables = _changing(look_at_columns(path), more)
-    poses = _pose_table(path, tables, choices, ask)
-    driven = _command_table(path, tables, poses, choices, ask)
-    pose, commands = _files(path, poses), _files(path, driven)
-    pose["stamp"], commands["stamp"] = _stamp(poses), _stamp(driven)
-    for key, names in POSE_NAMES.items():
-        column = _named(poses, names)
-        if column is None:
-            raise RecordingError(
-                f"{poses.path}: no column for {key}, named like {', '.join(names)}"
-            )
-        unit = _unit(column.name, UNITS[key])
-        pose[key] = {"column": column.name} | ({"unit": unit} if unit else {})
-    marks = [c.name for c in poses.columns if _is_validity(c)]
-    if marks:
-        pose["valid"] = marks[0]
-    taken = {pose[k]["column"] for k in ("stamp", "x", "y", "psi")} if driven is poses else set()
-    taken.add(commands["stamp"]["column"])
-    able = [
-        c
-        for c in driven.columns
-        if c.name and c.name not in taken and c.changes and not _is_validity(c)
-        and not (driven is poses and c.name.lower() in NOT_COMMANDS)
-    ]  # fmt: skip
-    if not able:
-        raise RecordingError(
-            f"{driven.path}: no column besides poses and stamps changes, so there are no commands"
-        )
-    full, sparse = _equally_filled(able)
-    channels = named((c.name, {"column": c.name}) for c in full)
-    notes = {"axes": _north(pose), "commands": []}
+    tables = _changing(read_tables(path), more)
+    pose = choose_pose(path, tables, choices, ask)
+    driven, chosen = _commands(path, tables, pose, choices, ask)
+    table = driven[0]
+    stamp = _stamp(table)
+    commands: dict[str, Any] = {"file": table.key} if table.key else {}
+    commands["stamp"] = stamp.entry
+    if chosen:
+        channels = {n: _channel(t, c, table, _stamp(t)) for n, (t, c) in chosen.items()}
+        sparse: list[str] = []
+        sure, why = Sureness.CHOSEN, "--commands"
+    else:
+        channels, sparse, sure, why = _channels(path, driven, pose)
+    notes = {**pose.notes, "commands": []}
     if sparse:
         notes["commands"] = [f"not used, with empty cells: {', '.join(sparse)}"]
-    return Sources(path, name, choices.axes, 0.0, pose, commands, channels, notes)
+    found = [
+        *pose.recognised,
+        recognised("stamps of the commands", table, stamp),
+        Recognised("commands", _listed(channels, table), why, sure),
+    ]
+    notes["pose"] = [*notes.get("pose", []), *(r for t in tables for r in t.table.remarks)]
+    return Sources(
+        path, name, choices.axes, 0.0, pose.entries, commands, channels, notes,
+        spare=_spare(table, pose, channels), recognised=tuple(found),
+    )  # fmt: skip
 
 
-def _changing(tables: Sequence[TableView], more: Sequence[Path]) -> list[TableView]:
+def _listed(channels: dict[str, dict[str, Any]], table: TableSeen) -> str:
+    names = [
+        f"{c['file']}: {c['column']}" if "file" in c else c["column"] for c in channels.values()
+    ]
+    return shown(table, *names)
+
+
+def _changing(tables: Sequence[TableSeen], more: Sequence[Path]) -> list[TableSeen]:
     """Tables of the first recording; a column changes if it does in any recording."""
-    lone = len(tables) == 1
-    seen = {
-        (None if lone else Path(table.path).name, column.name)
+    changing = {
+        (table.key, column.name)
         for path in more
         if path.exists() and not is_bag(path)
-        for table in look_at_columns(path)
-        for column in table.columns
+        for table in read_tables(path)
+        for column in table.view.columns
         if column.changes
     }
 
-    def over_all(table: TableView) -> TableView:
-        file = None if lone else Path(table.path).name
-        columns = (replace(c, changes=c.changes or (file, c.name) in seen) for c in table.columns)
-        return replace(table, columns=tuple(columns))
+    def over_all(table: TableSeen) -> TableSeen:
+        columns = tuple(
+            replace(c, changes=c.changes or (table.key, c.name) in changing)
+            for c in table.view.columns
+        )
+        return replace(table, view=replace(table.view, columns=columns))
 
     return [over_all(table) for table in tables]
 
 
-def _files(path: Path, table: TableView) -> dict[str, Any]:
-    return {"file": Path(table.path).name} if path.is_dir() else {}
+def _stamp(table: TableSeen) -> StampFound:
+    found = find_stamp(table)
+    if found is None:
+        listed = ", ".join(c.name for c in table.view.columns[:LISTED])
+        raise RecordingError(f"{table.view.path}: no column of stamps; it has {listed}")
+    return found
+
+
+def _commands(
+    path: Path, tables: Sequence[TableSeen], pose: PoseColumns, choices: Choices, ask: Ask | None
+) -> tuple[list[TableSeen], dict[str, tuple[TableSeen, str]]]:
+    """Tables of the commands, and the columns where the user chose them, by name."""
+    given = choices.commands
+    if given is None:
+        return _command_tables(path, tables, pose, ask), {}
+    for table in tables:
+        if given in (table.key, Path(table.key).stem) and table.key:
+            return [table], {}
+    pairs = assigned(given, "--commands") or {c.strip(): c.strip() for c in given.split(",")}
+    listed = ", ".join(t.key for t in tables if t.key)
+    if len(pairs) == 1 and "=" not in given and not holding_tables(tables, given.strip()):
+        where = f"table {given}" if listed else f"column {given}"
+        there = listed or ", ".join(c.name for t in tables for c in t.view.columns[:LISTED])
+        raise RecordingError(f"{path}: no {where} (--commands); there are {there}")
+    columns = [column_of(path, tables, text, "--commands") for text in pairs.values()]
+    names = named((name, {}) for name in pairs)
+    return [columns[0][0]], dict(zip(names, columns, strict=True))
+
+
+def _command_tables(
+    path: Path, tables: Sequence[TableSeen], pose: PoseColumns, ask: Ask | None
+) -> list[TableSeen]:
+    """The table of the commands: by name, else with columns named so, else the other, else the same."""
+    others = [t for t in tables if all(t is not own for own in pose.tables)]
+    likely = [t for t in others if any(w in t.key.lower() for w in COMMAND_TABLE_WORDS)]
+    if not likely:
+        holding = [t for t in others if _named_commands(_able(t, pose))]
+        likely = holding or others
+    alike = {tuple(t.table.names) for t in likely}
+    if len(likely) > 1 and len(alike) == 1:
+        few = len(_able(likely[0], pose)) <= OWN_TABLE_CHANNELS
+        if few:
+            return likely
+    if not likely:
+        return [pose.tables[0]]
+    keys = [t.key for t in likely]
+    return [likely[keys.index(choose(path, "commands", keys, ask))]]
+
+
+def _able(table: TableSeen, pose: PoseColumns) -> list[ColumnView]:
+    """Columns that may be commands: they change, and are no other signal."""
+    taken = stamp_columns(table) | pose.names_in(table)
+    same = any(table is own for own in pose.tables)
+    return [
+        c
+        for c in table.view.columns
+        if c.name and c.name not in taken and c.changes and c.least is not None
+        and not is_validity(c) and not (same and _is_other_signal(c.name))
+    ]  # fmt: skip
+
+
+def _is_other_signal(name: str) -> bool:
+    """Whether a column beside the poses is measured rather than commanded."""
+    measured, command = grade(name, Kind.MEASURED), grade(name, Kind.COMMAND)
+    if is_quaternion_part(name) is not None or read_name(name).words in NOT_COMMANDS:
+        return True
+    if command is not None and (measured is None or command >= measured):
+        return False
+    motion = (Kind.HEADING, Kind.COURSE, Kind.YAW_RATE, Kind.LATITUDE, Kind.LONGITUDE)
+    return measured is not None or any(grade(name, kind) is Grade.WHOLE for kind in motion)
+
+
+def _named_commands(columns: Sequence[ColumnView]) -> list[ColumnView]:
+    return [c for c in columns if grade(c.name, Kind.COMMAND) is not None]
+
+
+def _channels(
+    path: Path, driven: Sequence[TableSeen], pose: PoseColumns
+) -> tuple[dict[str, dict[str, Any]], list[str], Sureness, str]:
+    """Channels by name, columns left out for empty cells, and how sure they are commands."""
+    first = driven[0]
+    if len(driven) > 1:
+        pairs = [(t, c.name) for t in driven for c in _able(t, pose)]
+        found = named(
+            (f"{Path(t.key).stem}_{c}", _channel(t, c, first, _stamp(t))) for t, c in pairs
+        )
+        sparse: list[str] = []
+    else:
+        able = _able(first, pose)
+        if not able:
+            raise RecordingError(
+                f"{first.view.path}: no column besides poses and stamps changes, so there are no commands"
+            )
+        merged = any(first is own for own in pose.tables)
+        likely = (_named_commands(able) if merged else []) or able
+        full, sparse = _equally_filled(likely)
+        found = named((c.name, {"column": c.name}) for c in full)
+    if not found:
+        raise RecordingError(f"{path}: no column of {', '.join(t.key for t in driven)} changes")
+    if all(grade(str(c["column"]), Kind.COMMAND) is not None for c in found.values()):
+        return found, sparse, Sureness.LIKELY, "names; they change"
+    if len(driven) == 1 and any(w in first.key.lower() for w in COMMAND_TABLE_WORDS):
+        return found, sparse, Sureness.LIKELY, "name of the table; they change"
+    return found, sparse, Sureness.GUESS, "they change, and are no other signal"
+
+
+def _channel(table: TableSeen, name: str, main: TableSeen, stamp: StampFound) -> dict[str, Any]:
+    """A channel's entry; `file` and `stamp` where they are not those of all commands."""
+    entry: dict[str, Any] = {"column": name}
+    if table is not main:
+        entry["file"] = table.key
+        own = _stamp(main).entry["column"]
+        if stamp.entry["column"] != own:
+            entry["stamp"] = stamp.entry["column"]
+    return entry
+
+
+def _spare(
+    table: TableSeen, pose: PoseColumns, channels: Mapping[str, dict[str, Any]]
+) -> tuple[str, ...]:
+    """Columns beside the commands that change and may scale thrust: voltage, speed of a propeller."""
+    used = {c["column"] for c in channels.values()} | stamp_columns(table) | pose.names_in(table)
+    motion = (Kind.HEADING, Kind.COURSE, Kind.YAW_RATE, Kind.X, Kind.Y)
+    return tuple(
+        c.name
+        for c in table.view.columns
+        if c.changes and c.least is not None and c.name and c.name not in used
+        and not c.empty and not is_validity(c) and is_quaternion_part(c.name) is None
+        and (SCALE_WORDS.intersection(read_name(c.name).words)
+             or grade(c.name, Kind.MEASURED) is not Grade.WHOLE)
+        and not any(grade(c.name, kind) for kind in motion)
+    )[:MOST_SPARE]  # fmt: skip
 
 
 def _equally_filled(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], list[str]]:
@@ -99,87 +251,3 @@ def _equally_filled(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], li
         groups.setdefault(column.empty, []).append(column)
     chosen = max(groups.items(), key=lambda g: (len(g[1]), -g[0]))[1]
     return chosen, [c.name for c in columns if c not in chosen]
-
-
-def _pose_table(
-    path: Path, tables: Sequence[TableView], choices: Choices, ask: Ask | None
-) -> TableView:
-    if choices.pose is not None:
-        return _given(path, tables, choices.pose, "poses")
-    found = [t for t in tables if all(_named(t, POSE_NAMES[key]) for key in ("x", "psi"))]
-    if not found:
-        listed = "; ".join(f"{t.path}: {', '.join(c.name for c in t.columns)}" for t in tables)
-        raise RecordingError(
-            f"{path}: no table has columns named like x, y and psi (or yaw, heading); rename them, or "
-            f"write the vehicle file by hand (docs/vehicle.md). There are {listed[:400]}"
-        )
-    return _chosen(path, found, "poses", ask)
-
-
-def _command_table(
-    path: Path, tables: Sequence[TableView], poses: TableView, choices: Choices, ask: Ask | None
-) -> TableView:
-    """The table of the commands: by name, else the other table, else the same."""
-    if choices.commands is not None:
-        return _given(path, tables, choices.commands, "commands")
-    others = [t for t in tables if t is not poses]
-    likely = [t for t in others if any(w in Path(t.path).name.lower() for w in COMMAND_TABLE_WORDS)]
-    return _chosen(path, likely or others or [poses], "commands", ask)
-
-
-def _given(path: Path, tables: Sequence[TableView], name: str, role: str) -> TableView:
-    for table in tables:
-        if name in (Path(table.path).name, Path(table.path).stem):
-            return table
-    listed = ", ".join(Path(t.path).name for t in tables)
-    raise RecordingError(f"{path}: no table {name} ({OPTIONS[role]}); there are {listed}")
-
-
-def _chosen(path: Path, found: Sequence[TableView], role: str, ask: Ask | None) -> TableView:
-    names = [Path(t.path).name for t in found]
-    return found[names.index(choose(path, role, names, ask))]
-
-
-def _named(table: TableView, names: Sequence[str]) -> ColumnView | None:
-    """The column with the first of these names, whatever its case and unit."""
-    for spelled in (str.lower, _without_unit):
-        found = {spelled(c.name): c for c in reversed(table.columns) if c.least is not None}
-        for name in names:
-            if name in found:
-                return found[name]
-    return None
-
-
-def _without_unit(name: str) -> str:
-    """The name without its unit: x [mm], x (mm), x_mm."""
-    return re.sub(r"\s*[\[(_ ](m|cm|mm|rad|deg|s|ms|us|ns)[\])]?$", "", name.strip().lower())
-
-
-def _unit(name: str, units: Sequence[str]) -> str:
-    """The unit in a column's name; empty for the default unit."""
-    found = re.search(r"[\[(_ ](\w+)[\])]?$", name.strip().lower())
-    return found[1] if found and found[1] in units[1:] else ""
-
-
-def _is_validity(column: ColumnView) -> bool:
-    """Whether a column marks valid poses."""
-    return "valid" in column.name.lower() and (column.least, column.most) in ((0, 1), (1, 1))
-
-
-def _north(pose: dict[str, Any]) -> list[str]:
-    """A note on the axes from the names of the columns."""
-    if any(_without_unit(pose[key]["column"]) in ("north", "east") for key in ("x", "y")):
-        return ["columns named north and east mean forward-right-down (--axes)"]
-    return []
-
-
-def _stamp(table: TableView) -> dict[str, Any]:
-    rising = [c for c in table.columns if c.unit]
-    column = _named(table, TIME_NAMES) or (rising[0] if rising else None)
-    if column is None:
-        raise RecordingError(
-            f"{table.path}: no column of stamps; it has {', '.join(c.name for c in table.columns)}"
-        )
-    name = column.name.strip().lower()
-    unit = name if name in TIME_UNITS[1:] else _unit(column.name, TIME_UNITS) or column.unit or "s"
-    return {"column": column.name} | ({"unit": unit} if unit != "s" else {})

@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -31,6 +31,9 @@ LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] range of a lever arm that is proposed
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 PWM = (900.0, 2100.0)  # [us] range of servo pulses
 PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us] neutral, and neutral to full
+MOST_TRIM = 60.0  # [us] of a neutral pulse width from the centre
+LEAST_REST_SHARE = 0.05  # of the rows, at one pulse width: that of rest
+OFF_VALUES = (0.0, 65535.0)  # [us] of outputs that are not driven
 OVERSHOOT = 1.05  # of full command, up to which a value still belongs to it
 USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
 LEAST_REACHED = 0.5  # of a usual full command; below, the scale is rounded up from the data
@@ -137,7 +140,8 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     """Inputs, signs, scales and units from the recording itself."""
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
-        names = _changing_channels(sources, salvage=salvage)
+        names, disarmed = _changing_channels(sources, salvage=salvage)
+        sources = replace(sources, channels={**sources.channels, **disarmed})
     with stage("units and signs", 0.4):
         pose, corrected, report = _units(sources, names, salvage=salvage)
     draft = _draft(sources, pose, names)
@@ -169,7 +173,7 @@ def _units(
     report = check_consistency(recordings, draft)
     corrected = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
-        if unit is not None:
+        if unit is not None and (key in pose or "latitude" not in pose):
             pose[key] = dict(pose.get(key, {})) | {"unit": unit}
             corrected.append(f"{key} is in {unit}, by the motion of the boat")
     if corrected:
@@ -197,13 +201,23 @@ def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> V
     return vehicle_from(content, f"the draft for {sources.path}")
 
 
-def _changing_channels(sources: Sources, *, salvage: bool) -> list[str]:
-    """Channels that change, the most active ones."""
+def _changing_channels(
+    sources: Sources, *, salvage: bool
+) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """Channels that change, the most active ones; and entries of those that have a value for `off`."""
     changes: dict[str, int] = {}
+    disarmed: dict[str, dict[str, Any]] = {}
     names = [*sources.channels]
     for i in over(range(0, len(names), MOST_CHANNELS)):
         part = _draft(sources, sources.pose, names[i : i + MOST_CHANNELS])
-        for recording in _read(sources, part, salvage=salvage):
+        recordings = _read(sources, part, salvage=salvage)
+        values = np.concatenate([r.commands.values for r in recordings]) * part.input_signs
+        for name, raw in zip(part.inputs, values.T, strict=True):
+            off = _off(raw)
+            if off is not None:
+                scale = _scale(raw[raw != off], sources.full)
+                disarmed[name] = sources.channels[name] | scale | {"off": off}
+        for recording in recordings:
             steps = (np.diff(recording.commands.values, axis=0) != 0).sum(axis=0)
             for name, count in zip(part.inputs, steps.tolist(), strict=True):
                 changes[name] = changes.get(name, 0) + count
@@ -212,7 +226,19 @@ def _changing_channels(sources: Sources, *, salvage: bool) -> list[str]:
         raise RecordingError(
             f"{sources.path}: no command ever changes; record while the boat is driven"
         )
-    return [name for name in names if name in kept]
+    return [name for name in names if name in kept], {
+        n: e for n, e in disarmed.items() if n in kept
+    }
+
+
+def _off(raw: Array) -> float | None:
+    """The value of a disarmed autopilot among pulse widths; None: there is none."""
+    for value in OFF_VALUES:
+        rest = raw[raw != value]
+        isolated = 0 < len(rest) < len(raw)
+        if isolated and rest.min() >= PWM[0] and rest.max() <= PWM[1]:
+            return value
+    return None
 
 
 def _channels(
@@ -222,7 +248,10 @@ def _channels(
     names = signals[0].names
     values = np.concatenate([signal.values for signal in signals])
     raw = values * draft.input_signs
-    scales = [_scale(raw[:, i], sources.full) for i in range(len(names))]
+    scales = [
+        {} if "off" in sources.channels[n] else _scale(raw[:, i], sources.full)
+        for i, n in enumerate(names)
+    ]
     t, gains = np.zeros((3, len(names))), np.zeros((3, len(names)))
     for gain in table:
         i = names.index(gain.input)
@@ -239,7 +268,7 @@ def _scale(values: Array, full: float | None = None) -> dict[str, float]:
     """Offset and scale for a full command of 1; `full` where the message type defines it."""
     least, most = float(values.min()), float(values.max())
     if PWM[0] <= least and most <= PWM[1]:
-        return {"offset": PWM_CENTRE, "scale": PWM_SPAN}
+        return {"offset": _neutral(values), "scale": PWM_SPAN}
     largest = max(abs(least), abs(most))
     usual = next((x for x in USUAL_FULL_COMMANDS if x > largest / OVERSHOOT), 0.0)
     if full is None and largest < LEAST_REACHED * usual and largest > OVERSHOOT:
@@ -247,6 +276,15 @@ def _scale(values: Array, full: float | None = None) -> dict[str, float]:
         full = float(np.ceil(largest / OVERSHOOT / decade) * decade)
     scale = full or usual or largest
     return {} if scale == 1.0 else {"scale": scale}
+
+
+def _neutral(pulses: Array) -> float:
+    """The pulse width of a boat at rest: the most frequent one near the usual centre."""
+    widths, counts = np.unique(np.round(pulses), return_counts=True)
+    k = int(counts.argmax())
+    frequent = counts[k] >= LEAST_REST_SHARE * len(pulses)
+    near = abs(float(widths[k]) - PWM_CENTRE) <= MOST_TRIM
+    return float(widths[k]) if frequent and near else PWM_CENTRE
 
 
 def _thrusters(found: Channels) -> Parts:

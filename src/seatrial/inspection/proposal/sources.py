@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,28 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
+MOST_OTHERS = 6  # candidates listed
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
+
+
+class Sureness(str, Enum):
+    """How sure a recognised signal is."""
+
+    CHOSEN = "chosen"  # by the user
+    CERTAIN = "certain"  # name and values agree
+    LIKELY = "likely"  # the name, or the values alone
+    GUESS = "guess"
+
+
+@dataclass(frozen=True)
+class Recognised:
+    """A signal of the boat that was found in a recording."""
+
+    signal: str  # x, heading, stamps of the commands
+    column: str  # or topic and field
+    why: str
+    sure: Sureness
+    others: tuple[str, ...] = ()  # further candidates
 
 
 @dataclass(frozen=True)
@@ -19,7 +41,7 @@ class Choices:
 
     name: str | None = None
     axes: str = Axes.FLU.value
-    pose: str | None = None  # topic, or table of a folder
+    pose: str | None = None  # topic, table of a folder, or columns: x=COL,y=COL,heading=COL
     commands: str | None = None
     parent: str | None = None
     child: str | None = None
@@ -39,6 +61,8 @@ class Sources:
     notes: Mapping[str, list[str]] = field(default_factory=dict)  # comments, by key
     full: float | None = None  # value of full command, where the message type defines it
     more: tuple[Path, ...] = ()  # further recordings of the same boat
+    spare: tuple[str, ...] = ()  # further columns that change: a signal that scales thrust?
+    recognised: tuple[Recognised, ...] = ()  # signals, for the user to check
 
 
 def choose(path: Path, role: str, likely: Sequence[str], ask: Ask | None) -> str:
@@ -65,3 +89,39 @@ def named(columns: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, dict[str, 
             name = f"{word}_{number}"
         found[name] = column
     return found
+
+
+def assigned(text: str, option: str, keys: Sequence[str] = ()) -> dict[str, str]:
+    """The columns of `x=COL,y=COL`; empty where the text has no `=`. keys: those allowed.
+
+    Raises RecordingError.
+    """
+    if "=" not in text:
+        return {}
+    found: dict[str, str] = {}
+    for part in text.split(","):
+        key, equals, column = (p.strip() for p in part.partition("="))
+        if not (key and equals and column) or (keys and key not in keys):
+            listed = f" with {', '.join(keys)}" if keys else ""
+            raise RecordingError(f"{option} {text}: expected NAME=COLUMN,NAME=COLUMN{listed}")
+        if key in found:
+            raise RecordingError(f"{option} {text}: {key} is there twice")
+        found[key] = column
+    return found
+
+
+def recognised_text(found: Sequence[Recognised]) -> str:
+    """A table: signal, column, why, how sure, other candidates."""
+    head = ("signal", "column", "how sure", "why", "other candidates")
+    rows = [
+        (r.signal, r.column, r.sure.value, r.why, ", ".join(r.others[:MOST_OTHERS]) or "-")
+        for r in found
+    ]
+    shown = [
+        tuple("".join(c if c.isprintable() else "?" for c in cell) for cell in row) for row in rows
+    ]
+    widths = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
+    return "\n".join(
+        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in (head, *shown)
+    )

@@ -26,13 +26,15 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
     length = f" ({sources.length:.0f} s)" if sources.length else ""
     first = f"{_shown(sources.path.name)}{length}"
     others = [_shown(path.name) for path in sources.more]
-    axes = f"check: {AXES_MEANING[sources.axes]}? The data do not show it"
+    axes = [f"check: {AXES_MEANING[sources.axes]}? The data do not show it"]
+    if "known axes" in sources.notes:
+        axes = [AXES_MEANING[sources.axes], *sources.notes["known axes"]]
     lines = [
         f"# Proposed by 'seatrial init' from {', '.join([first, *others])}.",
         "# Check every line marked 'check'.",
         "seatrial: vehicle 1",
         _commented(_line("name", sources.name), "the boat's name, also the model's"),
-        _commented(f"axes: {sources.axes}", axes, *sources.notes.get("axes", [])),
+        _commented(f"axes: {sources.axes}", *axes, *sources.notes.get("axes", [])),
         "",
         *_pose(sources, drive),
         "",
@@ -42,6 +44,7 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
         "",
         *_forces(drive),
         "",
+        *sources.notes.get("scales", []),
         *_structure(),
     ]
     return "\n".join(lines) + "\n"
@@ -51,6 +54,9 @@ def _pose(sources: Sources, drive: Drive) -> list[str]:
     lines = [_commented("pose:", *sources.notes.get("pose", []))]
     lines += [f"  # {text}" for text in drive.findings]
     lines += [f"  {_line(key, value)}" for key, value in drive.pose.items()]
+    if "yaw_rate" in sources.notes:
+        entry, why = sources.notes["yaw_rate"]
+        lines.append(_commented(f"  # {entry}", why))
     return [*lines, *_lever(drive)]
 
 
@@ -92,8 +98,8 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
         )
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
-    if spare:
-        fields = [_place(sources.channels[n]) for n in spare]
+    if spare or sources.spare:
+        fields = [*(_place(sources.channels[n]) for n in spare), *map(_shown, sources.spare)]
         lines.append(
             f"    # not used: {', '.join(fields)}; a signal that scales thrust goes under scales:"
         )
@@ -102,7 +108,9 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
 
 def _place(column: Mapping[str, Any]) -> str:
     """Topic, column and field of a channel, as the file names them."""
-    return _shown(" ".join(str(column[k]) for k in ("topic", "column", "field") if k in column))
+    return _shown(
+        " ".join(str(column[k]) for k in ("topic", "file", "column", "field") if k in column)
+    )
 
 
 def _timeout(drive: Drive) -> list[str]:
@@ -160,7 +168,7 @@ def _structure() -> list[str]:
 
 
 def _same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
-    return all(a.get(key) == b.get(key) for key in ("column", "field", "topic"))
+    return all(a.get(key) == b.get(key) for key in ("column", "field", "topic", "file"))
 
 
 def _commented(text: str, *comments: str) -> str:
@@ -183,8 +191,12 @@ def _flow(value: object) -> str:
     """YAML on one line."""
     if isinstance(value, Mapping):
         return "{" + ", ".join(_line(k, v) for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
     if isinstance(value, float):
-        return f"{value:g}" if value != int(value) else f"{int(value)}"
+        if value == int(value):
+            return f"{int(value)}"
+        return f"{value:g}" if float(f"{value:g}") == value else repr(value)
     return _word(value) if isinstance(value, str) else str(value)
 
 

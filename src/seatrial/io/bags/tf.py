@@ -6,13 +6,13 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.io.bags.bag import SALVAGE, Bag, Topic
 from seatrial.io.bags.wire import Shape, WireError, plain
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 from seatrial.util.progress import reach, stage
+from seatrial.util.quaternion import product, rotated, slerp, unit
 
 TYPES = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 TF_BATCH = 4096  # messages decoded at once
@@ -23,7 +23,6 @@ NUMBERS = (
 STAMP = ("header.stamp.sec", "header.stamp.nanosec")
 FRAME_FIELDS = ("header.frame_id", "child_frame_id")
 MOST_EDGES = 30  # edges in a message
-SMALL_ANGLE = 1e-4  # [rad] between two rotations: below it linear interpolation is exact enough
 Edge = tuple[str, str]  # parent, child
 
 
@@ -81,12 +80,6 @@ def _topics(bag: Bag, name: str) -> list[str]:
     for topic in found:
         _check_definition(bag, topic)
     return [topic.name for topic in found]
-
-
-def yaw(quaternion: Array) -> Array:
-    """Heading (n,) [rad] of quaternions (n, 4) x y z w of any length; NaN for zero ones."""
-    x, y, z, w = _unit(quaternion).T
-    return np.asarray(np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z))
 
 
 def _check_definition(bag: Bag, topic: Topic) -> None:
@@ -233,57 +226,17 @@ def _interpolated(step: Transforms, at: Stamps) -> Array:
     a, b = values[right - 1], values[right]
     inside = (share >= 0) & (share <= 1)
     between = np.column_stack(
-        [a[:, :3] + share * (b[:, :3] - a[:, :3]), _slerp(a[:, 3:], b[:, 3:], share)]
+        [a[:, :3] + share * (b[:, :3] - a[:, :3]), slerp(a[:, 3:], b[:, 3:], share)]
     )
     between = np.where(share <= 0, a, np.where(share >= 1, b, between))  # also next to a NaN
     return np.where(inside, between, np.nan)
 
 
-def _slerp(a: Array, b: Array, share: Array) -> Array:
-    """Rotations (n, 4) on the shorter arc from a to b, at shares (n, 1) of it."""
-    a, b = _unit(a), _unit(b)
-    near = np.sum(a * b, axis=1, keepdims=True)
-    b, near = np.where(near < 0, -b, b), np.minimum(np.abs(near), 1.0)
-    angle = np.arccos(near)
-    arc = np.where(angle > SMALL_ANGLE, angle, 1.0)
-    left, right = np.sin((1 - share) * arc) / np.sin(arc), np.sin(share * arc) / np.sin(arc)
-    straight = angle <= SMALL_ANGLE
-    return np.asarray(np.where(straight, a + share * (b - a), left * a + right * b))
-
-
 def _composed(a: Array, b: Array) -> Array:
     """Poses (n, 7) a then b: T_a T_b."""
-    return np.column_stack([a[:, :3] + _rotated(a[:, 3:], b[:, :3]), _product(a[:, 3:], b[:, 3:])])
+    return np.column_stack([a[:, :3] + rotated(a[:, 3:], b[:, :3]), product(a[:, 3:], b[:, 3:])])
 
 
 def _inverse(a: Array) -> Array:
-    q = _unit(a[:, 3:]) * [-1.0, -1.0, -1.0, 1.0]
-    return np.column_stack([-_rotated(q, a[:, :3]), q])
-
-
-def _unit(q: Array) -> Array:
-    """Quaternions (n, 4) of length 1; NaN for those without a direction."""
-    with np.errstate(invalid="ignore", divide="ignore"):
-        # so that squares neither overflow nor underflow
-        scaled = q / np.max(np.abs(q), axis=1, keepdims=True)
-        return np.asarray(scaled / np.linalg.norm(scaled, axis=1, keepdims=True))
-
-
-def _product(a: Array, b: Array) -> NDArray[np.float64]:
-    ax, ay, az, aw = a.T
-    bx, by, bz, bw = b.T
-    return np.column_stack(
-        [
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-            aw * bw - ax * bx - ay * by - az * bz,
-        ]
-    )
-
-
-def _rotated(q: Array, vector: Array) -> Array:
-    """Vectors (n, 3) rotated by quaternions (n, 4)."""
-    unit = _unit(q)
-    axis = 2.0 * np.cross(unit[:, :3], vector)
-    return np.asarray(vector + unit[:, 3:] * axis + np.cross(unit[:, :3], axis))
+    q = unit(a[:, 3:]) * [-1.0, -1.0, -1.0, 1.0]
+    return np.column_stack([-rotated(q, a[:, :3]), q])

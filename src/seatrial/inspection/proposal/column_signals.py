@@ -1,0 +1,373 @@
+# SPDX-License-Identifier: MIT
+"""Position, heading, yaw rate and stamps among the columns of tables, by name and by value."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatrial.inspection.proposal.column_names import (
+    Grade,
+    Kind,
+    family,
+    grade,
+    is_quaternion_part,
+    order,
+    read_name,
+)
+from seatrial.inspection.proposal.sources import Recognised, Sureness
+from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
+
+PAIRS = (  # kinds of a position, the usual first
+    (Kind.X, Kind.Y),
+    (Kind.EAST, Kind.NORTH),
+    (Kind.LATITUDE, Kind.LONGITUDE),
+)
+WHOLE_DEGREES = 1e7  # scale of latitudes as whole numbers of 1e-7 deg
+LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
+WIDEST = 2.0  # [deg] that a small boat moves in latitude or longitude, at most
+NO_FIX = 1e-6  # [deg] from latitude and longitude 0
+HARDLY_MOVES = 0.02  # of the other coordinate's range
+MOST_REST = 1e9  # [ns] of a second
+LEAST_CORRELATION = 0.6  # of a yaw rate with the derivative of the heading
+GYRO_WORDS = ("gyro", "gyr", "gz", "gyroscope", "imu")  # a sensor's own rate
+LISTED = 40  # columns in an error message
+TIME_UNITS = ("s", "ms", "us", "ns")
+
+
+@dataclass(frozen=True)
+class Position:
+    """Two columns of one table that are the position."""
+
+    table: TableSeen
+    kinds: tuple[Kind, Kind]
+    names: tuple[str, str]
+    grade: Grade
+    sure: Sureness
+    why: str
+    scale: float = 1.0  # of latitude and longitude
+    still: str = ""  # a coordinate that hardly moves
+
+    @property
+    def values(self) -> tuple[Array, Array]:
+        """Both columns (n,), in degrees where geographic; NaN without a fix."""
+        first, second = (self.table.numbers(name) / self.scale for name in self.names)
+        if self.kinds[0] is Kind.LATITUDE:
+            lost = (np.abs(first) < NO_FIX) & (np.abs(second) < NO_FIX)
+            first, second = np.where(lost, np.nan, first), np.where(lost, np.nan, second)
+        return first, second
+
+    @property
+    def east_north(self) -> tuple[Array, Array] | None:
+        """East and north (n,), up to scale equal in both; None of x and y."""
+        first, second = self.values
+        if self.kinds[0] is Kind.LATITUDE:
+            return second * np.cos(np.radians(np.nanmedian(first))), first
+        return (first, second) if self.kinds[0] is Kind.EAST else None
+
+    @property
+    def plane(self) -> tuple[Array, Array]:
+        """Coordinates (n,) of a plane, the first east where that is known."""
+        return self.east_north or self.values
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A column, or the four of a quaternion, that are the heading."""
+
+    table: TableSeen
+    names: tuple[str, ...]  # one, or x, y, z, w
+    grade: Grade
+    rank: int  # among its kind's words
+
+    @property
+    def values(self) -> Array:
+        """(n,) as written, or [rad] of a quaternion."""
+        columns = [self.table.numbers(name) for name in self.names]
+        if len(columns) == 1:
+            return columns[0]
+        x, y, z, w = columns
+        return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+@dataclass(frozen=True)
+class StampFound:
+    """The column with the stamps of a table."""
+
+    entry: dict[str, Any]  # as the vehicle file has it
+    why: str
+    sure: Sureness
+    others: tuple[str, ...]
+
+
+# Position #
+
+
+def positions(tables: Sequence[TableSeen]) -> list[Position]:
+    """Pairs of columns that are a position, the best first."""
+    found = [
+        position
+        for table in tables
+        for kinds in PAIRS
+        for first, second in _pairs(table, kinds)
+        if (position := weighed(table, kinds, (first, second))) is not None
+    ]
+    return sorted(found, key=lambda p: (-p.grade, PAIRS.index(p.kinds), _order(p)))
+
+
+def _order(position: Position) -> int:
+    return sum(order(n, k) for n, k in zip(position.names, position.kinds, strict=True))
+
+
+def _pairs(table: TableSeen, kinds: tuple[Kind, Kind]) -> Iterator[tuple[str, str]]:
+    """Columns of both kinds whose other words are the same."""
+    firsts, seconds = (
+        [
+            c.name
+            for c in table.view.columns
+            if c.least is not None and grade(c.name, kind) and is_quaternion_part(c.name) is None
+        ]
+        for kind in kinds
+    )
+    for first in firsts:
+        for second in seconds:
+            if first != second and family(first) == family(second):
+                yield first, second
+    if len(firsts) == len(seconds) == 1 and family(firsts[0]) != family(seconds[0]):
+        yield firsts[0], seconds[0]
+
+
+def weighed(
+    table: TableSeen, kinds: tuple[Kind, Kind], names: tuple[str, str], *, chosen: bool = False
+) -> Position | None:
+    """The position with what its values show; None where they contradict it."""
+    fits = [grade(n, k) or Grade.PART for n, k in zip(names, kinds, strict=True)]
+    values = [table.numbers(name) for name in names]
+    spans = [float(np.nanmax(v) - np.nanmin(v)) if np.isfinite(v).any() else 0.0 for v in values]
+    sure = Sureness.GUESS if min(fits) is Grade.PART else Sureness.CERTAIN
+    scale, still = 1.0, ""
+    if kinds[0] is Kind.LATITUDE:
+        scale = _degrees(*values)
+        if not scale and not chosen:
+            return None
+        scale = scale or 1.0
+        why = "names; within 90 and 180 deg" + (", whole numbers of 1e-7 deg" if scale > 1 else "")
+    else:
+        if max(spans) == 0 and not chosen:
+            return None
+        why = f"names; they range over {spans[0]:.3g} and {spans[1]:.3g}"
+        if min(spans) < HARDLY_MOVES * max(spans):
+            still = names[int(np.argmin(spans))]
+            sure = Sureness.LIKELY if sure is Sureness.CERTAIN else sure
+            why += f"; {still} hardly moves: is it a height?"
+    if chosen:
+        sure, why = Sureness.CHOSEN, why.replace("names", "--pose")
+    return Position(table, kinds, names, min(fits), sure, why, scale, still)
+
+
+def _degrees(latitude: Array, longitude: Array) -> float:
+    """Scale with which these are a small boat's latitude and longitude; 0: with none."""
+    known = np.isfinite(latitude) & np.isfinite(longitude)
+    known &= (np.abs(latitude) > NO_FIX) | (np.abs(longitude) > NO_FIX)
+    if not known.any():
+        return 0.0
+    for scale in (1.0, WHOLE_DEGREES):
+        lat, lon = latitude[known] / scale, longitude[known] / scale
+        inside = np.abs(lat).max() <= LARGEST_LATITUDE and np.abs(lon).max() <= LARGEST_LONGITUDE
+        spread = max(np.ptp(np.percentile(v, (5, 95))) for v in (lat, lon))
+        if inside and 0 < spread < WIDEST:
+            return scale
+    return 0.0
+
+
+# Heading and yaw rate #
+
+
+def headings(tables: Sequence[TableSeen]) -> list[Heading]:
+    """Columns and quaternions that are a heading, the best first."""
+    found = [
+        Heading(table, (c.name,), fit, order(c.name, Kind.HEADING))
+        for table in tables
+        for c in table.view.columns
+        if c.changes and c.least is not None and is_quaternion_part(c.name) is None
+        and not read_name(c.name).rate and (fit := grade(c.name, Kind.HEADING)) is not None
+    ]  # fmt: skip
+    found += [
+        Heading(table, names, Grade.PREFIXED, len(names))
+        for table in tables
+        for names in quaternions(table)
+    ]
+    return sorted(found, key=lambda h: (-h.grade, h.rank))
+
+
+def quaternions(table: TableSeen) -> list[tuple[str, str, str, str]]:
+    """Columns x, y, z, w of unit quaternions."""
+    parts: dict[tuple[str, ...], dict[str, str]] = {}
+    for column in table.view.columns:
+        part = is_quaternion_part(column.name)
+        if part is not None and column.least is not None:
+            parts.setdefault(part[0], {}).setdefault(part[1], column.name)
+    found = []
+    for names in parts.values():
+        if set(names) == set("xyzw"):
+            four = (names["x"], names["y"], names["z"], names["w"])
+            norm = np.linalg.norm([table.numbers(name) for name in four], axis=0)
+            moves = any(c.changes for c in table.view.columns if c.name in four)
+            if moves and np.isfinite(norm).any() and abs(float(np.nanmedian(norm)) - 1) < 0.01:
+                found.append(four)
+    return found
+
+
+def yaw_rates(table: TableSeen) -> list[str]:
+    """Columns named like a yaw rate, those of a gyro first."""
+    named = [
+        c.name
+        for c in table.view.columns
+        if c.changes and c.least is not None and grade(c.name, Kind.YAW_RATE) is not None
+    ]
+    return sorted(named, key=lambda n: (not is_gyro(n), order(n, Kind.YAW_RATE)))
+
+
+def is_gyro(name: str) -> bool:
+    """Whether the name is of a sensor, rather than of an estimate."""
+    words = read_name(name).words
+    return any(w in GYRO_WORDS for w in words) or {"angular", "velocity"} <= set(words)
+
+
+# Stamps #
+
+
+def find_stamp(table: TableSeen) -> StampFound | None:
+    """Seconds and nanoseconds, a named column that rises, dates and times, any column that rises."""
+    found: list[tuple[float, dict[str, Any], str, Sureness]] = []
+    for column in table.view.columns:
+        fit = grade(column.name, Kind.STAMP) if column.name else None
+        rest = _rest_of(table, column)
+        if rest:
+            entry = {"column": column.name, "nanoseconds": rest}
+            found.append((50.0, entry, "names; whole seconds and nanoseconds", Sureness.CERTAIN))
+        elif fit is not None and column.unit:
+            kind = "dates and times" if column.unit == DATE_TIME_UNIT else "it rises"
+            sure = Sureness.CERTAIN if fit > Grade.PART else Sureness.LIKELY
+            why = f"name; {kind}, {column.rate:.4g} Hz"
+            if column.unit == "s.ns":
+                why = "name; nanoseconds without leading zeros: so read it rises, as seconds it jumps back"
+            found.append((40.0 + fit + _earliness(column), _stamp(column), why, sure))
+        elif fit is not None and fit > Grade.PART and column.least is not None and column.changes:
+            why = "name; it does not always rise"
+            found.append((20.0 + fit + _earliness(column), _stamp(column), why, Sureness.LIKELY))
+        elif column.unit and column.name and grade(column.name, Kind.MEASURED) is None:
+            why = f"it rises, {column.rate:.4g} Hz"
+            found.append((10.0, _stamp(column), why, Sureness.GUESS))
+    if not found:
+        return None
+    found.sort(key=lambda f: -f[0])
+    _, entry, why, sure = found[0]
+    return StampFound(entry, why, sure, tuple(str(f[1]["column"]) for f in found[1:]))
+
+
+def given_stamp(table: TableSeen, name: str) -> StampFound:
+    """The column that the user chose."""
+    column = next(c for c in table.view.columns if c.name == name)
+    rest = _rest_of(table, column)
+    entry = {"column": name, "nanoseconds": rest} if rest else _stamp(column)
+    return StampFound(entry, "--pose", Sureness.CHOSEN, ())
+
+
+def _earliness(column: ColumnView) -> float:
+    """Usual names first."""
+    return 1.0 / (2.0 + order(column.name, Kind.STAMP))
+
+
+def _stamp(column: ColumnView) -> dict[str, Any]:
+    """Column and unit: by name, else by value."""
+    name = column.name.strip().lower()
+    read = read_name(column.name)
+    unit = column.unit or "s"
+    if column.unit not in ("s.ns", DATE_TIME_UNIT):
+        stated = name if name in TIME_UNITS[1:] else read.unit
+        unit = stated if stated in TIME_UNITS else unit
+    plain = unit in ("s", DATE_TIME_UNIT)
+    return {"column": column.name} | ({} if plain else {"unit": unit})
+
+
+def _rest_of(table: TableSeen, column: ColumnView) -> str:
+    """The column of nanoseconds that belongs to this one of whole seconds."""
+    if column.least is None or not column.name or not grade(column.name, Kind.STAMP):
+        return ""
+    if grade(column.name, Kind.NANOSECONDS):
+        return ""
+    seconds = table.numbers(column.name)
+    if not np.all(np.isnan(seconds) | (seconds == np.rint(seconds))):
+        return ""
+    for other in table.view.columns:
+        if (
+            other.name != column.name and other.least is not None and other.most is not None
+            and grade(other.name, Kind.NANOSECONDS) and family(other.name) == family(column.name)
+            and other.least >= 0 and other.most < MOST_REST
+        ):  # fmt: skip
+            return other.name
+    return ""
+
+
+def stamp_columns(table: TableSeen) -> set[str]:
+    """Every column that is a stamp by its name, and rises or has dates; with its nanoseconds."""
+    found: set[str] = set()
+    for column in table.view.columns:
+        if column.name and grade(column.name, Kind.STAMP) in (Grade.WHOLE, Grade.PREFIXED):
+            found.add(column.name)
+            found.add(_rest_of(table, column) or column.name)
+        elif column.name and grade(column.name, Kind.NANOSECONDS):
+            found.add(column.name)
+    return found
+
+
+def is_validity(column: ColumnView) -> bool:
+    """Whether a column marks valid poses."""
+    marks = grade(column.name, Kind.VALID) is not None or "valid" in column.name.lower()
+    return marks and (column.least, column.most) in ((0, 1), (1, 1))
+
+
+# Columns that the user names #
+
+
+def column_of(
+    path: Path, tables: Sequence[TableSeen], text: str, option: str
+) -> tuple[TableSeen, str]:
+    """The table and name of a column that the user gave: COLUMN, or TABLE/COLUMN. Raises RecordingError."""
+    found = holding_tables(tables, text)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        listed = ", ".join(f"{t.key}/{c}" for t, c in found)
+        raise RecordingError(f"{path}: column {text} ({option}) is in several tables: {listed}")
+    listed = ", ".join(c.name for t in tables for c in t.view.columns[:LISTED])
+    raise RecordingError(f"{path}: no column {text} ({option}); there are {listed}")
+
+
+def holding_tables(tables: Sequence[TableSeen], text: str) -> list[tuple[TableSeen, str]]:
+    """Tables with such a column."""
+    found = [(t, text) for t in tables if text in t.table.names]
+    for table in tables:
+        name = text.removeprefix(f"{table.key}/")
+        if table.key and name != text and name in table.table.names:
+            found.append((table, name))
+    return found
+
+
+def shown(table: TableSeen, *names: str) -> str:
+    """Columns as the table of signals shows them."""
+    listed = ", ".join(names)
+    return f"{table.key}: {listed}" if table.key else listed
+
+
+def recognised(signal: str, table: TableSeen, found: StampFound) -> Recognised:
+    """A stamp as the table of signals shows it."""
+    entry = found.entry
+    names = [entry["column"], *([entry["nanoseconds"]] if "nanoseconds" in entry else [])]
+    unit = f" [{entry['unit']}]" if "unit" in entry else ""
+    return Recognised(signal, shown(table, *names) + unit, found.why, found.sure, found.others)

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""Signals of a bag: fields of messages, or transforms."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from seatrial.boat.schema import Column, PoseSource
+from seatrial.boat.vehicle import Vehicle
+from seatrial.io.bags.bag import Bag
+from seatrial.io.bags.collect import Collector, Samples, collect
+from seatrial.io.bags.poses import chosen_stamps, of_one_frame, usual_columns
+from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose
+from seatrial.io.signals import Answer, Asked, Signals, Spec, field_path, of_columns
+from seatrial.recording.timing import Clock, describe
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Mask
+from seatrial.util.progress import stage
+from seatrial.util.quaternion import yaw
+
+ALL_READ, COMMANDS_READ = 0.9, 0.3  # of the time of a recording; poses from tf are read apart
+
+
+class BagSignals(Signals):
+    """Topics of an open bag."""
+
+    def __init__(self, bag: Bag, vehicle: Vehicle, *, salvage: bool) -> None:
+        self.path, self.files = bag.path, bag.files
+        self._bag, self._vehicle, self._salvage = bag, vehicle, salvage
+
+    def pose_columns(self, vehicle: Vehicle) -> Mapping[str, Column]:
+        """Columns x, y and psi, those of the usual messages where the file names none."""
+        return usual_columns(self._bag, vehicle)
+
+    def place(self, column: Column, spec: Spec, where: str) -> str:
+        """The column's topic."""
+        source, _, key = where.partition(": ")
+        topic = column.topic or spec.topic
+        pose = isinstance(spec, PoseSource)
+        if topic is not None and pose and is_tf(found := self._bag.topic(topic, "pose: topic")):
+            return found.name
+        if topic is None or not (column.field or column.quaternion):
+            lacks = "topic" if topic is None else "field"
+            what = "pose:" if pose and topic is None else f"{key} has"
+            raise RecordingError(
+                f"{source}: {what} no {lacks}; name one for bags, or let 'seatrial init {self.path}' "
+                "write a vehicle file"
+            )
+        return self._bag.topic(topic, "pose: topic" if pose and not column.topic else key).name
+
+    def path_of(self, column: Column) -> str:
+        """The path to a column's field in a message."""
+        return field_path(column)
+
+    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
+        """All answers, in one pass; transforms in one of their own."""
+        turned = [self._is_transforms(one) for one in asked]
+        plain = [one for one, is_turned in zip(asked, turned, strict=True) if not is_turned]
+        wanted = [self._collector(one) for one in plain]
+        with stage("", COMMANDS_READ if any(turned) else ALL_READ):
+            samples = collect(self._bag, wanted)
+        unreadable = [
+            f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped
+        ]
+        self.remarks = (*self._bag.remarks, *unreadable)
+        # removed from the list one by one, so that ten hours of samples are in memory once
+        return [
+            self._from_transforms(one) if is_turned else self._from_samples(one, samples.pop(0))
+            for one, is_turned in zip(asked, turned, strict=True)
+        ]
+
+    def _is_transforms(self, asked: Asked) -> bool:
+        return asked.role in ("poses", "headings") and is_tf(self._bag.topics[asked.place])
+
+    def _collector(self, asked: Asked) -> Collector:
+        topic = self._bag.topics[asked.place]
+        texts: tuple[str, ...] = ()
+        if asked.role == "poses":
+            wire = topic.wire
+            texts = tuple(f for f in FRAME_FIELDS if wire.has_text(f))
+        return Collector(
+            topic, asked.paths, str(self.path), text_paths=texts, salvage=self._salvage
+        )
+
+    def _from_samples(self, asked: Asked, samples: Samples) -> Answer:
+        topic = self._bag.topics[asked.place]
+        stamps, clock = chosen_stamps(samples, asked.spec.clock)
+        keep: Mask = np.ones(len(stamps), dtype=bool)
+        if isinstance(asked.spec, PoseSource) and asked.role == "poses":
+            keep = of_one_frame(samples, asked.spec, str(self.path))
+        stream = describe(
+            asked.role, topic.name, topic.type, clock=clock, stamps=stamps[keep],
+            arrival=samples.arrival[keep], publishers=topic.publishers,
+        )  # fmt: skip
+        return Answer(stamps[keep], of_columns(samples.values[keep], asked.columns), stream)
+
+    def _from_transforms(self, asked: Asked) -> Answer:
+        spec, topic = self._vehicle.file.pose, self._bag.topics[asked.place]
+        if spec.parent is None or spec.child is None:
+            raise RecordingError(
+                f"{self._vehicle.source}: pose: topic {topic.name} carries transforms: name parent and child, "
+                "for instance parent: map and child: base_link"
+            )
+        found = tf_pose(self._bag, topic.name, spec.parent, spec.child, salvage=self._salvage)
+        stream = describe(
+            asked.role, topic.name, f"{topic.type} {spec.parent} -> {spec.child}", clock=Clock.HEADER,
+            stamps=found.stamps, arrival=found.arrival,
+        )  # fmt: skip
+        eta = np.column_stack([found.values[:, :2], yaw(found.values[:, 3:])])
+        # undefined before the first and after the last transform of the path
+        known = np.isfinite(eta).all(axis=1)
+        return Answer(found.stamps[known], eta[known], stream)

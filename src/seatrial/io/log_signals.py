@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""Signals of a log of topics: an autopilot's messages."""
+
+from collections.abc import Sequence
+
+from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import Vehicle
+from seatrial.io.log import Log, Wanted
+from seatrial.io.signals import Answer, Asked, Signals, Spec, field_path, of_columns
+from seatrial.recording.timing import Clock, describe
+from seatrial.util.errors import RecordingError
+
+
+class LogSignals(Signals):
+    """Topics of an open log."""
+
+    def __init__(self, log: Log, vehicle: Vehicle) -> None:
+        self.path, self.files = log.path, log.files
+        self._log, self._vehicle = log, vehicle
+
+    def place(self, column: Column, spec: Spec, where: str) -> str:
+        """The column's topic."""
+        topic = column.topic or spec.topic
+        if topic is None or not (column.field or column.quaternion):
+            lacks = "topic" if topic is None else "field"
+            raise RecordingError(
+                f"{where} has no {lacks}; name one, or let 'seatrial init {self.path}' write a vehicle file"
+            )
+        return topic
+
+    def path_of(self, column: Column) -> str:
+        """The path to a column's field in a message."""
+        return field_path(column)
+
+    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
+        """All answers, in one pass."""
+        for one in asked:
+            self._log.require(one.place, one.paths, one.wheres[0])
+        samples = self._log.read([Wanted(one.place, one.paths) for one in asked])
+        dropped = [f"{s.dropped} unreadable messages of {s.topic}" for s in samples if s.dropped]
+        self.remarks = (*self._log.remarks, *dropped)
+        found = []
+        for one, own in zip(asked, samples, strict=True):
+            if not len(own.stamps):
+                raise RecordingError(f"{self.path}: no message of {one.place} could be read")
+            kind = self._log.topics[one.place].type
+            stream = describe(one.role, one.place, kind, clock=Clock.LOG, stamps=own.stamps)
+            found.append(Answer(own.stamps, of_columns(own.values, one.columns), stream))
+        return found

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Poses in SI units, of the boat's origin and in forward-left-up axes, from what sensors gave."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from seatrial.boat.schema import TO_SI, Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.io.signals import checked_unit, scaled
+from seatrial.recording.delays import heading_at_positions
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps, earth_offset
+
+ANGLE_UNITS = ("rad", "deg")
+LENGTH_UNITS = ("m", "cm", "mm")
+LARGEST_POSE = 1e9  # [m], [rad] a larger value is not a pose
+POSE_UNITS = {"x": LENGTH_UNITS, "y": LENGTH_UNITS, "psi": ANGLE_UNITS, "yaw_rate": ANGLE_UNITS}
+NO_FIX = 1e-6  # [deg] from latitude and longitude 0, where a receiver without a fix is
+LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
+FAR = 2e4  # [m] from the origin, beyond which the plane that touches the earth is no map
+
+
+def pose_columns(vehicle: Vehicle) -> list[Column]:
+    """x, y and psi of the vehicle file, their units checked."""
+    spec = vehicle.file.pose
+    columns = [as_column(c) for c in (spec.x, spec.y, spec.psi)]
+    for name, column in zip(("x", "y", "psi"), columns, strict=True):
+        checked_unit(column, f"{vehicle.source}: pose: {name}", POSE_UNITS[name])
+    return columns
+
+
+def in_vehicle_terms(raw: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Array:
+    """Poses (n, 3) of the boat's origin, forward-left-up, from raw x, y and heading.
+
+    With the vehicle file's signs and units, and its lever arm subtracted. stamps: (n,) [ns], to turn the
+    lever arm by the heading of the position's time.
+    """
+    columns = pose_columns(vehicle)
+    eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
+    return of_origin(eta, vehicle, stamps)
+
+
+def of_origin(eta: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Array:
+    """Poses (n, 3) of the boat's origin, forward-left-up, from those of the measured point in the file's axes."""
+    eta = eta.copy()
+    eta[np.abs(eta) > LARGEST_POSE] = np.nan
+    psi, (position, heading) = eta[:, 2], vehicle.delays
+    if stamps is not None and position != heading:
+        psi = heading_at_positions(stamps, psi, position - heading)
+    ahead, second = vehicle.file.pose.lever or (0.0, 0.0)
+    if ahead or second:  # a position is known without a heading, too
+        eta[:, :2] -= earth_offset(psi, ahead, second)
+    return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
+
+
+def heading_of(values: Array, column: Column) -> Array:
+    """Heading (n,) [rad] from a raw column; of a quaternion's the values are its yaw [rad]."""
+    if column.quaternion:
+        values = values / TO_SI[column.unit or "rad"]
+    return scaled(values, column)
+
+
+def in_plane(raw: Array, columns: Sequence[Column], vehicle: Vehicle) -> Array:
+    """Positions (n, 2) [m] in the file's axes from raw latitude and longitude (n, 2).
+
+    In the plane that touches the earth (WGS84) at the origin: x east and y north in forward-left-up, x north
+    and y east in forward-right-down axes. NaN without a fix. Raises RecordingError where they are no degrees.
+    """
+    import pymap3d
+
+    lat, lon = ((c.sign * (raw[:, i] - c.offset) / c.scale) for i, c in enumerate(columns))
+    known = np.isfinite(lat) & np.isfinite(lon) & ((np.abs(lat) > NO_FIX) | (np.abs(lon) > NO_FIX))
+    out = np.full((len(raw), 2), np.nan)
+    if not known.any():
+        raise RecordingError(
+            f"{vehicle.source}: pose: latitude: {len(raw)} positions, none with a fix (all are 0 or empty); "
+            "record when the receiver has one"
+        )
+    for name, values, most in (
+        ("latitude", lat, LARGEST_LATITUDE),
+        ("longitude", lon, LARGEST_LONGITUDE),
+    ):
+        largest = float(np.abs(values[known]).max())
+        if largest > most:
+            raise RecordingError(
+                f"{vehicle.source}: pose: {name} reaches {largest:.6g} deg; give its scale (1.0e+7 for whole "
+                "numbers of 1e-7 deg)"
+            )
+    origin = vehicle.file.pose.origin or (float(lat[known][0]), float(lon[known][0]))
+    east, north, _ = pymap3d.geodetic2enu(lat[known], lon[known], 0.0, *origin, 0.0)
+    far = float(np.median(np.hypot(east, north)))
+    if far > FAR:
+        raise RecordingError(
+            f"{vehicle.source}: pose: origin {origin[0]:.4f}, {origin[1]:.4f} is {far / 1e3:.0f} km from the "
+            "positions; give one near them, or leave it out"
+        )
+    second = vehicle.axes is Axes.FRD
+    out[known] = np.column_stack([north, east] if second else [east, north])
+    return out

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Readers of tables, one file a format, behind `Table`."""

@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: MIT
+"""A table of a recording: columns of numbers and stamps by name, whatever the file's format."""
+
+import difflib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.boat.schema import Column
+from seatrial.io.tables.stamps import (
+    TO_NANOSECONDS,
+    UNPADDED,
+    from_date_times,
+    from_numbers,
+    from_two_columns,
+    from_unpadded,
+    is_unpadded,
+)
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Mask, Stamps
+
+Rows = NDArray[np.intp]
+MOST_NUMBERS = 1 << 27  # of a file that are read at once: 1 GB
+LONGEST_REASON = 120  # characters of a library's error
+LISTED_COLUMNS = 20  # in an error message
+
+
+class Table(ABC):
+    """A table with named columns, which are read on request. Constructors raise RecordingError."""
+
+    EMPTY_STAMP: ClassVar[int] = -(1 << 63)  # of `typed_stamps`
+
+    path: Path  # the file
+    name: str  # of the table: the file's, or the variable's in a .mat
+    names: list[str]  # of the columns; of several with one name the second ends in _2
+    units: dict[str, str]  # by column, where the file states them
+    remarks: list[str]  # renamed columns, rows left out
+
+    @abstractmethod
+    def columns(self, wanted: Sequence[str]) -> Array:
+        """The wanted columns (n, len(wanted)); an empty cell is NaN. Raises RecordingError."""
+
+    @abstractmethod
+    def cells(self, name: str) -> Array | list[str]:
+        """A column (n,) as numbers, or as text where it holds dates and times."""
+
+    @abstractmethod
+    def numbers(self) -> Array:
+        """All columns (n, len(names)); NaN where a cell is missing or not a number."""
+
+    def texts(self, name: str) -> list[str] | None:
+        """A column (n,) as it is written; None where the file has numbers."""
+        cells = self.cells(name)
+        return cells if isinstance(cells, list) else None
+
+    def typed_stamps(self, name: str) -> Stamps | None:
+        """A column (n,) that the file types as times [ns], `EMPTY_STAMP` in empty cells."""
+        return None
+
+    def place(self, row: int) -> str:
+        """A row as an error names it."""
+        return f"{self.path} row {row + 1}"
+
+    def stamps(self, column: Column, rows: Mask | None = None) -> Stamps:
+        """Stamps [ns] of the rows (all of them by default). Raises RecordingError.
+
+        Numbers in the column's unit, seconds with `nanoseconds` in another column, or dates and times.
+        """
+        if column.unit is not None and column.unit not in (*TO_NANOSECONDS, UNPADDED):
+            raise RecordingError(
+                f"{self.path}: stamp column '{column.column}' has unit '{column.unit}'; use s, ms, us or ns"
+            )
+        index = None if rows is None else np.flatnonzero(rows)
+
+        def place(i: int) -> str:
+            return self.place(i if index is None else int(index[i]))
+
+        if column.nanoseconds:
+            parts = self.columns([column.column, column.nanoseconds])
+            parts = parts if index is None else parts[index]
+            return from_two_columns(parts[:, 0], parts[:, 1], column, place)
+        if column.unit == UNPADDED:
+            return from_unpadded(self._written(column.column, index), column, place)
+        typed = self.typed_stamps(column.column)
+        if typed is not None:
+            return self._given(typed if index is None else typed[index], column.column, place)
+        cells = self.cells(column.column)
+        if isinstance(cells, list):
+            chosen = cells if index is None else [cells[i] for i in index.tolist()]
+            return from_date_times(chosen, column.column, place)
+        stamps = from_numbers(cells if index is None else cells[index], column, place)
+        if column.unit in (None, "s") and np.any(np.diff(stamps) < 0):
+            self._refuse_unpadded(column.column, index)
+        return stamps
+
+    def _given(self, typed: Stamps, name: str, place: Callable[[int], str]) -> Stamps:
+        """Raise RecordingError where a cell is empty."""
+        if np.any(typed == self.EMPTY_STAMP):
+            row = int(np.flatnonzero(typed == self.EMPTY_STAMP)[0])
+            raise RecordingError(f"{place(row)}: column '{name}' has no stamp")
+        return typed
+
+    def find(self, name: str) -> int:
+        """Index of a column. Raises RecordingError."""
+        if name not in self.names:
+            near = difflib.get_close_matches(name, self.names, n=1)
+            hint = f"; did you mean '{near[0]}'?" if near else "."
+            shown = ", ".join(self.names[:LISTED_COLUMNS])
+            raise RecordingError(f"{self.path}: no column '{name}'{hint} It has: {shown}")
+        return self.names.index(name)
+
+    def _written(self, name: str, index: Rows | None) -> list[str]:
+        texts = self.texts(name)
+        if texts is None:
+            raise RecordingError(
+                f"{self.path}: stamp column '{name}' has numbers, and unit {UNPADDED} is for text; use s"
+            )
+        return texts if index is None else [texts[i] for i in index.tolist()]
+
+    def _refuse_unpadded(self, name: str, index: Rows | None) -> None:
+        """Raise RecordingError where the digits after the point are nanoseconds without zeros."""
+        texts = self.texts(name)
+        if texts is None:
+            return
+        texts = texts if index is None else [texts[i] for i in index.tolist()]
+        if is_unpadded(texts):
+            jumps = int((np.diff([float(text) for text in texts]) < 0).sum())
+            raise RecordingError(
+                f"{self.path}: stamps in column '{name}' jump back {jumps} times as seconds, and rise evenly "
+                f"as nanoseconds without leading zeros (12.45 for 12.000000045); write unit: {UNPADDED}"
+            )
+
+
+def first_line(error: Exception) -> str:
+    """What a library's error says, in one short printable line."""
+    line = next(iter(str(error).splitlines()), "") or type(error).__name__
+    return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_REASON]

@@ -1,0 +1,336 @@
+# SPDX-License-Identifier: MIT
+"""Tables as text: comma, semicolon, tab, bar or spaces between the cells."""
+
+import csv
+import re
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from seatrial.io.tables.base import Table
+from seatrial.io.tables.stamps import is_date_time
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
+
+SEPARATORS = ",;\t|"
+SPACES = " "  # any number of them between two cells
+COMMENTS = ("#", "%", "//")  # that lines before the header begin with
+LONGEST_LINE = 1 << 20  # [characters]
+MOST_COMMENTS = 1000  # lines before the header
+READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
+OTHER_FILES = ("seatrial:", "# Proposed by", "%YAML")
+COMMA_NUMBER = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
+
+
+class CsvTable(Table):
+    """A text file with a header line; columns are read on request."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.name = path, path.name
+        self.units, self.remarks = {}, []
+        self._read_columns: dict[str, Array] = {}
+        self._count = 0  # rows, once they are read
+        head, rows = self._beginning()
+        self.delimiter = _separator(head, rows[0] if rows else "")
+        self.names = self._unique(_header_cells(head, rows[0] if rows else "", self.delimiter))
+        cells = [self._split(row) for row in rows]
+        self._numeric: list[str] = []
+        if cells:
+            self._skip_units(cells)
+            self._check_width(cells[0])
+            pairs = zip(self.names, cells[0], strict=False)
+            self._numeric = [name for name, cell in pairs if name and _is_number(cell)]
+
+    def columns(self, wanted: Sequence[str]) -> Array:
+        """The wanted columns (n, len(wanted)); an empty cell is NaN."""
+        for name in wanted:
+            self.find(name)
+        if not all(name in self._read_columns for name in wanted):
+            self._read(wanted)
+        values = np.column_stack([self._read_columns[name] for name in wanted])
+        if len(values) == 0:
+            raise RecordingError(
+                f"{self.path}: has a header but no rows; was anything recorded while the boat was driven?"
+            )
+        return values
+
+    def numbers(self) -> Array:
+        """All columns (n, len(names)); NaN where a cell is missing or not a number."""
+        index = range(len(self.names))
+        commas = set() if self.delimiter == "," else self._have_commas(index)
+        rows = [
+            [_number(row[i] if i < len(row) else "", comma=i in commas) for i in index]
+            for row, _ in self._rows()
+        ]
+        return np.array(rows, dtype=float).reshape(-1, len(index))
+
+    def cells(self, name: str) -> Array | list[str]:
+        """A column (n,) as numbers, or as text where its first cell is a date and time."""
+        i = self.find(name)
+        if name not in self._read_columns and name not in self._numeric:
+            first = next((row[i] for row, _ in self._rows() if i < len(row) and row[i].strip()), "")
+            if is_date_time(first):
+                return self.texts(name)
+        return np.asarray(self.columns([name])[:, 0])
+
+    def texts(self, name: str) -> list[str]:
+        """A column (n,) as it is written."""
+        i = self.find(name)
+        found = [self._checked(row, i, line)[i].strip() for row, line in self._rows()]
+        self._check_rows(len(found))
+        return found
+
+    def place(self, row: int) -> str:
+        """The line of a row; of a file with empty lines, as if it had none."""
+        return f"{self.path} line {self._skipped + row + 1}"
+
+    # The beginning of the file #
+
+    def _beginning(self) -> tuple[str, list[str]]:
+        """Header line, and the first two rows."""
+        lines: list[str] = []
+        try:
+            with self.path.open(encoding="utf-8-sig", newline="") as file:
+                while len(lines) < MOST_COMMENTS + 3:
+                    lines.append(file.readline(LONGEST_LINE))
+                    if not lines[-1] or _plain_lines(lines) >= 3:
+                        break
+        except OSError as error:
+            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
+        except UnicodeDecodeError:
+            raise RecordingError(f"{self.path}: is not a CSV text file") from None
+        lines = [line for line in lines if line]
+        if lines and lines[0].startswith(OTHER_FILES):
+            raise RecordingError(
+                f"{self.path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"
+            )
+        at = _header_line(lines)
+        if at is None:
+            raise RecordingError(
+                f"{self.path}: is empty; expected a header line and rows of numbers"
+            )
+        self._skipped = at + 1  # lines before the first row
+        head = lines[at].strip("\r\n")
+        if at > 0 or _mark(head).strip():
+            head = _mark(head)
+        return head, [line for line in lines[at + 1 :] if line.strip()][:2]
+
+    def _unique(self, found: Sequence[str]) -> list[str]:
+        """Names of the columns, each once."""
+        names: list[str] = []
+        for name in found:
+            number, unique = 1, name
+            while name and unique in names:
+                number += 1
+                unique = f"{name}_{number}"
+            if unique != name:
+                self.remarks.append(
+                    f"column '{name}' is in the header {number} times; number {number} is read as '{unique}'"
+                )
+            names.append(unique)
+        return names
+
+    def _skip_units(self, cells: list[list[str]]) -> None:
+        """A first row of units is part of the header."""
+        if len(cells) < 2 or len(cells[0]) != len(self.names) or not any(map(str.strip, cells[0])):
+            return
+        units = [cell.strip() for cell in cells[0]]
+        if all(UNIT_CELL.fullmatch(unit) for unit in units) and any(map(_is_number, cells[1])):
+            if any(map(_is_number, units)):
+                return
+            pairs = zip(self.names, units, strict=True)
+            self.units = {name: unit.strip("[]()") for name, unit in pairs if unit}
+            self.remarks.append("the line after the header has units, and counts as no row")
+            self._skipped += 1
+            del cells[0]
+
+    def _check_width(self, row: Sequence[str]) -> None:
+        """Refuse a first row with more cells than names."""
+        if any(cell.strip() for cell in row[len(self.names) :]):
+            raise RecordingError(
+                f"{self.place(0)}: {len(row)} cells, expected {len(self.names)}; name every column in the "
+                "header, and write a decimal point where numbers have a comma"
+            )
+
+    # Rows #
+
+    def _read(self, wanted: Sequence[str]) -> None:
+        """Read these columns, and the others with numbers as far as they cost little."""
+        able = self._numeric if len(self._numeric) <= READ_AHEAD else []
+        more = [*dict.fromkeys([*wanted, *able])]
+        for names in (more, [*dict.fromkeys(wanted)]):
+            try:
+                with warnings.catch_warnings():
+                    warnings.simplefilter("ignore")  # an empty table raises in `columns`
+                    values = np.loadtxt(
+                        self.path, delimiter=None if self.delimiter == SPACES else self.delimiter,
+                        skiprows=self._skipped, usecols=[self.find(name) for name in names], ndmin=2,
+                        encoding="utf-8-sig", comments=None, quotechar='"',
+                    )  # fmt: skip
+            except (ValueError, UnicodeDecodeError):
+                continue
+            self._keep(names, values)
+            return
+        self._keep(wanted, self._read_rows([self.find(name) for name in wanted]))
+
+    def _keep(self, names: Sequence[str], values: Array) -> None:
+        self._check_rows(len(values))
+        self._read_columns |= dict(zip(names, values.T, strict=True))
+
+    def _check_rows(self, count: int) -> None:
+        """Refuse a table that has another number of rows each time it is read."""
+        self._count = self._count or count
+        if count != self._count:
+            raise RecordingError(
+                f'{self.path}: has {self._count} or {count} rows, as a quote (") is open or cells have line '
+                "breaks; write one line for each row"
+            )
+
+    def _read_rows(self, index: Sequence[int]) -> Array:
+        """Row by row: accepts empty cells and decimal commas, and names the line of an error."""
+        commas = set() if self.delimiter == "," else self._have_commas(index)
+        rows = [
+            [self._cell(row, i, line, comma=i in commas) for i in index]
+            for row, line in self._rows()
+        ]
+        return np.array(rows, dtype=float).reshape(-1, len(index))
+
+    def _have_commas(self, index: Sequence[int]) -> set[int]:
+        """Columns whose numbers have a decimal comma, and none a point."""
+        commas: set[int] = set()
+        points: set[int] = set()
+        for row, _ in self._rows():
+            for i in index:
+                if i < len(row) and COMMA_NUMBER.fullmatch(row[i]):
+                    commas.add(i)
+                elif i < len(row) and "." in row[i]:
+                    points.add(i)
+        return commas - points
+
+    def _rows(self) -> Iterator[tuple[list[str], int]]:
+        """Cells of every row that is not empty, and its line."""
+        with self._errors(), self.path.open(encoding="utf-8-sig", newline="") as file:
+            lines = islice(file, self._skipped, None)
+            if self.delimiter == SPACES:
+                for number, line in enumerate(lines, self._skipped + 1):
+                    if line.strip():
+                        yield line.split(), number
+                return
+            reader = csv.reader(lines, delimiter=self.delimiter)
+            for row in reader:
+                if row:
+                    yield row, self._skipped + reader.line_num
+
+    @contextmanager
+    def _errors(self) -> Iterator[None]:
+        try:
+            yield
+        except UnicodeDecodeError:
+            raise RecordingError(f"{self.path}: is not a CSV text file") from None
+        except csv.Error as error:
+            raise RecordingError(f"{self.path}: is not a CSV table ({error})") from None
+
+    def _split(self, line: str) -> list[str]:
+        if self.delimiter == SPACES:
+            return line.split()
+        with self._errors():
+            return next(csv.reader([line], delimiter=self.delimiter), [])
+
+    def _checked(self, row: list[str], i: int, line: int) -> list[str]:
+        if i >= len(row):
+            raise RecordingError(
+                f"{self.path} line {line}: {len(row)} cells, expected {len(self.names)}; "
+                "is the file cut off? Remove the line to use the rest"
+            )
+        return row
+
+    def _cell(self, row: list[str], i: int, line: int, *, comma: bool = False) -> float:
+        text = self._checked(row, i, line)[i]
+        try:
+            plain = text.replace(",", ".") if comma else text
+            return float(plain) if text.strip() else float("nan")
+        except ValueError:
+            hint = ": write a decimal point, not a comma" if COMMA_NUMBER.fullmatch(text) else ""
+            raise RecordingError(
+                f"{self.path} line {line}: column '{self.names[i]}' has '{text[:40]}', "
+                f"expected a number{hint}"
+            ) from None
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENTS)
+
+
+def _mark(line: str) -> str:
+    """The line without the mark of a comment."""
+    return re.sub(r"^\s*(?:#|%|//)+[ \t]*", "", line)
+
+
+def _plain_lines(lines: Sequence[str]) -> int:
+    return sum(bool(line.strip()) and not _is_comment(line) for line in lines)
+
+
+def _header_line(lines: Sequence[str]) -> int | None:
+    """The header: the first line that is no comment, or the comment above the first row of numbers."""
+    plain = [i for i, line in enumerate(lines) if line.strip() and not _is_comment(line)]
+    comments = [i for i, line in enumerate(lines) if line.strip() and _is_comment(line)]
+    if not plain:
+        return comments[0] if comments else None
+    before = [i for i in comments if i < plain[0]]
+    if before and _begins_with_number(lines[plain[0]]):
+        return before[-1]
+    return plain[0]
+
+
+def _begins_with_number(line: str) -> bool:
+    first = re.split(r"[,;\t| ]", line.strip(), maxsplit=1)[0]
+    return _is_number(first) or is_date_time(first)
+
+
+def _separator(head: str, row: str) -> str:
+    """What stands between the cells: of those in the header the one that divides the row likewise."""
+    counts = {mark: head.count(mark) for mark in SEPARATORS if mark in head}
+    likely = sorted(counts, key=lambda mark: -counts[mark])
+    for mark in likely:
+        if row.count(mark) == counts[mark]:
+            return mark
+    if likely:
+        return likely[0]
+    words = len(head.split())
+    return SPACES if words > 1 and len(row.split()) == words else ","
+
+
+def _header_cells(head: str, row: str, delimiter: str) -> list[str]:
+    """Names in the header; quoted names may hold the separator."""
+    if delimiter == SPACES:
+        return [name.strip('"') for name in head.split()]
+    plain = head.split(delimiter)
+    if '"' in head:
+        try:
+            quoted = next(csv.reader([head], delimiter=delimiter), [])
+            cells = len(next(csv.reader([row], delimiter=delimiter), []))
+        except csv.Error:
+            quoted, cells = [], 0
+        if quoted and len(quoted) == cells != len(plain):
+            plain = quoted
+    return [name.strip().strip('"') for name in plain]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _number(text: str, *, comma: bool) -> float:
+    try:
+        return float(text.replace(",", ".") if comma else text)
+    except ValueError:
+        return float("nan")

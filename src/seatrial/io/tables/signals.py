@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: MIT
+"""Signals of tables: one table, or a folder with one table per signal."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.boat.schema import Column, PoseSource
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.io.signals import Answer, Asked, Signals, Spec, of_columns, scaled
+from seatrial.io.table import Table, open_tables
+from seatrial.recording.timing import Clock, describe
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.frames import Array, Mask
+from seatrial.util.progress import over
+
+POSE_FILE = "poses.csv"
+COMMAND_FILE = "commands.csv"
+LISTED_COLUMNS = 20  # in an error message
+
+
+class TableSignals(Signals):
+    """Tables of a recording. Raises RecordingError, FileError."""
+
+    def __init__(self, path: Path, vehicle: Vehicle) -> None:
+        self.path, self._source = path, vehicle.source
+        self._tables: dict[str, Table] = {} if path.is_dir() else open_tables(path)
+        self.files: list[Path] = []
+        self.remarks: list[str] = []
+
+    def place(self, column: Column, spec: Spec, where: str) -> str:
+        """Name of the column's table."""
+        pose = isinstance(spec, PoseSource)
+        if not self.path.is_dir():
+            name = column.file or spec.file
+            return name if name in self._tables else next(iter(self._tables))
+        name = column.file or spec.file or (POSE_FILE if pose else COMMAND_FILE)
+        if name not in self._tables:
+            self._open(name, "pose" if pose else "commands")
+        if not (column.column or column.quaternion):
+            names = self._tables[name].names[:LISTED_COLUMNS]
+            raise RecordingError(
+                f"{where} has no column; {self.path / name} has {', '.join(names)}"
+            )
+        return name
+
+    def _open(self, name: str, key: str) -> None:
+        """Open a table of the folder, `FILE` or `FILE:TABLE`."""
+        file = self.path / name.partition(":")[0]
+        if not file.is_file():
+            raise FileError(f"{file}: no such file; name it in the vehicle file under {key}: file")
+        found = open_tables(self.path, only={file.name})
+        if name not in found:
+            raise FileError(f"{file}: no table {name}; there are {', '.join(found)}")
+        self._tables[name] = found[name]
+
+    def path_of(self, column: Column) -> str:
+        """The column's name."""
+        return column.column
+
+    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
+        """All answers."""
+        roles: dict[str, set[str]] = {}
+        for one in asked:
+            roles.setdefault(one.place, set()).add(one.role)
+        self.files = list(dict.fromkeys(self._tables[one.place].path for one in asked))
+        found = [self._answer(one, mixed=len(roles[one.place]) > 1) for one in over(asked)]
+        self.remarks = [r for table in self._tables.values() for r in table.remarks]
+        return found
+
+    def _answer(self, asked: Asked, *, mixed: bool) -> Answer:
+        """Rows of one question; in a table of several signals those that have any of its numbers."""
+        table = self._tables[asked.place]
+        stamp = as_column(asked.spec.stamp)
+        if asked.columns[0].stamp:
+            own = asked.columns[0].stamp  # in the unit of the others
+            stamp = msgspec.structs.replace(stamp, column=own, nanoseconds="")
+        key = "pose" if isinstance(asked.spec, PoseSource) else "commands"
+        self._check_named(stamp, f"{self._source}: {key}: stamp", table)
+        for column, where in zip(asked.columns, asked.wheres, strict=True):
+            self._check_named(column, where, table)
+        valid = (
+            asked.spec.valid
+            if asked.role == "poses" and isinstance(asked.spec, PoseSource)
+            else None
+        )
+        raw = table.columns([*asked.paths, *([valid] if valid else [])])
+        n = len(asked.paths)
+        given: Mask = np.ones(len(raw), dtype=bool)
+        if mixed:
+            given = np.asarray(~np.isnan(raw[:, :n]).all(axis=1))
+            raw = raw[given]
+        if len(raw) == 0:
+            what = "a pose" if asked.role == "poses" else ", ".join(asked.names)
+            raise RecordingError(f"{table.path}: no row has {what}")
+        rows = np.flatnonzero(given)
+        values = of_columns(raw[:, :n], asked.columns)
+        if asked.role in ("commands", "scales"):
+            self._check_finite(table, asked, values, rows)
+        stamps = table.stamps(stamp, given)
+        return Answer(
+            stamps, values, describe(asked.role, table.name, "table", clock=Clock.COLUMN, stamps=stamps),
+            raw[:, n] > 0.5 if valid else None,
+        )  # fmt: skip
+
+    @staticmethod
+    def _check_named(column: Column, where: str, table: Table) -> None:
+        if not (column.column or column.quaternion):
+            names = ", ".join(table.names[:LISTED_COLUMNS])
+            raise RecordingError(f"{where} has no column; {table.path} has {names}")
+
+    @staticmethod
+    def _check_finite(table: Table, asked: Asked, values: Array, rows: NDArray[np.intp]) -> None:
+        """Raise RecordingError where a command has no number: a table says on which line."""
+        good = [np.isfinite(scaled(values[:, i], c)) for i, c in enumerate(asked.columns)]
+        bad = np.argwhere(~np.column_stack(good))
+        if len(bad):
+            row, which = (int(i) for i in bad[0])
+            raise RecordingError(
+                f"{table.place(int(rows[row]))}: '{asked.columns[which].column}' is empty or not finite; "
+                "write a number, or remove the line"
+            )

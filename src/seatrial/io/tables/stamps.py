@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+"""Stamps [ns] from the cells of a table: numbers of any unit, seconds and nanoseconds, dates and times."""
+
+import re
+from collections.abc import Callable, Sequence
+from datetime import date
+
+import numpy as np
+
+from seatrial.boat.schema import Column
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Stamps
+
+TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
+UNPADDED = "s.ns"  # seconds, a point, nanoseconds without leading zeros: 12.45 is 12.000000045 s
+MOST_NANOSECONDS = 9e18  # [ns] below the largest 64-bit integer
+DAY = 86_400 * 10**9  # [ns]
+NANOSECONDS_DIGITS = 9
+EPOCH = date(1970, 1, 1).toordinal()
+LEAST_BACKWARD = 3  # steps backward as plain seconds, that show nanoseconds without leading zeros
+PADDED_BACKWARD = 0.1  # of these, steps that remain backward with leading zeros, at most
+MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+DATE_TIME = re.compile(
+    r"""\s*
+    (?P<date>
+        (?P<year>\d{4})(?P<mark>[-/.]?)(?P<month>\d{1,2})(?P=mark)(?P<day>\d{1,2})
+      | (?P<first>\d{1,2})[-/.](?P<second>\d{1,2}|[A-Za-z]{3})[-/.](?P<last>\d{4})
+    )?
+    (?:(?<=\d)[T_,]?\s*|\s*)
+    (?P<hour>\d{1,2}):?(?P<minute>\d{2}):?(?P<seconds>\d{2})(?:[.,](?P<rest>\d+))?
+    \s*(?P<half>[AaPp][Mm])?
+    \s*(?P<zone>Z|UTC|GMT|[-+]\d{2}:?(?:\d{2})?)?\s*""",
+    re.VERBOSE,
+)
+
+Place = Callable[[int], str]  # a row as the error names it: `log.csv line 7`
+
+
+def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
+    """Stamps (n,) of numbers in the column's unit. Raises RecordingError."""
+    if not np.isfinite(raw).all():
+        row = int(np.flatnonzero(~np.isfinite(raw))[0])
+        raise RecordingError(f"{place(row)}: column '{column.column}' has no stamp")
+    with np.errstate(over="ignore"):
+        scale = TO_NANOSECONDS[column.unit or "s"]
+        stamps = column.sign * (raw - column.offset) / column.scale * scale
+    if len(stamps) and np.abs(stamps).max() > MOST_NANOSECONDS:
+        row = int(np.abs(stamps).argmax())
+        raise RecordingError(
+            f"{place(row)}: stamp column '{column.column}' reaches {raw[row]:g} {column.unit or 's'}; "
+            "is its unit ms, us or ns? Name it in the vehicle file"
+        )
+    return np.rint(stamps).astype(np.int64)
+
+
+def from_two_columns(seconds: Array, rest: Array, column: Column, place: Place) -> Stamps:
+    """Stamps (n,) of whole seconds in one column and nanoseconds in another. Raises RecordingError."""
+    for values, name in ((seconds, column.column), (rest, column.nanoseconds)):
+        if not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise RecordingError(f"{place(row)}: column '{name}' has no stamp")
+    odd = (seconds != np.rint(seconds)) | (rest < 0) | (rest >= 1e9)
+    if odd.any():
+        row = int(np.flatnonzero(odd)[0])
+        raise RecordingError(
+            f"{place(row)}: columns '{column.column}' and '{column.nanoseconds}' have {seconds[row]:g} and "
+            f"{rest[row]:g}, expected whole seconds and 0 to 999999999 ns"
+        )
+    if len(seconds) and np.abs(seconds).max() * 1e9 > MOST_NANOSECONDS:
+        row = int(np.abs(seconds).argmax())
+        raise RecordingError(
+            f"{place(row)}: stamp column '{column.column}' reaches {seconds[row]:g} s, which is no time"
+        )
+    return seconds.astype(np.int64) * 10**9 + np.rint(rest).astype(np.int64)
+
+
+def from_unpadded(texts: Sequence[str], column: Column, place: Place) -> Stamps:
+    """Stamps (n,) of seconds, a point and nanoseconds without leading zeros. Raises RecordingError."""
+    found = np.empty(len(texts), dtype=np.int64)
+    for i, text in enumerate(texts):
+        value = unpadded(text)
+        if value is None:
+            raise RecordingError(
+                f"{place(i)}: column '{column.column}' has '{text[:40]}', expected seconds, a point and at "
+                f"most 9 digits of nanoseconds (unit {UNPADDED})"
+            )
+        found[i] = value
+    return found
+
+
+def unpadded(text: str) -> int | None:
+    """12.45 as 12.000000045 s, in nanoseconds; None where it is no such number."""
+    whole, _, rest = text.strip().partition(".")
+    if not (whole.isdecimal() and (rest or "0").isdecimal()) or not (whole + rest).isascii():
+        return None
+    if len(rest) > NANOSECONDS_DIGITS or int(whole) * 10**9 > MOST_NANOSECONDS:
+        return None
+    return int(whole) * 10**9 + int(rest or "0")
+
+
+def is_unpadded(texts: Sequence[str]) -> bool:
+    """Whether these seconds jump back, and rise where the digits after the point are nanoseconds."""
+    try:
+        plain = np.array([float(text) for text in texts])
+    except ValueError:
+        return False
+    with np.errstate(over="ignore", invalid="ignore"):
+        backward = int((np.diff(plain) < 0).sum())
+    if backward < LEAST_BACKWARD:
+        return False
+    padded = [unpadded(text) for text in texts]
+    if any(value is None for value in padded):
+        return False
+    remaining = int((np.diff(np.array(padded, dtype=np.int64)) < 0).sum())
+    return remaining <= PADDED_BACKWARD * backward
+
+
+def is_date_time(text: str) -> bool:
+    """Whether this is a date and time, or a time of day; a plain number is neither."""
+    found = DATE_TIME.fullmatch(text)
+    return found is not None and (":" in text or "T" in text)
+
+
+def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
+    """Stamps (n,) of dates and times, or of times of day that may pass midnight. Raises RecordingError.
+
+    Without a zone the time counts as UTC.
+    """
+    parts = []
+    for i, text in enumerate(texts):
+        found = DATE_TIME.fullmatch(text)
+        if found is None:
+            what = (
+                f"has '{text[:40]}', expected a date and time" if text.strip() else "has no stamp"
+            )
+            raise RecordingError(f"{place(i)}: column '{name}' {what}")
+        parts.append(found)
+    month_first = _month_first(parts)
+    stamps = np.empty(len(parts), dtype=np.int64)
+    days: dict[str, int] = {"": 0}
+    for i, found in enumerate(parts):
+        written = found["date"] or ""
+        try:
+            if written not in days:
+                days[written] = _day(found, month_first=month_first)
+            stamps[i] = days[written] * DAY + _time_of_day(found)
+        except (ValueError, OverflowError):
+            raise RecordingError(
+                f"{place(i)}: column '{name}' has '{texts[i][:40]}', which is no date and time"
+            ) from None
+    if not any(found["date"] for found in parts):  # a log that passes midnight
+        falls = np.diff(stamps, prepend=stamps[:1]) < -DAY // 2
+        stamps += np.cumsum(falls) * DAY
+    return stamps
+
+
+def _month_first(parts: Sequence[re.Match[str]]) -> bool:
+    """Whether dates are 4/11/2025 for the eleventh of April: a second number is above 12."""
+    return any((p["second"] or "").isdecimal() and int(p["second"]) > 12 for p in parts)
+
+
+def _day(found: re.Match[str], *, month_first: bool) -> int:
+    """Days since 1970."""
+    if found["year"]:
+        year, month, day = int(found["year"]), int(found["month"]), int(found["day"])
+    else:
+        year, first, second = int(found["last"]), int(found["first"]), found["second"]
+        if not second.isdecimal():
+            month, day = MONTHS.index(second.lower()) + 1, first
+        else:
+            month, day = (first, int(second)) if month_first else (int(second), first)
+    if not 1900 <= year < 2200:
+        raise ValueError(year)
+    return date(year, month, day).toordinal() - EPOCH
+
+
+def _time_of_day(found: re.Match[str]) -> int:
+    """[ns], the zone subtracted."""
+    hour, minute, second = int(found["hour"]), int(found["minute"]), int(found["seconds"])
+    if found["half"]:
+        hour = hour % 12 + 12 * (found["half"].lower() == "pm")
+    if hour > 24 or minute > 59 or second > 60:
+        raise ValueError(found[0])
+    rest = int((found["rest"] or "")[:NANOSECONDS_DIGITS].ljust(NANOSECONDS_DIGITS, "0"))
+    return ((hour * 60 + minute - _zone(found["zone"])) * 60 + second) * 10**9 + rest
+
+
+def _zone(text: str | None) -> int:
+    """[min] east of UTC."""
+    if not text or text[0] not in "+-":
+        return 0
+    digits = text[1:].replace(":", "").ljust(4, "0")
+    return (-1 if text[0] == "-" else 1) * (int(digits[:2]) * 60 + int(digits[2:]))

@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: MIT
+"""Position, heading and yaw rate of different rates: each is used where it is new.
+
+The rows of a recording are its positions, each with the heading of its time. Headings that no position
+has, and yaw rates of a gyro, are measured beside them; the filter takes all in order of time.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial import _core
+from seatrial.recording.pose_faults import poses_held
+from seatrial.util.frames import Array, Mask, Stamps, frozen_array
+
+TWO_RATES_SHARE = (
+    0.2  # of the rows with half a pose, above which position and heading have two rates
+)
+HEADING_HOLE = 3.0  # usual steps of the headings; in a longer one the heading is not interpolated
+USUAL_PERCENTILE = 90.0  # [%] of the steps
+WHOLE = _core.POSITION_PART | _core.HEADING_PART
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Measurements beside the poses."""
+
+    stamps: Stamps  # (m,) [ns], rising
+    parts: NDArray[np.int8]  # (m,) HEADING_PART or RATE_PART of the core
+    values: Array  # (m,) heading [rad] or yaw rate [rad/s]
+    rate_deviation: float = 0.0  # [rad/s] standard deviation of the yaw rates' white noise
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("stamps", np.int64), ("parts", np.int8), ("values", np.float64)):
+            object.__setattr__(self, name, frozen_array(getattr(self, name), dtype))
+
+    def kept(self, keep: Mask) -> "Beside":
+        """Those of a mask (m,)."""
+        return replace(
+            self, stamps=self.stamps[keep], parts=self.parts[keep], values=self.values[keep]
+        )
+
+    def between(self, stamps: Stamps) -> "Beside":
+        """Those between the first and the last pose, at stamps (n,)."""
+        return self.kept((self.stamps > stamps[0]) & (self.stamps < stamps[-1]))
+
+    def shifted(self, nanoseconds: int) -> "Beside":
+        """With later stamps."""
+        return replace(self, stamps=self.stamps + nanoseconds)
+
+    def turned(self, angle: float) -> "Beside":
+        """With headings that are larger by an angle [rad]."""
+        heading = self.parts == _core.HEADING_PART
+        return replace(self, values=self.values + angle * heading)
+
+    def mirrored(self) -> "Beside":
+        """With headings and rates of the opposite sense."""
+        return replace(self, values=-self.values)
+
+    def joined(self, other: "Beside") -> "Beside":
+        """Both, in order of time."""
+        stamps = np.concatenate([self.stamps, other.stamps])
+        order = np.argsort(stamps, kind="stable")
+        return Beside(
+            stamps[order],
+            np.concatenate([self.parts, other.parts])[order],
+            np.concatenate([self.values, other.values])[order],
+            max(self.rate_deviation, other.rate_deviation),
+        )
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Poses of one recording as sensors gave them."""
+
+    stamps: Stamps  # (n,) [ns], as recorded
+    eta: Array  # (n, 3) x, y [m], psi [rad]; NaN where unknown
+    parts: NDArray[np.int8] | None = None  # (n,) measured parts; None: all are whole
+    beside: Beside | None = None
+    rows: NDArray[np.int64] = field(
+        default_factory=lambda: np.zeros(0, np.int64)
+    )  # (n,) of the log
+    remarks: tuple[str, ...] = ()
+
+
+def joined(
+    position_stamps: Stamps, positions: Array, heading_stamps: Stamps, headings: Array
+) -> Poses:
+    """Poses from positions (n, 2) and headings (m,) that have stamps of their own.
+
+    A heading of the same stamp makes a pose whole. Else the heading of a position is interpolated, for
+    everything but the filter.
+    """
+    good = np.isfinite(headings)
+    order = np.flatnonzero(good)[np.argsort(heading_stamps[good], kind="stable")]
+    at, psi = heading_stamps[order], np.unwrap(headings[order])
+    if len(at) < 2:
+        return Poses(position_stamps, np.column_stack([positions, np.full(len(positions), np.nan)]))
+    own = np.clip(np.searchsorted(at, position_stamps, side="left"), 0, len(at) - 1)
+    matched = at[own] == position_stamps
+    # headings at the positions
+    origin = at[0]
+    seconds = (at - origin).astype(np.float64) * 1e-9
+    wanted = (position_stamps - origin).astype(np.float64) * 1e-9
+    heading = np.interp(wanted, seconds, psi, left=np.nan, right=np.nan)
+    steps = np.diff(seconds)
+    hole = HEADING_HOLE * float(np.percentile(steps, USUAL_PERCENTILE))
+    after = np.clip(np.searchsorted(seconds, wanted, side="left"), 1, len(seconds) - 1)
+    heading[(steps[after - 1] > hole) & ~matched] = np.nan
+    heading[matched] = psi[own[matched]]
+    # the others are beside
+    rest = np.ones(len(at), dtype=bool)
+    rest[own[matched]] = False
+    parts = np.where(matched, WHOLE, _core.POSITION_PART).astype(np.int8)
+    kinds = np.full(int(rest.sum()), _core.HEADING_PART, dtype=np.int8)
+    return Poses(
+        position_stamps, np.column_stack([positions, heading]), parts,
+        Beside(at[rest], kinds, psi[rest]) if rest.any() else None,
+    )  # fmt: skip
+
+
+def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) -> Poses:
+    """Rows (n, 3) of which some only repeat the position or the heading before, or lack one.
+
+    Where position and heading have one rate, the rows stay as they are, less those that repeat a pose, and
+    those that are marked bad in turn with good ones.
+    """
+    remarks = []
+    # 1. Rows without a pose of their own.
+    rows = np.arange(len(stamps))
+    if (
+        marked_valid is not None
+        and np.mean(np.diff(marked_valid.astype(int)) < 0) > TWO_RATES_SHARE
+    ):
+        share = 100 * np.mean(~marked_valid)
+        remarks.append(
+            f"{share:.0f} % of the rows are marked bad, in turn with good ones: left out"
+        )
+        rows = rows[marked_valid]
+    held = poses_held(eta[rows])
+    if held.any():
+        remarks.append(
+            f"{100 * held.mean():.0f} % of the rows repeat the pose before (the log has more rows than "
+            "poses): each pose counts once"
+        )
+        rows = rows[~held]
+    # 2. Rows that repeat or lack one part.
+    fresh = [
+        np.isfinite(part).all(axis=1) & ~poses_held(part)
+        for part in (eta[rows][:, :2], eta[rows][:, 2:])
+    ]
+    half = fresh[0] != fresh[1]
+    if half.mean() < TWO_RATES_SHARE or not (fresh[0].any() and fresh[1].any()):
+        return Poses(stamps[rows], eta[rows], rows=rows, remarks=tuple(remarks))
+    counts = [int(f.sum()) for f in fresh]
+    remarks.append(
+        f"position and heading have two rates: {counts[0]} new positions and {counts[1]} new headings in "
+        f"{len(rows)} rows; each is used where it is new"
+    )
+    first, second = rows[fresh[0]], rows[fresh[1]]
+    found = joined(stamps[first], eta[first, :2], stamps[second], eta[second, 2])
+    return replace(found, rows=first, remarks=tuple(remarks))
+
+
+def used_beside(beside: Beside, stamps: Stamps, use: NDArray[np.int8], lost: Sequence[int]) -> Mask:
+    """Which (m,) of those between poses lie between two that the filter uses.
+
+    stamps, use (n,): of the poses. lost: uses before which the pose is lost (a gap, a jump).
+    """
+    after = np.searchsorted(stamps, beside.stamps, side="right")
+    return np.asarray((use[after - 1] != 0) & (use[after] != 0) & ~np.isin(use[after], lost))
