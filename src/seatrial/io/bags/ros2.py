@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from seatrial.io.bags.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.budget import UriPath, bound_rosbags, check_chunks, check_database
 from seatrial.io.bags.wire import plain
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.files import yaml_text
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"
@@ -29,11 +31,18 @@ class Ros2Bag(Bag):
 
         self.path = path
         self.files = storage_files(path)
+        bound_rosbags()
+        if path.is_dir():
+            _check_metadata(path / METADATA)
+        for file in self.files:
+            if file.suffix == ".db3":
+                check_database(file)
         try:
-            self._reader: Reader = Reader(path)
+            self._reader: Reader = Reader(UriPath(path))
             self._reader.open()
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(path, error) from None
+        self._check_chunks()
         entries = [
             (c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections
         ]
@@ -46,6 +55,20 @@ class Ros2Bag(Bag):
                 for entry, c in zip(entries, self._reader.connections, strict=True)
             ]
         )
+
+    def _check_chunks(self) -> None:
+        """Raise RecordingError where the chunks of an .mcap become too large."""
+        own = self._reader.storage
+        for file in getattr(own, "storages", [own]):
+            found = [
+                (c.chunk_start_offset, c.compressed_size, c.uncompressed_size)
+                for c in getattr(file, "chunks", [])
+            ]
+            try:
+                check_chunks(self.path, found, sum(f.stat().st_size for f in self.files))
+            except RecordingError:
+                self.close()
+                raise
 
     def close(self) -> None:
         """Close the files."""
@@ -63,6 +86,14 @@ class Ros2Bag(Bag):
                 yield connection.topic, stamp, data
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(self.path, error) from None
+
+
+def _check_metadata(path: Path) -> None:
+    """Raise RecordingError where it is too large or deep for rosbags' parser."""
+    try:
+        yaml_text(path)
+    except FileError as error:
+        raise RecordingError(str(error)) from None
 
 
 def storage_files(path: Path) -> tuple[Path, ...]:
