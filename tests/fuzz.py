@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Damaged bags, tables and vehicle files: mutations of good ones, the same for the same number.
+"""Damaged bags, logs of autopilots, tables and vehicle files: mutations of good ones, the same for the same number.
 
     python -W error tests/fuzz.py bag 0 1000        # cases 0 to 999 of a kind
     python -W error tests/fuzz.py db3 417 1 --keep /tmp/case
@@ -26,12 +26,20 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
 
+import autopilot_logs
 import bag_tools
 import numpy as np
+import yaml
 from mcap_writer import mcap
 from mutations import ODD_WORDS, ODD_YAML, bomb, damaged, edited, queried
 
 import seatrial
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
+from seatrial.io import formats
+from seatrial.io.formats import open_log
+from seatrial.io.log import Wanted
 from seatrial.io.look import look
 from seatrial.util.errors import SeatrialError
 from seatrial.util.files import dump_yaml
@@ -39,8 +47,15 @@ from seatrial.util.files import dump_yaml
 MEMORY = 3 << 29  # [bytes] 1.5 GB of addresses for a worker, libraries included
 PATIENCE = 10.0  # [s] of the processor for one case, however busy the machine is
 LONGEST = 3000  # [characters] of a line that somebody is to read
-KINDS = ("bag", "mcap", "db3", "csv", "parquet", "mat", "hdf", "yaml", "inspect")
+KINDS = ("bag", "mcap", "db3", "log", "csv", "parquet", "mat", "hdf", "yaml", "inspect")
 Data = dict[str, bytes]  # name of a file: its content
+AUTOPILOTS = {
+    "run.BIN": autopilot_logs.ardupilot,
+    "run.log": lambda path, run: autopilot_logs.ardupilot(path, run, text=True),
+    "run.ulg": autopilot_logs.px4,
+    "run.tlog": autopilot_logs.telemetry,
+}
+PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file
 
 
 class SlowError(Exception):
@@ -91,6 +106,19 @@ def seeds() -> dict[str, list[Data]]:
     boats = [vehicle_content(), tf_content(), _whole_vehicle()]
     found["yaml"] = [{"vehicle.yaml": dump_yaml(v).encode()} for v in boats]
     return found
+
+
+def log_seeds() -> dict[str, list[Data]]:
+    """Short logs of autopilots, and in `PROPOSED` the vehicle file that `init` proposes of a longer one."""
+    found: list[Data] = []
+    with tempfile.TemporaryDirectory() as name:
+        for file, write in AUTOPILOTS.items():
+            path = write(Path(name) / file, autopilot_logs.trial())
+            text = init(path, choices=Choices(axes="forward-right-down")).text
+            PROPOSED[file] = vehicle_from(yaml.safe_load(text), file)
+            write(path, autopilot_logs.trial(seconds=12.0))
+            found.append({file: path.read_bytes()})
+    return {"log": found}
 
 
 def vehicle_content() -> dict[str, object]:
@@ -249,7 +277,7 @@ def made(kind: str, case: int, good: dict[str, list[Data]]) -> tuple[Data, bool]
         files[target] = edited(rng, content, ODD_YAML, " :")
     elif kind == "db3" and target.endswith(".db3") and rng.random() < 0.4:
         files[target] = queried(rng, content)
-    elif kind == "csv" and rng.random() < 0.7:
+    elif (kind == "csv" or target == "run.log") and rng.random() < 0.7:
         files[target] = edited(rng, content, ODD_WORDS, ",")
     elif kind == "yaml" and rng.random() < 0.9:
         files[target] = (
@@ -274,6 +302,8 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
                 (folder / "tables" / name).write_bytes(content)
             seatrial.read(folder / "tables", vehicle)
             return "read"
+        if kind == "log":
+            return _log(path)
         tree = any(b"TFMessage" in content for content in files.values())
         vehicle = bag_tools.vehicle_from(
             tf_content() if tree else vehicle_content(), "vehicle.yaml"
@@ -287,6 +317,21 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
         _one_line(str(error))
         return "salvage refused" if salvage else "refused"
     return "salvaged" if salvage else "read"
+
+
+def _log(path: Path) -> str:
+    """All fields of all topics; then the recording by the whole log's vehicle file, or a new proposal."""
+    formats._opened.cache_clear()  # a case may have the size and, to the clock's tick, the time of the one before
+    log = open_log(path)
+    for topic in log.topics.values():
+        (samples,) = log.read([Wanted(topic.name, topic.fields)])
+        assert len(samples.stamps) + samples.dropped <= topic.messages
+        assert samples.values.shape == (len(samples.stamps), len(topic.fields))
+    if path.stat().st_size % 7 == 0:
+        init(path, choices=Choices(axes="forward-right-down"))
+        return "proposed"
+    seatrial.read(path, PROPOSED[path.name])
+    return "read"
 
 
 def _inspected(path: Path, *, tree: bool) -> str:
@@ -319,7 +364,7 @@ def cases(
     kind: str, first: int, count: int, keep: Path | None = None
 ) -> Iterator[dict[str, object]]:
     """Run them; yields one finding each, and last what came of all."""
-    good = seeds()
+    good = log_seeds() if kind == "log" else seeds()
     outcomes: Counter[str] = Counter()
     slowest, which = 0.0, 0
     signal.signal(signal.SIGPROF, _late)

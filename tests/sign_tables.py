@@ -50,7 +50,8 @@ class Table:
 
     def _column(self, entry):
         column = as_column(entry)
-        return column.sign * UNITS[column.unit] * self.columns[column.column]
+        raw = self.columns[column.column]
+        return column.sign * UNITS[column.unit] * (raw - column.offset)
 
     def in_units(self, x: float, y: float, psi: float) -> "Table":
         scaled = {"x": x, "y": y, "psi": psi}
@@ -99,6 +100,9 @@ def faults(vehicle: Vehicle) -> dict[str, Repair]:
     found["-y"] = replace(none, pose_signs=(1, -1, 1))
     found["-psi"] = replace(none, pose_signs=(1, 1, -1))
     found["other hand"] = replace(none, pose_signs=(1, -1, -1))
+    found["compass"] = replace(none, pose_signs=(1, 1, -1), turn=1)
+    found["heading + 90 deg"] = replace(none, turn=1)
+    found["heading - 90 deg"] = replace(none, turn=3)
     found["x<>y"] = replace(none, exchanged=True)
     one = inputs_edited(vehicle, negated=(1,))
     found["degrees, negated"] = replace(one, units=(None, None, "deg"))

@@ -31,6 +31,7 @@ _MODULES = {
     "Tuning": "control",
     "Vehicle": "boat.vehicle",
     "World": "simulation",
+    "convert": "io.convert",
     "identify": "identification.methods",
     "init": "inspection.proposal.propose",
     "inspect": "inspection.overview",
@@ -67,6 +68,7 @@ if TYPE_CHECKING:  # the same for type checkers and editors; a test compares the
     from seatrial.inspection.overview import inspect as inspect
     from seatrial.inspection.proposal.propose import init as init
     from seatrial.io import read as read
+    from seatrial.io.convert import convert as convert
     from seatrial.onboard.odometer import Odometer as Odometer
     from seatrial.onboard.odometer import Odometry as Odometry
     from seatrial.onboard.predictor import Estimate as Estimate

@@ -9,11 +9,14 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, NoReturn
 
+from seatrial.util.printing import say
+
 COMMANDS = {
     "demo": "run everything below on the bundled recordings",
     "inspect": "check recordings: rates, gaps, faults, clocks, excitation, signs; "
     "no --vehicle: list topics or columns",
     "init": "propose a vehicle file from a recording",
+    "convert": "write a recording as tables or as a bag, with the vehicle file that reads it",
     "simulate": "simulate recordings like the paper's S1-S7",
     "identify": "identify a model from recordings",
     "validate": "score how well a model predicts recordings",
@@ -68,7 +71,7 @@ class Version(argparse.Action):
         """Print it and exit."""
         from importlib.metadata import version
 
-        print(f"{parser.prog} {version('seatrial')}")
+        say(f"{parser.prog} {version('seatrial')}")
         parser.exit()
 
 

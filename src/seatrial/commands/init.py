@@ -3,17 +3,15 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from seatrial.commands.shared import (
-    add_salvage,
-    guard,
-    say,
-)
+from seatrial.commands.shared import add_salvage, guard
 from seatrial.util.frames import Axes
+from seatrial.util.printing import say
 from seatrial.util.progress import hidden, stage
 
+Ask = Callable[[str, Sequence[str]], str]
 AXES_NAMES = tuple(axes.value for axes in Axes)
 AXES_QUESTION = """\
 No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
@@ -28,7 +26,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--axes",
         choices=AXES_NAMES,
-        help=f"axes of the recording (default: {AXES_NAMES[0]})",
+        help=f"axes of the recording (default: {AXES_NAMES[0]}; of an autopilot's log {AXES_NAMES[1]})",
     )
     command.add_argument(
         "--pose",
@@ -63,7 +61,7 @@ def run(args: argparse.Namespace) -> None:
             f"{args.out}: exists already; give another name, or --force to write over it"
         )
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
-    axes = args.axes or (_ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0])
+    axes = args.axes or _axes(args.recordings[0], ask)
     choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
@@ -75,12 +73,21 @@ def run(args: argparse.Namespace) -> None:
     say(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
 
 
+def _axes(recording: Path, ask: Ask | None) -> str:
+    """The axes of an autopilot; else the answer of `ask`, or the usual ones."""
+    from seatrial.io.formats import is_log
+
+    if is_log(recording):
+        return Axes.FRD.value
+    return ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0]
+
+
 def _ask(question: str, options: Sequence[str]) -> str:
     """Let the user choose by number; enter is the first."""
     with hidden():
-        print(question)
+        say(question)
         for i, option in enumerate(options, 1):
-            print(f"  {i}  {option}")
+            say(f"  {i}  {option}")
         while True:
             try:
                 answer = input(f"1 to {len(options)} [1]: ").strip() or "1"

@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: MIT
 """A recording from any log: a bag, a log of an autopilot, or tables."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.assemble import assemble
 from seatrial.io.bags.opening import is_bag, open_bag
 from seatrial.io.bags.signals import BagSignals
+from seatrial.io.formats import is_log, open_log
+from seatrial.io.log_signals import LogSignals
+from seatrial.io.signals import Signals
 from seatrial.io.table import is_table
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording
@@ -19,20 +24,31 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
     Raises RecordingError, FileError.
     """
     path = Path(path)
+    with open_signals(path, vehicle, salvage=salvage) as signals:
+        return assemble(signals, vehicle, recording_name(path))
+
+
+@contextmanager
+def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iterator[Signals]:
+    """What answers the vehicle file's questions, for any log. Raises RecordingError, FileError."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
-    name = recording_name(path)
     if is_bag(path):
         with open_bag(path, salvage=salvage) as bag:
-            return assemble(BagSignals(bag, vehicle, salvage=salvage), vehicle, name)
+            yield BagSignals(bag, vehicle, salvage=salvage)
+        return
+    if is_log(path):
+        with open_log(path) as log:
+            yield LogSignals(log, vehicle)
+        return
     if path.is_dir() and not any(path.iterdir()):
         raise FileError(f"{path}: is an empty folder; expected a bag or .csv tables")
     if not path.is_dir() and not is_table(path):
         raise RecordingError(
-            f"{path}: expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a .csv table, or a "
-            f"folder of tables, got '{path.suffix}'"
+            f"{path}: expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, "
+            f".log), PX4 (.ulg) or MAVLink (.tlog), a .csv table, or a folder of tables, got '{path.suffix}'"
         )
-    return assemble(TableSignals(path, vehicle), vehicle, name)
+    yield TableSignals(path, vehicle)
 
 
 def recording_name(path: Path) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial import _core
+from seatrial.recording.averaging import at_middle
 from seatrial.recording.beside import Beside
 from seatrial.recording.pose_faults import MAD_TO_SD
 from seatrial.recording.recording import Recording, rising
@@ -19,6 +20,7 @@ INTERVAL = 1.0  # [s] least time over which the integrated rate is compared with
 FEWEST_INTERVALS = 8
 TURNS = 0.1  # [rad/s] RMS of the yaw rate, from which on its gain is known well enough to refuse it
 GAIN = 0.25  # of 1, by which the heading over the integrated rate may differ
+LARGEST_RATE = 1e4  # [rad/s] more than any gyro measures, also in a wrong unit
 LEAST_DEVIATION = 1e-5  # [rad/s] of the noise: less is a simulated gyro
 DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0])  # zero for parabolas: smooth motion cancels
 
@@ -29,7 +31,7 @@ def with_yaw_rate(recording: Recording, stamps: Stamps, rates: Array, where: str
     The bias is removed: the heading shows it over the whole recording. where: the column, for messages.
     Raises RecordingError where the rate is not that of the heading: another sense, axis or unit.
     """
-    good = np.isfinite(rates)
+    good = np.abs(rates) < LARGEST_RATE
     stamps, rates = stamps[good], rates[good]
     keep = rising(stamps) if len(stamps) else np.zeros(0, dtype=bool)
     stamps, rates = stamps[keep], rates[keep]
@@ -61,7 +63,8 @@ def _averaged(t: Array, r: Array) -> tuple[Array, Array]:
     whole = len(t) // count * count
     groups = t[:whole].reshape(-1, count)
     close = np.ptp(groups, axis=1) < 2.0 / MOST_RATE  # no gap within
-    return groups.mean(axis=1)[close], r[:whole].reshape(-1, count).mean(axis=1)[close]
+    middle, means = groups.mean(axis=1)[close], r[:whole].reshape(-1, count).mean(axis=1)[close]
+    return middle, at_middle(np.rint(1e9 * middle).astype(np.int64), means[:, None], count)[:, 0]
 
 
 def _gain_and_bias(recording: Recording, t: Array, r: Array) -> tuple[float | None, float]:

@@ -25,6 +25,10 @@ MOST_INPUTS_EXHAUSTIVE = 5  # up to 5! 2^5 = 3840 signed permutations; beyond it
 LEVER_OF_ONE = 0.3  # [m] longest lever arm that one recording may imply
 LEVER_OF_SEVERAL = 1.5  # [m] the same for several recordings that agree
 LEVER_STEP = 0.02  # [m] grid of lever arms
+PLANES = (  # exchanged, signs of x and y, quarter turns of psi: the eight ways to lay a plane
+    (False, 1, 1, 0), (False, 1, 1, 1), (False, 1, 1, 2), (False, 1, 1, 3),
+    (False, 1, -1, 0), (False, -1, 1, 0), (True, 1, 1, 0), (True, 1, 1, 2),
+)  # fmt: skip
 MIRROR = np.diag([1.0, -1.0])
 THRUSTER_SPREAD = 0.08  # share of the thrust by which actuators may differ: dead zones, curves
 RIDGE = 1e-9  # of the trace: keeps inputs without effect from making the equations singular
@@ -150,9 +154,9 @@ class HypothesisSearch:
         return all(np.allclose(p.weights[:, i], p.weights[:, j]) for p in self.patterns)
 
     def _pose_readings(self) -> Iterator[Repair]:
-        """Signs and order of the coordinates that agree with the handedness found."""
-        for exchanged, x, y, psi in product((False, True), (1, -1), (1, -1), (1, -1)):
-            repair = replace(self.no_edit, exchanged=exchanged, pose_signs=(x, y, psi))
+        """Signs, order and zero of the coordinates that agree with the handedness found."""
+        for (exchanged, x, y, turn), psi in product(PLANES, (1, -1)):
+            repair = replace(self.no_edit, exchanged=exchanged, pose_signs=(x, y, psi), turn=turn)
             if (np.linalg.det(repair.plane) * psi < 0) == self.mirrored:
                 yield repair
 
@@ -216,7 +220,7 @@ def swapped(repair: Repair, i: int, j: int) -> Repair:
 
 
 def _pose_edits(repair: Repair) -> float:
-    handed = repair.pose_signs == (1, -1, -1) and not repair.exchanged
+    handed = repair.pose_signs == (1, -1, -1) and not (repair.exchanged or repair.turn)
     return repair.pose_edits * (
         1.0 - POSE_PAIR_PREFERENCE if handed else 1.0 + POSE_PAIR_PREFERENCE
     )

@@ -10,7 +10,7 @@ from enum import Enum
 
 from seatrial.boat.schema import Column
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.inspection.consistency.repair import POSE, Repair, cycles
+from seatrial.inspection.consistency.repair import POSE, Repair, cycles, repaired_heading
 from seatrial.util.format import joined
 
 UNIT_NAMES = {
@@ -30,6 +30,7 @@ class InconsistencyKind(str, Enum):
     ANGLE = "unit of psi"
     MIRRORED = "sign of a pose coordinate"
     EXCHANGED = "x and y exchanged"
+    HEADING = "zero and sense of psi"
     HANDED = "poses and commands of opposite axes"
     NEGATED = "sign of an input"
     PERMUTED = "order of the inputs"
@@ -93,7 +94,7 @@ def _units(repair: Repair, speed: float) -> list[Inconsistency]:
 def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
     negated = [name for name, sign in zip(POSE, repair.pose_signs, strict=True) if sign < 0]
     columns = _pose_columns(vehicle)
-    if negated == ["y", "psi"] and not repair.exchanged:
+    if negated == ["y", "psi"] and not (repair.exchanged or repair.turn):
         return [_handed(vehicle, negated)]
     found = []
     if repair.exchanged:
@@ -106,6 +107,9 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
         )
         text = f"x and y are exchanged: with their columns swapped the track agrees with the heading; {how}"
         found.append(Inconsistency(InconsistencyKind.EXCHANGED, text))
+    if repair.turn % 4:
+        found.append(_heading(columns["psi"], repair))
+        negated = [name for name in negated if name != "psi"]
     for name in negated:
         source = {"x": "y", "y": "x"}.get(name, name) if repair.exchanged else name
         text = (
@@ -114,6 +118,28 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
         )
         found.append(Inconsistency(InconsistencyKind.MIRRORED, text))
     return found
+
+
+def _heading(column: Column, repair: Repair) -> Inconsistency:
+    """Another zero of the heading, and perhaps another sense: a compass, a camera, another map."""
+    angle = {1: 90, 2: 180, 3: -90}[repair.turn % 4]
+    mirrored = repair.pose_signs[2] < 0
+    changed = repaired_heading(column, repair)
+    sign = f"sign: {changed.sign}, " if mirrored else ""
+    what = (
+        f"{angle} deg - heading"
+        if mirrored
+        else f"heading {angle:+d} deg".replace("+", "+ ").replace("-", "- ")
+    )
+    kind = "has another zero and sense" if mirrored else "has another zero"
+    compass = (
+        " (as a compass: clockwise from north, and x is east)" if mirrored and angle == 90 else ""
+    )
+    return Inconsistency(
+        InconsistencyKind.HEADING,
+        f"the heading {kind}: with psi = {what} the track agrees with it{compass}; "
+        f"set {sign}offset: {changed.offset:.9g} at pose: psi",
+    )
 
 
 def _handed(vehicle: Vehicle, negated: list[str]) -> Inconsistency:

@@ -13,6 +13,9 @@ from seatrial.util.frames import Array
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # [m]
 ANGLES = {"rad": 1.0, "deg": float(np.pi / 180.0)}  # [rad]
 POSE = ("x", "y", "psi")
+REVERSED = 1.5  # edits: likelier than another zero of the heading and one negation
+COMPASS = 1  # quarter turn: psi = 90 deg - heading, where x is east
+QUARTER_BACK = np.array([[0.0, 1.0], [-1.0, 0.0]])
 Unit = str | None  # None: as the file states
 
 
@@ -27,14 +30,16 @@ class Repair:
     )  # of x, y, psi; None: as is
     exchanged: bool = False  # x and y change places, before the signs
     pose_signs: tuple[int, int, int] = (1, 1, 1)  # of x, y, psi
+    turn: int = 0  # quarter turns that are added to psi, after its sign
     order: tuple[int, ...] = ()  # input i reads the column of input order[i]
     input_signs: tuple[int, ...] = ()
 
     @property
     def plane(self) -> Array:
-        """Matrix (2, 2) of the edits on (x, y) of the file."""
-        turned = np.eye(2)[::-1] if self.exchanged else np.eye(2)
-        return np.asarray(np.diag(self.pose_signs[:2]) @ turned)
+        """Matrix (2, 2) of the edits on (x, y) of the file, seen from the boat: psi turns it back."""
+        exchanged = np.eye(2)[::-1] if self.exchanged else np.eye(2)
+        back = np.linalg.matrix_power(QUARTER_BACK, self.turn % 4)
+        return np.asarray(back @ np.diag(self.pose_signs[:2]) @ exchanged)
 
     @property
     def matrix(self) -> Array:
@@ -43,18 +48,21 @@ class Repair:
 
     @property
     def pose_edits(self) -> int:
-        """Number of edits of the poses' order and signs."""
-        return int(self.exchanged) + sum(sign < 0 for sign in self.pose_signs)
+        """Number of edits of the poses' order, signs and zero; of a compass, zero and sense are one."""
+        edits = int(self.exchanged) + sum(sign < 0 for sign in self.pose_signs)
+        compass = self.pose_signs[2] < 0 and self.turn % 4 == COMPASS
+        return edits + (self.turn % 4 != 0 and not compass)
 
     @property
-    def edits(self) -> int:
+    def edits(self) -> float:
         """Number of edits of orders and signs; a cycle of n inputs is n - 1 exchanges."""
         return self.pose_edits + edits_of(self.order, self.input_signs)
 
 
-def edits_of(order: tuple[int, ...], signs: tuple[int, ...]) -> int:
-    """Exchanges and negations in a signed permutation."""
-    return len(order) - len(cycles(order)) + sum(sign < 0 for sign in signs)
+def edits_of(order: tuple[int, ...], signs: tuple[int, ...]) -> float:
+    """Exchanges and negations in a signed permutation; all inputs reversed are `REVERSED`."""
+    negated = sum(sign < 0 for sign in signs)
+    return len(order) - len(cycles(order)) + (REVERSED if negated == len(signs) > 1 else negated)
 
 
 def cycles(order: tuple[int, ...]) -> list[list[int]]:
@@ -95,8 +103,24 @@ def _repaired_pose(pose: PoseSource, repair: Repair) -> PoseSource:
     ]
     if repair.exchanged:
         columns[:2] = columns[1::-1]
-    x, y, psi = (_signed(c, s) for c, s in zip(columns, repair.pose_signs, strict=True))
+    x, y = (_signed(c, s) for c, s in zip(columns[:2], repair.pose_signs[:2], strict=True))
+    psi = repaired_heading(columns[2], repair)
     return msgspec.structs.replace(pose, x=x, y=y, psi=psi)
+
+
+def repaired_heading(column: Column, repair: Repair) -> Column:
+    """The column of psi with its sign and zero corrected."""
+    return turned(_signed(column, repair.pose_signs[2]), repair.turn)
+
+
+def turned(column: Column, quarters: int) -> Column:
+    """A column of headings to which quarter turns are added."""
+    if quarters % 4 == 0:
+        return column
+    quarter = 0.5 * np.pi / ANGLES[column.unit or "rad"]
+    signed = (quarters % 4 if quarters % 4 < 3 else -1) * quarter
+    offset = column.offset - column.sign * signed * column.scale
+    return msgspec.structs.replace(column, offset=float(offset))
 
 
 def _signed(column: Column, sign: int) -> Column:

@@ -4,12 +4,15 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from seatrial.boat.names import LONGEST_TITLE
 from seatrial.inspection.proposal.from_bags import of_bag
+from seatrial.inspection.proposal.from_logs import of_log
 from seatrial.inspection.proposal.from_tables import of_tables
 from seatrial.inspection.proposal.inputs import Drive, find_drive
 from seatrial.inspection.proposal.sources import Ask, Choices, Sources
 from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
+from seatrial.io.formats import is_log
 from seatrial.io.reader import recording_name
 
 
@@ -38,10 +41,12 @@ def init(
     """
     path, choices = Path(path), choices or Choices()
     name = choices.name or recording_name(path)
-    name = "".join(c if c.isprintable() else "_" for c in name)
+    name = "".join(c if c.isprintable() else "_" for c in name)[:LONGEST_TITLE]
     # 1. Topics or columns of the poses and of the commands.
     if is_bag(path):
         sources = of_bag(path, name, choices, ask, salvage=salvage)
+    elif is_log(path):
+        sources = of_log(path, name, choices, ask)
     else:
         sources = of_tables(path, name, choices, ask, tuple(map(Path, more)))
     sources = replace(sources, more=tuple(map(Path, more)))

@@ -26,13 +26,15 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
     length = f" ({sources.length:.0f} s)" if sources.length else ""
     first = f"{_shown(sources.path.name)}{length}"
     others = [_shown(path.name) for path in sources.more]
-    axes = f"check: {AXES_MEANING[sources.axes]}? The data do not show it"
+    axes = [f"check: {AXES_MEANING[sources.axes]}? The data do not show it"]
+    if "known axes" in sources.notes:
+        axes = [AXES_MEANING[sources.axes], *sources.notes["known axes"]]
     lines = [
         f"# Proposed by 'seatrial init' from {', '.join([first, *others])}.",
         "# Check every line marked 'check'.",
         "seatrial: vehicle 1",
         _commented(_line("name", sources.name), "the boat's name, also the model's"),
-        _commented(f"axes: {sources.axes}", axes, *sources.notes.get("axes", [])),
+        _commented(f"axes: {sources.axes}", *axes, *sources.notes.get("axes", [])),
         "",
         *_pose(sources, drive),
         "",
@@ -42,6 +44,7 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
         "",
         *_forces(drive),
         "",
+        *sources.notes.get("scales", []),
         *_structure(),
     ]
     return "\n".join(lines) + "\n"

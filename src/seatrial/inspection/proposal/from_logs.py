@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: MIT
+"""Topics of an autopilot's log that are the poses and the commands, by the messages that it is known to write."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
+from seatrial.inspection.proposal.sources import (
+    Ask,
+    Choices,
+    Recognised,
+    Sources,
+    Sureness,
+    choose,
+    named,
+)
+from seatrial.io.formats import open_log
+from seatrial.io.formats.known import (
+    HEADINGS,
+    OUTPUTS,
+    POSITIONS,
+    VOLTAGES,
+    YAW_RATES,
+    Known,
+)
+from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Axes
+
+LEAST_POSITIONS = 20  # different ones, of a topic that is a position
+LEAST_HEADINGS = 20
+LEAST_FALL = 0.02  # of the battery's voltage, 5th to 95th percentile, for a scale
+PULSE = (800.0, 2200.0)  # [us]
+LISTED = 20  # topics in a message
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A known signal in a topic of the log, and its values."""
+
+    known: Known
+    topic: LogTopic
+    samples: LogSamples
+
+    @property
+    def rate(self) -> float:
+        """[Hz] on average."""
+        t = self.samples.stamps
+        span = (int(t.max()) - int(t.min())) * 1e-9 if len(t) else 0.0
+        return len(t) / span if span > 0 else 0.0
+
+    @property
+    def different(self) -> int:
+        """Number of different values, 0 and none left out."""
+        values = self.samples.values
+        known = np.isfinite(values).all(axis=1) & (values != 0.0).any(axis=1)
+        return len(np.unique(values[known], axis=0)) if known.any() else 0
+
+    @property
+    def shown(self) -> str:
+        """Topic and fields."""
+        return f"{self.topic.name} {', '.join(self.known.fields)}"
+
+    @property
+    def why(self) -> str:
+        """What it is."""
+        return f"{self.known.what}, {self.rate:.3g} Hz"
+
+
+def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
+    """Topics of position, heading, yaw rate and motors. Raises RecordingError, FileError."""
+    with open_log(path) as log:
+        # 1. All known signals that change, read in one pass.
+        found = _Found(log, _candidates(log))
+        # 2. A position, raw before filtered, and a heading.
+        position = _position(found, choices, ask)
+        heading = _best(found, HEADINGS, "heading", LEAST_HEADINGS)
+        rate = next(iter(found.of(YAW_RATES, 1)), None)
+        # 3. Motors by the parameters, else all outputs that change.
+        driven = _motors(log, choices, ask)
+        voltage = _voltage(found)
+    axes = Axes(choices.axes)
+    pose = _pose(position, heading, rate, axes)
+    channels = named((m.name, {"topic": t.name, **m.column}) for t, m in driven)
+    commands = {"topic": driven[0][0].name}
+    for column in channels.values():
+        if column["topic"] == commands["topic"]:
+            column.pop("topic")
+    stamps = position.samples.stamps
+    length = (int(stamps.max()) - int(stamps.min())) * 1e-9
+    recognised = _recognised(found, position, heading, rate, driven, voltage)
+    return Sources(
+        path, name, axes.value, length, pose, commands, channels,
+        {"known axes": [_axes_note(axes)], "pose": [position.why], "commands": [], "scales": _scales(voltage)},
+        recognised=recognised,
+    )  # fmt: skip
+
+
+class _Found:
+    """Candidates of the log, with values."""
+
+    def __init__(self, log: Log, candidates: Sequence[tuple[Known, LogTopic]]) -> None:
+        self.log = log
+        samples = log.read([Wanted(t.name, k.fields) for k, t in candidates])
+        self.all = [_Candidate(k, t, s) for (k, t), s in zip(candidates, samples, strict=True)]
+
+    def of(self, known: Sequence[Known], least: int) -> list[_Candidate]:
+        """Candidates of one kind of signal that have enough different values, in the order of `known`."""
+        mine = [c for k in known for c in self.all if c.known is k]
+        return [c for c in mine if c.different >= least]
+
+
+def _candidates(log: Log) -> list[tuple[Known, LogTopic]]:
+    several = (*POSITIONS, *HEADINGS, *YAW_RATES, *VOLTAGES)
+    return [(known, topic) for known in several for topic in known.topics(log)]
+
+
+def _position(found: _Found, choices: Choices, ask: Ask | None) -> _Candidate:
+    able = found.of(POSITIONS, LEAST_POSITIONS)
+    if choices.pose is not None:
+        for candidate in able:
+            if candidate.topic.name == choices.pose:
+                return candidate
+        listed = "; ".join(c.shown for c in able) or "none"
+        raise RecordingError(
+            f"{found.log.path}: {choices.pose} is no topic with a position that changes (--pose); "
+            f"those are {listed}"
+        )
+    if not able:
+        held = [c for k in POSITIONS for c in found.all if c.known is k]
+        what = (
+            f"the positions of {', '.join(c.topic.name for c in held)} never change (no fix?)"
+            if held
+            else "no message with a position that is known by its name"
+        )
+        raise RecordingError(
+            f"{found.log.path}: {what}; record with a GNSS receiver that has a fix, or with an external position. "
+            f"The topics are {_listed(found.log)}"
+        )
+    first = able[0].known.what  # the same kind of sensor: the fastest
+    alike = [c for c in able if c.known.what == first]
+    fastest = max(alike, key=lambda c: c.rate)
+    if ask is not None and len(able) > 1:
+        ordered = [fastest, *(c for c in able if c is not fastest)]
+        texts = [f"{c.topic.name} ({c.why})" for c in ordered]
+        return ordered[texts.index(choose(found.log.path, "poses", texts, ask))]
+    return fastest
+
+
+def _best(found: _Found, known: Sequence[Known], what: str, least: int) -> _Candidate:
+    able = found.of(known, least)
+    if not able:
+        raise RecordingError(
+            f"{found.log.path}: no message with a {what} that changes; record the attitude. "
+            f"The topics are {_listed(found.log)}"
+        )
+    return able[0]
+
+
+def _listed(log: Log) -> str:
+    names = [t.name for t in log.topics.values()]
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(names[:LISTED]) + more
+
+
+# Poses #
+
+
+def _pose(
+    position: _Candidate, heading: _Candidate, rate: _Candidate | None, axes: Axes
+) -> dict[str, Any]:
+    """The pose as the vehicle file states it."""
+    first, second = ({"field": f, **position.known.column} for f in position.known.fields)
+    if position.known.geographic:
+        pose: dict[str, Any] = {"latitude": first, "longitude": second}
+    else:
+        pose = {"x": first, "y": second} if axes is Axes.FRD else {"x": second, "y": first}
+    psi = _elsewhere(heading, position)
+    if len(heading.known.fields) > 1:
+        psi["quaternion"] = list(heading.known.fields)
+    else:
+        psi["field"] = heading.known.fields[0]
+    psi |= heading.known.column
+    if axes is Axes.FLU:  # from east counter-clockwise
+        quarter = 90.0 if psi.get("unit") == "deg" else pi / 2
+        psi |= {"sign": -1, "offset": round(quarter * psi.get("scale", 1.0), 9)}
+    pose = {"topic": position.topic.name, **pose, "psi": psi}
+    if rate is not None:
+        turned = {} if axes is Axes.FRD else {"sign": -1}
+        own = {"field": rate.known.fields[0], **rate.known.column, **turned}
+        pose["yaw_rate"] = _elsewhere(rate, position) | own
+    return pose
+
+
+def _elsewhere(candidate: _Candidate, position: _Candidate) -> dict[str, Any]:
+    same = candidate.topic.name == position.topic.name
+    return {} if same else {"topic": candidate.topic.name}
+
+
+def _axes_note(axes: Axes) -> str:
+    if axes is Axes.FRD:
+        return "the autopilot's own: x north, y east, psi clockwise from north"
+    return "x east, y north; the autopilot's heading is from north clockwise"
+
+
+# Commands #
+
+
+def _motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTopic, Motor]]:
+    """Motors, each with its topic."""
+    if choices.commands is not None:
+        topic = log.topics.get(choices.commands)
+        if topic is None:
+            raise RecordingError(
+                f"{log.path}: no topic {choices.commands} (--commands); it has {_listed(log)}"
+            )
+        given = motors(log, topic) or list(_changing(log, topic))
+        if not given:
+            raise RecordingError(f"{log.path}: no field of {choices.commands} changes (--commands)")
+        return [(topic, m) for m in given]
+    able = [
+        t for name in OUTPUTS for t in log.topics.values() if t.type == name and "@" not in t.name
+    ]
+    stated = [(t, m) for t in able for m in motors(log, t)]
+    first = (
+        stated[0][0].type[:3] if stated else ""
+    )  # RCOU and RCO2 are one, the motors and their outputs are not
+    if stated:
+        return [(t, m) for t, m in stated if t.type[:3] == first or t.type == "actuator_servos"]
+    changing = {t.name: list(_changing(log, t)) for t in able}
+    able = [t for t in able if changing[t.name]]
+    if not able:
+        raise RecordingError(
+            f"{log.path}: no message with motor outputs that change; name the topic of the commands with "
+            f"--commands. The topics are {_listed(log)}"
+        )
+    chosen = able[0].name
+    if ask is not None and len(able) > 1:
+        chosen = choose(log.path, "commands", [t.name for t in able], ask)
+    topic = log.topics[chosen]
+    return [(topic, m) for m in changing[chosen]]
+
+
+def _changing(log: Log, topic: LogTopic) -> Iterator[Motor]:
+    """Fields of a topic that change; stamps and counters aside."""
+    (samples,) = log.read([Wanted(topic.name, topic.fields)])
+    outputs = topic.type in OUTPUTS
+    for field, values in zip(topic.fields, samples.values.T, strict=True):
+        held = values[np.isfinite(values)]
+        driven = held[held != OFF]
+        if len(np.unique(driven)) < 2 or _counts(held) or (outputs and not _is_output(field)):
+            continue
+        pulses = PULSE[0] <= driven.min() and driven.max() <= PULSE[1]
+        column: dict[str, Any] = {"field": field}
+        if pulses and len(driven) < len(held):
+            column |= {"offset": 1500.0, "scale": 400.0, "off": OFF}
+        yield Motor(field, column, "changes; no parameter states what it drives")
+
+
+def _is_output(field: str) -> bool:
+    return any(c.isdecimal() for c in field)
+
+
+def _counts(values: Array) -> bool:
+    """Whether values only rise: a time or a counter."""
+    return len(values) > 2 and bool((np.diff(values) > 0).mean() > 0.9)
+
+
+def _voltage(found: _Found) -> _Candidate | None:
+    """The battery's voltage, where it falls enough to matter."""
+    for candidate in found.of(VOLTAGES, 3):
+        values = candidate.samples.values[:, 0]
+        values = values[np.isfinite(values) & (values > 0)]
+        low, middle, high = np.percentile(values, [5, 50, 95])
+        if middle > 0 and (high - low) / middle > LEAST_FALL:
+            return candidate
+    return None
+
+
+def _scales(voltage: _Candidate | None) -> list[str]:
+    """Lines of the vehicle file that state the battery as a scale."""
+    if voltage is None:
+        return []
+    values = voltage.samples.values[:, 0] / voltage.known.column.get("scale", 1.0)
+    values = values[np.isfinite(values) & (values > 0)]
+    low, middle, high = np.percentile(values, [5, 50, 95])
+    scale = voltage.known.column.get("scale")
+    raw = "" if scale is None else f", scale: {scale:g}"
+    return [
+        f"# The battery's voltage was {low:.3g} to {high:.3g} V; thrust changes about with its square.",
+        "scales:",
+        f"  battery: {{column: {{topic: {voltage.topic.name}, field: {voltage.known.fields[0]}{raw}}}, "
+        f"reference: {middle:.3g}}}",
+        "# check: to use it, add this stage, or 'power: estimate' where the voltage changes much:",
+        "# chain: [{scale: {signal: battery, power: 2}}]",
+        "",
+    ]
+
+
+# What was recognised #
+
+
+def _recognised(  # noqa: PLR0917
+    found: _Found,
+    position: _Candidate,
+    heading: _Candidate,
+    rate: _Candidate | None,
+    driven: Sequence[tuple[LogTopic, Motor]],
+    voltage: _Candidate | None,
+) -> tuple[Recognised, ...]:
+    def one(signal: str, chosen: _Candidate, known: Sequence[Known], least: int) -> Recognised:
+        others = [c for c in found.of(known, least) if c is not chosen]
+        names = tuple(f"{c.topic.name} ({c.known.what})" for c in others)
+        return Recognised(signal, chosen.shown, chosen.why, Sureness.CERTAIN, names)
+
+    rows = [
+        one("position", position, POSITIONS, LEAST_POSITIONS),
+        one("heading", heading, HEADINGS, LEAST_HEADINGS),
+    ]
+    if rate is not None:
+        rows.append(one("yaw rate", rate, YAW_RATES, 1))
+    for topic, motor in driven:
+        sure = Sureness.GUESS if motor.why.startswith("changes") else Sureness.CERTAIN
+        rows.append(
+            Recognised(motor.name, f"{topic.name} {motor.column['field']}", motor.why, sure)
+        )
+    if voltage is not None:
+        rows.append(one("battery", voltage, VOLTAGES, 3))
+    return tuple(rows)

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: MIT
+"""`convert`: any log as a folder of tables, or as a bag, with the vehicle file that reads it.
+
+Numbers stay as they were logged, each signal at its own stamps; signs, scales and units stay in the vehicle
+file, so that the new recording is the old one.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.schema import Column, PoseSource
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.io.assemble import questions
+from seatrial.io.bags.write import BAG_FORMATS, BagTopic, write_bag
+from seatrial.io.formats import is_log, open_log
+from seatrial.io.log import Wanted
+from seatrial.io.reader import open_signals, recording_name
+from seatrial.io.signals import Answer, Asked
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.files import dump_yaml, write_text
+from seatrial.util.frames import Array, Stamps
+from seatrial.util.progress import over, stage
+
+STAMP, REST, VALID = "t", "t_ns", "valid"  # columns
+EXACT = 1 << 53  # [ns] up to which a number of a table keeps whole nanoseconds
+NAMES = {
+    "headings": "heading",
+    "yaw rates": "yaw_rate",
+}  # of tables, by role; poses, commands, scales
+VECTOR = ("vector.x", "vector.y", "vector.z")
+GEOGRAPHIC = ("latitude", "longitude")
+
+
+@dataclass(frozen=True)
+class _Signal:
+    """A question, its answer, and the table or topic that they become."""
+
+    asked: Asked
+    answer: Answer
+    name: str
+
+
+def convert(
+    path: str | Path, out: str | Path, vehicle: Vehicle | None = None, *, salvage: bool = False
+) -> list[Path]:
+    """The files written. `out`: a folder, or a file name that ends in .mcap, .bag or .db3.
+
+    With a vehicle: its signals, and the vehicle file that reads them. Without: all topics of an autopilot's
+    log, a table each, and its parameters. Raises RecordingError, FileError.
+    """
+    path, out = Path(path), Path(out)
+    bag = out.suffix.lower()[1:] in BAG_FORMATS
+    _guard(path, out, bag=bag)
+    if vehicle is None:
+        if bag:
+            raise RecordingError(
+                f"{out}: a bag needs names for the signals: give --vehicle, or a folder for all "
+                "topics as tables"
+            )
+        return _all_topics(path, out)
+    # 1. What the vehicle file asks, as it was logged.
+    with open_signals(path, vehicle, salvage=salvage) as signals, stage("reading", 0.5):
+        asked = questions(signals, vehicle)
+        answers = signals.answer(asked)
+    found = _named(zip(asked, answers, strict=True))
+    # 2. A table or a topic for each place that it was in.
+    with stage("writing"):
+        return (_as_bag if bag else _as_tables)(found, out, vehicle)
+
+
+def _guard(path: Path, out: Path, *, bag: bool) -> None:
+    """Refuse to write into a folder with files, or over one."""
+    if not bag and out.suffix and not out.is_dir():
+        raise FileError(f"{out}: expected a folder, or a file name ending in .mcap, .bag or .db3")
+    if bag and out.exists():
+        raise FileError(f"{out}: exists already; give another name")
+    if not bag and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise FileError(f"{out}: exists already and is not empty; give a new folder")
+    if path.exists() and path.resolve() == out.resolve():
+        raise FileError(f"{out}: is the log itself")
+
+
+def _named(pairs: Iterable[tuple[Asked, Answer]]) -> list[_Signal]:
+    """Names by role; a second place of a role gets a number."""
+    found: list[_Signal] = []
+    for asked, answer in pairs:
+        role = NAMES.get(asked.role, asked.role)
+        taken = sum(s.asked.role == asked.role for s in found)
+        found.append(_Signal(asked, answer, role if not taken else f"{role}_{taken + 1}"))
+    return found
+
+
+# Tables #
+
+
+def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
+    written = []
+    parts = any(int(np.abs(s.answer.stamps).max(initial=0)) > EXACT for s in found)
+    for signal in over(found):
+        names, values = list(signal.asked.names), [signal.answer.values]
+        if signal.answer.marked_valid is not None:
+            names.append(VALID)
+            values.append(signal.answer.marked_valid[:, None].astype(np.float64))
+        table = out / f"{signal.name}.csv"
+        write_table(table, names, signal.answer.stamps, np.column_stack(values), parts=parts)
+        written.append(table)
+    content = vehicle.to_mapping()
+    for key in ("pose", "commands"):
+        stamp = {"column": STAMP, "nanoseconds": REST} if parts else {"column": STAMP, "unit": "ns"}
+        content[key] = _without_places(content[key]) | {"stamp": stamp}
+    content["pose"]["file"], content["commands"]["file"] = "poses.csv", "commands.csv"
+    if any(s.answer.marked_valid is not None for s in found):
+        content["pose"]["valid"] = VALID
+    for signal in found:
+        for name, column in zip(signal.asked.names, signal.asked.columns, strict=True):
+            entry = _entry(column) | {"column": name, "file": f"{signal.name}.csv"}
+            _enter(content, signal.asked, name, entry)
+    return [*written, _write_vehicle(out / "vehicle.yaml", content)]
+
+
+def _entry(column: Column) -> dict[str, Any]:
+    """What the vehicle file states of a column, but for where it is."""
+    kept = ("unit", "sign", "scale", "offset", "off")
+    entry = {k: v for k, v in msgspec.to_builtins(column).items() if k in kept}
+    if column.quaternion and column.unit is not None and column.unit != "rad":
+        raise RecordingError(f"a heading from a quaternion has unit '{column.unit}'; leave it out")
+    return entry
+
+
+def _without_places(source: dict[str, Any]) -> dict[str, Any]:
+    places = ("topic", "file", "stamp", "valid", "parent", "child", "clock", "x", "y", "psi")
+    return {k: v for k, v in source.items() if k not in places}
+
+
+def _enter(content: dict[str, Any], asked: Asked, name: str, entry: dict[str, Any]) -> None:
+    """Put a column where the vehicle file has it."""
+    if asked.role == "commands":
+        content["commands"]["inputs"][name] = entry
+    elif asked.role == "scales":
+        content["scales"][name] = content["scales"][name] | {"column": entry}
+    else:
+        content["pose"][name] = entry
+
+
+def _write_vehicle(path: Path, content: dict[str, Any]) -> Path:
+    vehicle_from(content, str(path))
+    write_text(path, dump_yaml(content))
+    return path
+
+
+def write_table(
+    path: Path, names: Sequence[str], stamps: Stamps, values: Array, *, parts: bool = False
+) -> None:
+    """A table: stamps `t` [ns] and a column for each name, all digits kept. Raises FileError.
+
+    parts: stamps as whole seconds `t` and the nanoseconds `t_ns` behind them.
+    """
+    texts = (
+        ",".join([f"{t // 10**9},{t % 10**9}" if parts else str(t), *map(_number, row)])
+        for t, row in zip(stamps.tolist(), values.tolist(), strict=True)
+    )
+    first = [STAMP, REST] if parts else [STAMP]
+    head = ",".join([*first, *(f'"{n}"' if "," in n else n for n in names)])
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(f".{path.name}.part")
+        with part.open("w", encoding="utf-8") as file:
+            file.write(f"{head}\n")
+            file.writelines(f"{text}\n" for text in texts)
+        part.replace(path)
+    except OSError as error:
+        raise FileError(f"{path}: can't be written ({error.strerror})") from None
+
+
+def _number(x: float) -> str:
+    return "" if math.isnan(x) else repr(x)
+
+
+def _all_topics(path: Path, out: Path) -> list[Path]:
+    """Every topic of an autopilot's log as a table, and its parameters."""
+    if not is_log(path):
+        raise RecordingError(
+            f"{path}: without --vehicle only logs of autopilots are converted (.BIN, .log, .ulg, .tlog)"
+        )
+    written = []
+    with open_log(path) as log:
+        for topic in over(list(log.topics.values()), "topic"):
+            (samples,) = log.read([Wanted(topic.name, topic.fields)])
+            name = "".join(c if c.isalnum() or c in "_@.-" else "_" for c in topic.name).rstrip("_")
+            table = out / f"{name or 'topic'}.csv"
+            write_table(table, topic.fields, samples.stamps, samples.values)
+            written.append(table)
+        if log.parameters:
+            known = sorted((k, v) for k, v in log.parameters.items() if k.isidentifier())
+            rows = "".join(f"{k},{v!r}\n" for k, v in known)
+            write_text(out / "parameters.csv", f"name,value\n{rows}")
+            written.append(out / "parameters.csv")
+    return written
+
+
+# Bags #
+
+
+def _as_bag(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
+    content = vehicle.to_mapping()
+    for key in ("pose", "commands"):
+        content[key] = _without_places(content[key]) | {
+            "clock": "header" if key == "pose" else "bag"
+        }
+    topics = []
+    for signal in found:
+        stamps, values = signal.answer.stamps, signal.answer.values
+        if signal.answer.marked_valid is not None:
+            stamps, values = stamps[signal.answer.marked_valid], values[signal.answer.marked_valid]
+        order = np.argsort(stamps, kind="stable")
+        stamps, values = stamps[order], values[order]
+        entries = [_entry(column) for column in signal.asked.columns]
+        if signal.asked.names == GEOGRAPHIC:  # others read it, too: degrees
+            values = np.column_stack([
+                c.sign * (x - c.offset) / c.scale
+                for x, c in zip(values.T, signal.asked.columns, strict=True)
+            ])  # fmt: skip
+            entries = [{}, {}]
+        type_name, fields = _message(signal.asked)
+        topic = f"/{signal.name}"
+        columns = dict(zip(fields, values.T, strict=True))
+        topics.append(BagTopic(topic, type_name, stamps, stamps, columns))
+        for name, entry, field in zip(signal.asked.names, entries, fields, strict=True):
+            _enter(content, signal.asked, name, entry | {"field": field, "topic": topic})
+    content["pose"]["topic"], content["commands"]["topic"] = "/poses", "/commands"
+    written = write_bag(out, topics)
+    return [written, _write_vehicle(out.with_name(f"{recording_name(out)}.yaml"), content)]
+
+
+def _message(asked: Asked) -> tuple[str, tuple[str, ...]]:
+    """The message that a signal becomes, and its fields."""
+    if not isinstance(asked.spec, PoseSource):
+        fields = tuple(f"data[{i}]" for i in range(len(asked.names)))
+        return "std_msgs/msg/Float64MultiArray", fields
+    if asked.names == GEOGRAPHIC:
+        return "sensor_msgs/msg/NavSatFix", GEOGRAPHIC
+    count = len(asked.names)
+    return "geometry_msgs/msg/Vector3Stamped", VECTOR[-1:] if count == 1 else VECTOR[:count]

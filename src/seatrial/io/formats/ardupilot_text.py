@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: MIT
+"""ArduPilot's logs as text (`.log`): a message a line, its columns behind its name, already scaled."""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from seatrial.io.formats.dataflash import DEFINING, STAMPS, Definitions, Format
+from seatrial.io.formats.layout import MOST_STAMP
+from seatrial.io.log import Log, LogSamples, Wanted
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.progress import reach
+
+LONGEST_LINE = 4096  # [bytes]
+MOST_FORMATS = 1000
+EVERY = 1 << 16  # [lines] between two reports of progress
+INSTANCE = re.compile(r"\[(\d+)\]$")
+
+
+class ArduPilotTextLog(Log):
+    """A `.log` file."""
+
+    kind = "ArduPilot log (text)"
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.files = path, (path,)
+        self._definitions = Definitions()
+        self._counts: Counter[tuple[str, int]] = Counter()
+        self._late = False  # whether lines stand before their definition
+        strange = sum(map(self._take, self._lines()))
+        if strange or self._late:
+            self._counts.clear()
+            strange = sum(map(self._take, self._lines()))
+        self.topics = self._definitions.topics(self._counts)
+        self.parameters = self._definitions.parameters
+        if not self.topics:
+            raise RecordingError(f"{path}: no ArduPilot log: it holds no message with a stamp")
+        self.remarks = (f"{strange} lines are no message",) if strange else ()
+
+    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
+        """Columns of the topics wanted."""
+        for each in wanted:
+            self.require(each.topic, each.fields, "wanted")
+        columns = [_TextColumns(each) for each in wanted]
+        by_name: dict[str, list[_TextColumns]] = {}
+        for column in columns:
+            by_name.setdefault(column.name, []).append(column)
+        formats = {f.name: f for f in self._definitions.formats.values()}
+        for line in self._lines():
+            for column in by_name.get(line.split(",", 1)[0], ()):
+                column.add(line, formats[column.name])
+        return [column.samples() for column in columns]
+
+    def _lines(self) -> Iterator[str]:
+        try:
+            size = max(self.path.stat().st_size, 1)
+            with self.path.open("rb") as file:
+                number = done = 0
+                while line := file.readline(LONGEST_LINE):
+                    number, done = number + 1, done + len(line)
+                    if number % EVERY == 0:
+                        reach(done / size)
+                    yield line.decode("latin-1").strip()
+        except OSError as error:
+            raise FileError(f"{self.path}: {error.strerror or error}") from None
+
+    def _take(self, line: str) -> int:
+        """Count a line, or learn what it defines; 1 where it is no message."""
+        name, *texts = (text.strip() for text in line.split(","))
+        try:
+            if name == "FMT":
+                columns = tuple(texts[4:]) if texts[4:] != [""] else ()
+                found = Format(int(texts[0]), texts[2], int(texts[1]), texts[3], columns)
+                if len(self._definitions.formats) < MOST_FORMATS:
+                    self._definitions.define(found)
+                return 0
+            found = self._named(name)
+            if len(texts) < len(found.columns):
+                return 1
+            if name in DEFINING:
+                values = dict(zip(found.columns, texts, strict=False))
+                if name in ("UNIT", "MULT"):
+                    values["Id"] = str(_character(values["Id"]))
+                changed = self._definitions.learn(name, values)
+                self._late |= changed is not None and self._counts[changed.name, 0] > 0
+                return 0
+            i = found.instance
+            self._counts[name, 0 if i is None else int(texts[i])] += 1
+        except (KeyError, ValueError, OverflowError, IndexError):
+            return int(bool(line))
+        return 0
+
+    def _named(self, name: str) -> Format:
+        return self._definitions.known[name][-1]
+
+
+def _character(text: str) -> int:
+    """UNIT's and MULT's Id: written as a number."""
+    return ord(text) if len(text) == 1 and not text.isdecimal() else int(text)
+
+
+class _TextColumns:
+    """Wanted columns of one topic, line by line."""
+
+    def __init__(self, wanted: Wanted) -> None:
+        self.wanted = wanted
+        found = INSTANCE.search(wanted.topic)
+        self.name = wanted.topic[: found.start()] if found else wanted.topic
+        self.instance = int(found[1]) if found else 0
+        self.stamps: list[int] = []
+        self.values: list[float] = []
+        self.dropped = 0
+
+    def add(self, line: str, found: Format) -> None:
+        """One line of this name."""
+        texts = line.split(",")[1:]
+        if len(texts) < len(found.columns):
+            return  # counted when the log was opened
+        index = {name: i for i, name in enumerate(found.columns)}
+        try:
+            i = found.instance
+            if i is not None and int(texts[i]) != self.instance:
+                return
+        except ValueError:
+            return
+        try:
+            stamp = int(texts[index[found.stamp or ""]]) * STAMPS[found.stamp or ""]
+            values = [float(texts[index[name]]) for name in self.wanted.fields]
+        except (KeyError, ValueError, IndexError):
+            self.dropped += 1
+            return
+        if not 0 <= stamp <= MOST_STAMP:
+            self.dropped += 1
+            return
+        self.stamps.append(stamp)
+        self.values += values
+
+    def samples(self) -> LogSamples:
+        """All that was collected."""
+        shape = len(self.stamps), len(self.wanted.fields)
+        values = np.array(self.values, dtype=np.float64).reshape(shape)
+        return LogSamples(
+            self.wanted.topic, np.array(self.stamps, dtype=np.int64), values, self.dropped
+        )

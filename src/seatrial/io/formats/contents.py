@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""The contents of an autopilot's log by topic, before there is a vehicle file."""
+
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from seatrial.io.formats import open_log
+from seatrial.io.formats.known import role
+from seatrial.io.log import Log, Wanted
+from seatrial.recording.timing import Clock, Stream, describe, rate_text
+
+MOST_FIELDS = 8  # of a topic, listed
+
+
+def log_contents(path: Path) -> tuple[str, dict[str, Any]]:
+    """The topics as text and as JSON. Raises RecordingError, FileError."""
+    with open_log(path) as log:
+        streams, length = _streams(log)
+        return _text(log, streams, length), {
+            "path": str(path),
+            "kind": log.kind,
+            "length": length,
+            "topics": [
+                {
+                    **msgspec.to_builtins(s),
+                    "role": s.role or None,
+                    "fields": list(log.topics[s.source].fields),
+                    "units": dict(log.topics[s.source].units),
+                }
+                for s in streams
+            ],
+            "parameters": dict(log.parameters),
+            "remarks": list(log.remarks),
+        }
+
+
+def _streams(log: Log) -> tuple[list[Stream], float]:
+    """Streams of all topics, and the log's length [s]."""
+    topics = list(log.topics.values())
+    samples = log.read([Wanted(t.name, ()) for t in topics])
+    streams = [
+        describe(role(t), t.name, t.type, clock=Clock.LOG, stamps=s.stamps)
+        for t, s in zip(topics, samples, strict=True)
+    ]
+    held = [s.stamps for s in samples if len(s.stamps)]
+    length = (
+        (max(int(s.max()) for s in held) - min(int(s.min()) for s in held)) * 1e-9 if held else 0.0
+    )
+    return streams, length
+
+
+def _text(log: Log, streams: list[Stream], length: float) -> str:
+    parameters = f", {len(log.parameters)} parameters" if log.parameters else ""
+    lines = [f"{log.path}: {log.kind}, {length:.1f} s, {len(streams)} topics{parameters}"]
+    rows = [("topic", "messages", "rate", "longest gap", "could be", "fields")]
+    for s in streams:
+        fields = log.topics[s.source].fields
+        more = f", ... ({len(fields)})" if len(fields) > MOST_FIELDS else ""
+        rows.append((
+            s.source, str(s.count), rate_text(s) if s.rate else "",
+            f"{s.longest:.3g} s" if s.rate else "", s.role, ", ".join(fields[:MOST_FIELDS]) + more,
+        ))  # fmt: skip
+    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+    lines += [
+        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]
+    lines += [f"  => {remark}" for remark in log.remarks]
+    roles = ", ".join(s.role for s in streams)
+    for wanted in ("position", "heading", "commands"):
+        if wanted not in roles:
+            lines.append(
+                f"  => no topic holds a {wanted.removesuffix('s')} that is known by its name"
+            )
+    lines.append(
+        f"  => seatrial init {log.path} -o vehicle.yaml writes a vehicle file to start from"
+    )
+    return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)

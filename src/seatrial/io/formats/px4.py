@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: MIT
+"""PX4's logs (`.ulg`), ULog: https://docs.px4.io/main/en/dev_log/ulog_file_format.html.
+
+A message is its size, a type, and a body. F defines a format, A gives a format and an instance a number, D
+holds data of that number. Stamps are `timestamp`, microseconds since boot: when the data was published
+(`timestamp_sample` is a field as others). Messages carry no checksum: behind damage the next sync message
+is sought.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from struct import Struct
+from typing import BinaryIO
+
+from seatrial.io.formats.layout import READ, Columns, Layout, Place, topic_name
+from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.progress import reach
+
+MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
+FILE_HEADER = 16  # [bytes]
+HEAD = Struct("<HB")  # size of the body, type
+SYNC = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
+KNOWN = frozenset(b"BFIMPQARDLCSO")
+CODES = {
+    "int8_t": "<b", "uint8_t": "<B", "int16_t": "<h", "uint16_t": "<H", "int32_t": "<i",
+    "uint32_t": "<I", "int64_t": "<q", "uint64_t": "<Q", "float": "<f", "double": "<d", "bool": "<B",
+}  # fmt: skip
+TEXT = "char"
+MOST_FIELDS, MOST_DEPTH = 4000, 8  # of a topic; of formats in formats
+MOST_IN_ALL = 100_000  # fields of all topics
+MOST_FORMATS, MOST_TOPICS, MOST_PARAMETERS = 4000, 4000, 20_000
+APPENDED = 1  # incompatible flag: data was appended behind the end
+
+
+@dataclass
+class _Topic:
+    """What D messages of one number are."""
+
+    name: str
+    layout: Layout
+    most: int  # [bytes] of a body, with padding at its end
+    count: int = 0
+    columns: tuple[Columns, ...] = ()
+
+
+class Px4Log(Log):
+    """A `.ulg` file."""
+
+    kind = "PX4 log"
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.files = path, (path,)
+        walk = _Walk(path)
+        self.topics = {}
+        counts: Counter[str] = Counter()
+        for topic in walk.topics:
+            counts[topic.name] += topic.count
+        for topic in walk.topics:
+            if counts[topic.name]:
+                self.topics[topic.name] = LogTopic(
+                    topic.name, topic.name.partition("[")[0], counts[topic.name],
+                    tuple(topic.layout.fields),
+                )  # fmt: skip
+        self.topics = dict(sorted(self.topics.items()))
+        self.parameters = walk.parameters
+        if not self.topics:
+            raise RecordingError(f"{path}: a PX4 log without any data")
+        self.remarks = walk.remarks()
+
+    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
+        """Columns of the topics wanted."""
+        for each in wanted:
+            self.require(each.topic, each.fields, "wanted")
+        columns = [Columns(each.topic, each.fields) for each in wanted]
+        _Walk(self.path, columns)
+        return [each.samples() for each in columns]
+
+
+class _Walk:
+    """One pass over the file: counts messages, or collects the wanted columns."""
+
+    def __init__(self, path: Path, columns: Sequence[Columns] = ()) -> None:
+        self.path, self.columns = path, columns
+        self.formats: dict[str, list[tuple[str, int, str]]] = {}  # type, array size or 0, name
+        self.layouts: dict[str, tuple[Layout, int]] = {}
+        self.budget, self.left = 0, MOST_IN_ALL  # fields: of the format at hand, of all
+        self.numbers: dict[int, _Topic] = {}
+        self.topics: list[_Topic] = []
+        self.parameters: dict[str, float] = {}
+        self.unsound: set[str] = set()
+        self.lost, self.places, self.unequal = 0, 0, 0  # [bytes], runs; data of a wrong size
+        self.dropouts, self.dropped = 0, 0  # and their length [ms]
+        self.ends: list[int] = []  # offsets behind which data was appended
+        try:
+            with path.open("rb") as file:
+                self._run(file, path.stat().st_size)
+        except OSError as error:
+            raise FileError(f"{path}: {error.strerror or error}") from None
+
+    def remarks(self) -> tuple[str, ...]:
+        """Losses."""
+        found = {
+            f"{self.lost} bytes in {self.places} places are no message": self.lost,
+            f"{self.unequal} messages have another size than their format": self.unequal,
+            f"the logger dropped messages {self.dropouts} times, {self.dropped / 1000:.1f} s in all":
+                self.dropouts,
+            f"not read, their formats are not usable: {', '.join(sorted(self.unsound)[:10])}":
+                len(self.unsound),
+        }  # fmt: skip
+        return tuple(text for text, count in found.items() if count)
+
+    def _run(self, file: BinaryIO, size: int) -> None:
+        if not file.read(FILE_HEADER).startswith(MAGIC):
+            raise RecordingError(f"{self.path}: no PX4 log: it does not begin as a ULog file")
+        data, begins = b"", FILE_HEADER  # and where in the file data begin
+        while True:
+            block = file.read(READ)
+            data += block
+            at = self._pass(data, begins, ended=not block)
+            data, begins = data[at:], begins + at
+            reach(begins / max(size, 1))
+            if not block:
+                return
+
+    def _pass(self, data: bytes, begins: int, *, ended: bool) -> int:
+        """Pass all messages that are whole; returns where the next one begins."""
+        at, end, numbers, unpack = 0, len(data), self.numbers, HEAD.unpack_from
+        cut = self._cut(begins)
+        while at + 3 <= end:
+            size, kind = unpack(data, at)
+            after = at + 3 + size
+            if (
+                cut is not None and at <= cut < after and cut <= end
+            ):  # appended behind a torn message
+                self._lose(data[at:cut])
+                at = cut
+                cut = self._cut(begins, at + 1)
+                continue
+            if kind not in KNOWN or size == 0:
+                at = self._resync(data, at, ended=ended)
+                if not ended and at + len(SYNC) + 3 >= end:
+                    return at
+                continue
+            if after > end:
+                break
+            if kind == 0x44 and size > 1:  # D
+                self._data(numbers.get(data[at + 3] | data[at + 4] << 8), size - 2, data, at + 5)
+            else:
+                self._other(kind, data[at + 3 : after])
+                if kind == 0x42:  # B
+                    cut = self._cut(begins, after)
+            at = after
+        if ended:
+            self._lose(data[at:end])
+            return end
+        return at
+
+    def _data(self, topic: _Topic | None, size: int, data: bytes, at: int) -> None:
+        """Count the data of a topic, or collect them."""
+        if topic is None or not topic.layout.size <= size <= topic.most:
+            self.unequal += 1
+            return
+        topic.count += 1
+        for each in topic.columns:
+            each.add(data[at : at + topic.layout.size], topic.layout)
+
+    def _cut(self, begins: int, at: int = 0) -> int | None:
+        """Where in the data appended data begin, at `at` or behind it."""
+        return next((e - begins for e in self.ends if e >= begins + at), None)
+
+    def _resync(self, data: bytes, at: int, *, ended: bool) -> int:
+        """The next sync message, or the end of the data."""
+        found = data.find(SYNC, at + 1)
+        if found >= 3:
+            after = max(found - 3, at + 1)
+        else:
+            after = len(data) if ended else max(at + 1, len(data) - len(SYNC) - 3)
+        self._lose(data[at:after])
+        return after
+
+    def _lose(self, data: bytes) -> None:
+        self.lost += len(data)
+        self.places += bool(data)
+
+    # Definitions #
+
+    def _other(self, kind: int, body: bytes) -> None:
+        try:
+            if kind == 0x46:  # F
+                self._format(body.decode("latin-1"))
+            elif kind == 0x41:  # A
+                self._subscribe(body[0], body[1] | body[2] << 8, body[3:].decode("latin-1"))
+            elif kind == 0x50:  # P
+                self._parameter(body)
+            elif kind == 0x4F:  # O
+                self.dropouts, self.dropped = (
+                    self.dropouts + 1,
+                    self.dropped + body[0] + 256 * body[1],
+                )
+            elif kind == 0x42:  # B
+                self._flags(body)
+        except (IndexError, ValueError):
+            self.unsound.add(chr(kind))
+
+    def _flags(self, body: bytes) -> None:
+        unknown = body[8] & ~APPENDED, *body[9:16]
+        if any(unknown):
+            raise RecordingError(
+                f"{self.path}: a PX4 log with the incompatible flags {body[8:16].hex(' ')}; "
+                "this version reads logs without them"
+            )
+        if body[8] & APPENDED:
+            offsets = [int.from_bytes(body[i : i + 8], "little") for i in (16, 24, 32)]
+            self.ends = sorted(o for o in offsets if o > FILE_HEADER)
+
+    def _format(self, text: str) -> None:
+        name, _, fields = text.partition(":")
+        found = []
+        for part in fields.split(";"):
+            if not part.strip():
+                continue
+            kind, field = part.strip().split(" ")
+            kind, _, length = kind.partition("[")
+            found.append((kind, int(length.rstrip("]")) if length else 0, field))
+        if len(self.formats) < MOST_FORMATS:
+            self.formats[name] = found
+            self.layouts.pop(name, None)
+
+    def _subscribe(self, instance: int, number: int, name: str) -> None:
+        """A topic: the D messages of this number."""
+        self.numbers.pop(number, None)
+        if name not in self.layouts:
+            self.layouts[name] = self._layout(name)
+        layout, most = self.layouts[name]
+        if layout.stamp is None or layout.stamp.code != "<Q" or len(self.topics) >= MOST_TOPICS:
+            self.unsound.add(name)
+            return
+        topic = topic_name(name, instance)
+        mine = tuple(c for c in self.columns if c.topic == topic)
+        self.numbers[number] = _Topic(topic, layout, most, columns=mine)
+        self.topics.append(self.numbers[number])
+
+    def _layout(self, name: str) -> tuple[Layout, int]:
+        """Layout of a format without the padding at its end, and its size [bytes] with it.
+
+        Without a stamp where its fields are unknown or too many.
+        """
+        self.budget = min(MOST_FIELDS, self.left)
+        try:
+            fields = list(self._fields(name, "", 0))
+        except (KeyError, ValueError):
+            return Layout(0, {}, None), 0
+        self.left -= len(fields)
+        most = sum(size for _, _, size in fields)
+        while fields and fields[-1][0].startswith("_padding"):
+            fields.pop()
+        places: dict[str, Place] = {}
+        offset = 0
+        for field, code, size in fields:
+            if code and not field.rpartition(".")[2].startswith("_padding"):
+                places[field] = Place(offset, code)
+            offset += size
+        stamp = places.pop("timestamp", None)
+        return Layout(offset, places, stamp), most
+
+    def _fields(self, name: str, prefix: str, depth: int) -> Iterator[tuple[str, str, int]]:
+        """Fields of a format, those of formats in it spelled out: name, code (text: none), size [bytes]."""
+        if depth > MOST_DEPTH:
+            raise ValueError("formats in formats")
+        for kind, length, field in self.formats[name]:
+            if kind == TEXT:
+                yield prefix + field, "", max(length, 1)
+                continue
+            self.budget -= max(length, 1)
+            if length < 0 or self.budget < 0:
+                raise ValueError("too many fields")
+            names = [f"{field}[{i}]" for i in range(length)] if length else [field]
+            for each in names:
+                if kind in CODES:
+                    yield prefix + each, CODES[kind], Struct(CODES[kind]).size
+                else:
+                    yield from self._fields(kind, f"{prefix}{each}.", depth + 1)
+
+    def _parameter(self, body: bytes) -> None:
+        kind, name = body[1 : 1 + body[0]].decode("latin-1").split(" ")
+        code = CODES.get(kind, "")
+        if code and len(self.parameters) < MOST_PARAMETERS:
+            value = Struct(code)
+            if len(body) == 1 + body[0] + value.size:
+                self.parameters[name] = float(value.unpack(body[1 + body[0] :])[0])

@@ -1,0 +1,452 @@
+# SPDX-License-Identifier: MIT
+"""Trials of simulated boats, and the logs that ArduPilot, PX4 and MAVLink write of them.
+
+Each writer follows its format's documents; what it writes is read back by pymavlink and pyulog in
+test_formats.py. The truth is integrated here from Newton's equations, apart from seatrial's core.
+"""
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+
+STEP = 0.01  # [s]
+HOME = 59.9077, 10.7500  # latitude, longitude [deg]
+EARTH = 6378137.0  # [m] equatorial radius of WGS 84
+FLATTENING = 1 / 298.257223563
+BOOT = 12_345_678  # [us] since boot at the trial's begin
+EPOCH = 1_760_000_000_000_000  # [us] since 1970 at the trial's begin
+ARMED, DISARMED = 3.0, 2.0  # [s] before arming, and after disarming
+
+
+@dataclass(frozen=True)
+class Boat:
+    """Forward-right-down: thrusters x, y [m], angle clockwise from forward [deg]; SI units."""
+
+    thrusters: tuple[tuple[float, float, float], ...]
+    full: float = 8.0  # [N] of each
+    mass: tuple[float, float, float] = (11.0, 15.0, 0.9)  # [kg, kg, kg m^2] with added mass
+    linear: tuple[float, float, float] = (4.0, 9.0, 0.8)
+    quadratic: tuple[float, float, float] = (12.0, 30.0, 0.6)
+
+
+TWIN = Boat(((-0.3, -0.3, 0.0), (-0.3, 0.3, 0.0)))  # left, right
+HOLONOMIC = Boat(
+    ((0.35, 0.25, -45.0), (0.35, -0.25, 45.0), (-0.35, 0.25, 45.0), (-0.35, -0.25, -45.0))
+)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Truth at every step: t [s], state (n, 6) north, east, psi (clockwise), u, v, r; commands (n, k)."""
+
+    boat: Boat
+    t: np.ndarray
+    state: np.ndarray
+    commands: np.ndarray
+    volts: np.ndarray
+
+    def at(self, times: np.ndarray) -> np.ndarray:
+        """State (m, 6) at times [s]."""
+        return np.column_stack([np.interp(times, self.t, x) for x in self.state.T])
+
+    def command_at(self, times: np.ndarray) -> np.ndarray:
+        """Commands (m, k) that hold at times [s]."""
+        return self.commands[np.clip((times / STEP + 1e-6).astype(int), 0, len(self.t) - 1)]
+
+    @property
+    def seconds(self) -> float:
+        """[s] in all."""
+        return float(self.t[-1])
+
+
+@cache
+def trial(boat: Boat = TWIN, seconds: float = 120.0, seed: int = 0) -> Trial:
+    """Pulses of single and of all thrusters, with pauses."""
+    rng = np.random.default_rng(seed)
+    n = round(seconds / STEP) + 1
+    count = len(boat.thrusters)
+    commands = np.zeros((n, count))
+    t = ARMED + 1.0
+    while t < seconds - DISARMED - 1.0:
+        hold = rng.uniform(0.6, 2.5)
+        shape = rng.choice([-1.0, 1.0], count) * rng.uniform(0.4, 1.0, count)
+        if rng.random() < 0.4:
+            shape = np.abs(shape) * rng.choice([-1.0, 1.0])
+        commands[round(t / STEP) : round(min(t + hold, seconds - DISARMED - 1.0) / STEP)] = shape
+        t += hold + (rng.uniform(0.3, 1.5) if rng.random() < 0.5 else 0.0)
+    x, y, angle = np.array(boat.thrusters).T
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    lever = boat.full * np.array([c, s, x * s - y * c])
+    m, k, i = boat.mass
+    linear, quadratic = np.array(boat.linear), np.array(boat.quadratic)
+
+    def rate(state: np.ndarray, force: np.ndarray) -> np.ndarray:
+        psi, (u, v, r) = state[2], state[3:]
+        f = force - linear * state[3:] - quadratic * np.abs(state[3:]) * state[3:]
+        return np.array([
+            u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r,
+            (f[0] + k * v * r) / m, (f[1] - m * u * r) / k, (f[2] + (m - k) * u * v) / i,
+        ])  # fmt: skip
+
+    states = np.zeros((n, 6))
+    states[0, 2] = 0.7
+    for j in range(n - 1):
+        force = lever @ commands[j]
+        a = rate(states[j], force)
+        b = rate(states[j] + STEP / 2 * a, force)
+        states[j + 1] = states[j] + STEP * b
+    time = np.arange(n) * STEP
+    return Trial(boat, time, states, commands, 16.6 - 1.2 * time / seconds)
+
+
+def geodetic(north: np.ndarray, east: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Latitude, longitude [deg] of points near `HOME`, by the radii of curvature of WGS 84."""
+    e2 = FLATTENING * (2 - FLATTENING)
+    sine = np.sin(np.radians(HOME[0]))
+    meridian = EARTH * (1 - e2) / (1 - e2 * sine**2) ** 1.5
+    normal = EARTH / np.sqrt(1 - e2 * sine**2)
+    lat = HOME[0] + np.degrees(north / meridian)
+    return lat, HOME[1] + np.degrees(east / (normal * np.cos(np.radians(HOME[0]))))
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """What the sensors measure, each at its own rate."""
+
+    gps: np.ndarray  # (n, 3) t [s], latitude, longitude [deg]
+    yaw: np.ndarray  # (n, 3) t, heading clockwise from north [rad], yaw rate
+    gyro: np.ndarray  # (n, 2) t, yaw rate [rad/s]
+    motors: np.ndarray  # (n, 1 + k) t, commands
+    battery: np.ndarray  # (n, 2) t, [V]
+
+
+def sensed(run: Trial, *, seed: int = 1, position: float = 0.02) -> Sensors:
+    """GNSS at 5 Hz (`position` [m]), heading at 20 Hz (0.2 deg), gyro at 50 Hz, motors at 10 Hz."""
+    rng = np.random.default_rng(seed)
+
+    def times(rate: float, phase: float) -> np.ndarray:
+        return np.arange(phase, run.seconds, 1 / rate)
+
+    t = times(5.0, 0.031)
+    x = run.at(t)
+    lat, lon = geodetic(*(x[:, :2] + rng.normal(0, position, (len(t), 2))).T)
+    gps = np.column_stack([t, lat, lon])
+    t = times(20.0, 0.007)
+    x = run.at(t)
+    yaw = np.column_stack([t, np.mod(x[:, 2] + rng.normal(0, 0.0035, len(t)), 2 * np.pi), x[:, 5]])
+    t = times(50.0, 0.003)
+    gyro = np.column_stack([t, run.at(t)[:, 5] + rng.normal(0, 0.004, len(t))])
+    t = times(10.0, 0.0)
+    motors = np.column_stack([t, run.command_at(t)])
+    t = times(1.0, 0.5)
+    return Sensors(gps, yaw, gyro, motors, np.column_stack([t, np.interp(t, run.t, run.volts)]))
+
+
+Event = tuple[float, Callable[[], None]]
+
+
+def _in_order(events: list[Event]) -> None:
+    for _, write in sorted(events, key=lambda e: e[0]):
+        write()
+
+
+# ArduPilot #
+
+SERVOS = {  # channel of each thruster: function, reversed
+    2: {1: (73, 0), 3: (74, 1)},
+    4: {1: (33, 0), 2: (34, 0), 3: (35, 1), 4: (36, 0)},
+}
+FORMATS = {
+    "FMT": (0x80, "BBnNZ", "Type,Length,Name,Format,Columns"),
+    "UNIT": (1, "QbZ", "TimeUS,Id,Label"),
+    "MULT": (2, "Qbd", "TimeUS,Id,Mult"),
+    "FMTU": (3, "QBNN", "TimeUS,FmtType,UnitIds,MultIds"),
+    "PARM": (4, "QNff", "TimeUS,Name,Value,Default"),
+    "MSG": (5, "QZ", "TimeUS,Message"),
+    "GPS": (6, "QBBIHBcLLeffffB", "TimeUS,I,Status,GMS,GWk,NSats,HDop,Lat,Lng,Alt,Spd,GCrs,VZ,Yaw,U"),
+    "ATT": (7, "QccccCCCC", "TimeUS,DesRoll,Roll,DesPitch,Pitch,DesYaw,Yaw,ErrRP,ErrYaw"),
+    "IMU": (8, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    "RCOU": (9, "QHHHHHHHHHHHHHH", "TimeUS," + ",".join(f"C{i}" for i in range(1, 15))),
+    "BAT": (10, "QBff", "TimeUS,Inst,Volt,Curr"),
+    "ARM": (11, "QBI", "TimeUS,ArmState,ArmChecks"),
+    "POS": (12, "QLLfff", "TimeUS,Lat,Lng,Alt,RelHomeAlt,RelOriginAlt"),
+}  # fmt: skip
+UNITS = {
+    "GPS": ("s#---SmDUmnhnh-", "F----0BGGB000--"), "ATT": ("sddddhhdh", "FBBBBBBBB"),
+    "IMU": ("s#EEEooo", "F-000000"), "RCOU": ("s" + "Y" * 14, "F" + "-" * 14),
+    "BAT": ("s#vA", "F-00"), "POS": ("sDUmmm", "FGG000"),
+}  # fmt: skip
+LABELS = {
+    "s": "s", "#": "instance", "D": "deglatitude", "U": "deglongitude", "E": "rad/s", "h": "degheading",
+    "d": "deg", "n": "m/s", "m": "m", "o": "m/s/s", "Y": "us", "v": "V", "A": "A", "S": "satellites",
+}  # fmt: skip
+FACTORS = {"F": 1e-6, "0": 1.0, "B": 1e-2, "G": 1e-7, "-": 0.0}
+STRUCT = {
+    "b": "b", "B": "B", "h": "h", "H": "H", "i": "i", "I": "I", "f": "f", "d": "d", "q": "q", "Q": "Q",
+    "c": "h", "C": "H", "e": "i", "E": "I", "L": "i", "n": "4s", "N": "16s", "Z": "64s",
+}  # fmt: skip
+SCALED = {"c": 1e2, "C": 1e2, "e": 1e2, "E": 1e2, "L": 1e7}
+
+
+def binary_message(name: str, values: Sequence[object]) -> bytes:
+    """One message of `FORMATS`, its values in the units of the format."""
+    number, characters, _ = FORMATS[name]
+    raw = []
+    for character, value in zip(characters, values, strict=True):
+        if isinstance(value, str):
+            raw.append(value.encode())
+        else:
+            raw.append(round(value * SCALED[character]) if character in SCALED else value)
+    return b"\xa3\x95" + bytes([number]) + struct.pack(_packed(characters), *raw)
+
+
+def text_message(name: str, values: Sequence[object]) -> bytes:
+    """The same as a line of a `.log`."""
+    texts = []
+    for character, value in zip(FORMATS[name][1], values, strict=True):
+        form = {**dict.fromkeys("cCeE", ".2f"), "L": ".7f", "f": ".7g", "d": ".7g"}.get(
+            character, ""
+        )
+        texts.append(format(value, form))
+    return ", ".join([name, *texts]).encode() + b"\n"
+
+
+def _packed(characters: str) -> str:
+    return "<" + "".join(STRUCT[c] for c in characters)
+
+
+def ardupilot(path: Path, run: Trial, *, text: bool = False, seed: int = 1) -> Path:  # noqa: PLR0912
+    """A DataFlash log of Rover in a boat's frame."""
+    found, parts = sensed(run, seed=seed), []
+    message = text_message if text else binary_message
+
+    def write(name: str, *values: object) -> None:
+        parts.append(message(name, values))
+
+    for name, (number, characters, columns) in FORMATS.items():
+        size = 3 + struct.calcsize(_packed(characters))
+        write("FMT", number, size, name, characters, columns)
+    for key, label in LABELS.items():
+        write("UNIT", BOOT, ord(key), label)
+    for key, factor in FACTORS.items():
+        write("MULT", BOOT, ord(key), factor)
+    for name, (unit, factor) in UNITS.items():
+        write("FMTU", BOOT, FORMATS[name][0], unit, factor)
+    servos = SERVOS[len(run.boat.thrusters)]
+    parameters = {"FRAME_CLASS": 2.0, "SERVO5_FUNCTION": 0.0}
+    for channel, (function, turned) in servos.items():
+        parameters |= {
+            f"SERVO{channel}_FUNCTION": function, f"SERVO{channel}_MIN": 1100, f"SERVO{channel}_MAX": 1900,
+            f"SERVO{channel}_TRIM": 1500, f"SERVO{channel}_REVERSED": turned,
+        }  # fmt: skip
+    for name, value in parameters.items():
+        write("PARM", BOOT, name, float(value), 0.0)
+    write("MSG", BOOT, "ArduRover V4.5.1 (simulated)")
+
+    def us(t: float) -> int:
+        return BOOT + round(t * 1e6)
+
+    events: list[Event] = []
+    for t, lat, lon in found.gps:
+        row = (
+            "GPS",
+            us(t),
+            0,
+            4,
+            round(t * 1e3),
+            2350,
+            14,
+            0.7,
+            lat,
+            lon,
+            3.0,
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+            1,
+        )
+        events.append((t, partial(write, *row)))
+        slow = ("POS", us(t), lat, lon, 3.0, 0.0, 0.0)
+        events.append((t, partial(write, *slow)))
+    for t, yaw, _ in found.yaw:
+        row = ("ATT", us(t), 0.0, 0.0, 0.0, 0.0, 0.0, np.degrees(yaw) % 360, 0.0, 0.0)
+        events.append((t, partial(write, *row)))
+    for t, rate in found.gyro:
+        for i in (0, 1):
+            row = ("IMU", us(t), i, 0.0, 0.0, rate, 0.0, 0.0, -9.81)
+            events.append((t, partial(write, *row)))
+    for t, *command in found.motors:
+        pwm = [0] * 14
+        if ARMED <= t < run.seconds - DISARMED:
+            for (channel, (_, turned)), value in zip(servos.items(), command, strict=True):
+                pwm[channel - 1] = round(1500 + 400 * value * (-1 if turned else 1))
+        row = ("RCOU", us(t), *pwm)
+        events.append((t, partial(write, *row)))
+    for t, volts in found.battery:
+        events.append((t, partial(write, "BAT", us(t), 0, volts, 4.0)))
+    for t, state in ((ARMED, 1), (run.seconds - DISARMED, 0)):
+        events.append((t, partial(write, "ARM", us(t), state, 0)))
+    _in_order(events)
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+# PX4 #
+
+ULOG = {  # name: fields
+    "sensor_gps": "uint64_t timestamp;uint64_t timestamp_sample;double latitude_deg;double longitude_deg;"
+                  "float heading;uint8_t fix_type;uint8_t[7] _padding0;",
+    "vehicle_attitude": "uint64_t timestamp;uint64_t timestamp_sample;float[4] q;",
+    "vehicle_local_position": "uint64_t timestamp;float x;float y;float heading;uint8_t[4] _padding0;",
+    "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
+    "actuator_motors": "uint64_t timestamp;float[12] control;uint16_t reversible_flags;uint8_t[6] _padding0;",
+    "battery_status": "uint64_t timestamp;float voltage_v;float current_a;",
+}  # fmt: skip
+OLD_GPS = (
+    "uint64_t timestamp;int32_t lat;int32_t lon;float hdop;uint8_t fix_type;uint8_t[3] _padding0;"
+)
+
+
+def ulog_message(kind: str, body: bytes) -> bytes:
+    """A ULog message."""
+    return struct.pack("<HB", len(body), ord(kind)) + body
+
+
+def px4(path: Path, run: Trial, *, seed: int = 1, old: bool = False) -> Path:
+    """A ULog of PX4; `old`: vehicle_gps_position with whole numbers, as before 1.14."""
+    found = sensed(run, seed=seed)
+    formats = {
+        ("vehicle_gps_position" if old and n == "sensor_gps" else n): f for n, f in ULOG.items()
+    }
+    if old:
+        formats["vehicle_gps_position"] = OLD_GPS
+    numbers = {name: i for i, name in enumerate(formats)}
+    parts = [
+        b"\x55\x4c\x6f\x67\x01\x12\x35\x01" + struct.pack("<Q", BOOT),
+        ulog_message("B", bytes(40)),
+    ]
+    key = b"char[3] sys_name"
+    parts.append(ulog_message("I", bytes([len(key)]) + key + b"PX4"))
+    parts += [ulog_message("F", f"{name}:{fields}".encode()) for name, fields in formats.items()]
+    count = len(run.boat.thrusters)
+    whole = {"CA_ROTOR_COUNT": count, "CA_R_REV": (1 << count) - 1}
+    real = {}
+    for i, (x, y, angle) in enumerate(run.boat.thrusters):
+        real |= {f"CA_ROTOR{i}_PX": x, f"CA_ROTOR{i}_PY": y}
+        real |= {
+            f"CA_ROTOR{i}_AX": np.cos(np.radians(angle)),
+            f"CA_ROTOR{i}_AY": np.sin(np.radians(angle)),
+        }
+    for kind, code, values in (("int32_t", "<i", whole), ("float", "<f", real)):
+        for name, value in values.items():
+            key = f"{kind} {name}".encode()
+            parts.append(ulog_message("P", bytes([len(key)]) + key + struct.pack(code, value)))
+    for name, number in numbers.items():
+        parts.append(ulog_message("A", bytes([0]) + struct.pack("<H", number) + name.encode()))
+
+    def write(name: str, t: float, code: str, *values: float) -> None:
+        stamp = struct.pack("<Q", BOOT + round(t * 1e6))
+        body = struct.pack("<H", numbers[name]) + stamp + struct.pack(f"<{code}", *values)
+        parts.append(ulog_message("D", body))
+
+    events: list[Event] = []
+    for t, lat, lon in found.gps:
+        row = (
+            ("vehicle_gps_position", t, "iifB", round(lat * 1e7), round(lon * 1e7), 0.7, 3)
+            if old
+            else ("sensor_gps", t, "QddfB", BOOT + round(t * 1e6) - 100_000, lat, lon, np.nan, 3)
+        )
+        events.append((t, partial(write, *row)))
+    for t, yaw, _ in found.yaw:
+        q = (np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2))
+        row = ("vehicle_attitude", t, "Q4f", BOOT + round(t * 1e6), *q)
+        events.append((t, partial(write, *row)))
+    for t in found.yaw[::2, 0]:
+        x = run.at(np.array([t]))[0]
+        row = ("vehicle_local_position", t, "fff", x[0], x[1], x[2])
+        events.append((t, partial(write, *row)))
+    for t, rate in found.gyro:
+        events.append((t, partial(write, *("sensor_combined", t, "6f", 0, 0, rate, 0, 0, -9.81))))
+    for t, *command in found.motors:
+        if ARMED <= t < run.seconds - DISARMED:
+            control = [*command, *[np.nan] * (12 - count)]
+            row = ("actuator_motors", t, "12fH", *control, (1 << count) - 1)
+            events.append((t, partial(write, *row)))
+    for t, volts in found.battery:
+        events.append((t, partial(write, *("battery_status", t, "ff", volts, 4.0))))
+        magic = ulog_message("S", bytes.fromhex("2f731320250cbb12"))
+        events.append((t, partial(parts.append, magic)))
+    _in_order(events)
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+# MAVLink #
+
+
+def telemetry(
+    path: Path, run: Trial, *, version: int = 2, seed: int = 1, late: float = 0.03
+) -> Path:
+    """A `.tlog` as a ground station writes it: messages of the boat, `late` [s] on average, and its own."""
+    from pymavlink.dialects.v20 import ardupilotmega as dialect
+
+    found, parts = sensed(run, seed=seed), []
+    rng = np.random.default_rng([seed, 2])
+    boat = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
+    ground = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
+
+    def write(t: float, message: object, sender: object = boat) -> None:
+        arrival = EPOCH + round((t + rng.exponential(late)) * 1e6)
+        packed = message.pack(sender, force_mavlink1=version == 1)
+        sender.seq = (sender.seq + 1) % 256
+        parts.append(struct.pack(">Q", arrival) + bytes(packed))
+
+    servos = SERVOS[len(run.boat.thrusters)]
+    parameters = {}
+    for channel, (function, turned) in servos.items():
+        parameters |= {
+            f"SERVO{channel}_FUNCTION": function, f"SERVO{channel}_MIN": 1100, f"SERVO{channel}_MAX": 1900,
+            f"SERVO{channel}_TRIM": 1500, f"SERVO{channel}_REVERSED": turned,
+        }  # fmt: skip
+
+    def ms(t: float) -> int:
+        return BOOT // 1000 + round(t * 1e3)
+
+    events: list[Event] = []
+    for i, (name, value) in enumerate(parameters.items()):
+        message = dialect.MAVLink_param_value_message(name.encode(), value, 9, len(parameters), i)
+        events.append((0.01 * i, partial(write, 0.01 * i, message)))
+    for t in np.arange(0, run.seconds):
+        events.append((t, partial(write, t, dialect.MAVLink_heartbeat_message(11, 3, 0, 0, 0, 3))))
+        mine = dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)
+        events.append((t, partial(write, t, mine, ground)))
+    for t, lat, lon in found.gps:
+        e7 = round(lat * 1e7), round(lon * 1e7)
+        message = dialect.MAVLink_gps_raw_int_message(ms(t) * 1000, 4, *e7, 3000, 70, 70, 0, 0, 14)
+        events.append((t, partial(write, t, message)))
+        message = dialect.MAVLink_global_position_int_message(ms(t), *e7, 3000, 0, 0, 0, 0, 65535)
+        events.append((t, partial(write, t, message)))
+    for t, yaw, rate in found.yaw:
+        wrapped = float(np.angle(np.exp(1j * yaw)))
+        message = dialect.MAVLink_attitude_message(ms(t), 0, 0, wrapped, 0, 0, rate)
+        events.append((t, partial(write, t, message)))
+    for t, *command in found.motors:
+        pwm = [0] * 8
+        if ARMED <= t < run.seconds - DISARMED:
+            for (channel, (_, turned)), value in zip(servos.items(), command, strict=True):
+                pwm[channel - 1] = round(1500 + 400 * value * (-1 if turned else 1))
+        message = dialect.MAVLink_servo_output_raw_message((ms(t) * 1000) % (1 << 32), 0, *pwm)
+        events.append((t, partial(write, t, message)))
+    for t, volts in found.battery:
+        message = dialect.MAVLink_sys_status_message(
+            0, 0, 0, 500, round(volts * 1e3), 400, 50, 0, 0, 0, 0, 0, 0
+        )
+        events.append((t, partial(write, t, message)))
+    _in_order(events)
+    path.write_bytes(b"".join(parts))
+    return path

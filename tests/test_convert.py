@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""`convert`: the new recording, read by the vehicle file beside it, is the old one."""
+
+import numpy as np
+import pytest
+from autopilot_logs import HOLONOMIC, TWIN, ardupilot, px4, telemetry, trial
+
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.commands.cli import main
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
+from seatrial.io.convert import convert
+from seatrial.io.formats import open_log
+from seatrial.io.log import Wanted
+from seatrial.io.reader import read
+from seatrial.util.errors import FileError, RecordingError
+
+WRITERS = {"run.BIN": ardupilot, "run.ulg": px4, "run.tlog": telemetry}
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory):
+    """Logs and their vehicle files."""
+    folder = tmp_path_factory.mktemp("logs")
+    made = {}
+    for name, write in WRITERS.items():
+        path = write(folder / name, trial(HOLONOMIC if name.endswith("ulg") else TWIN))
+        file = folder / f"{name}.yaml"
+        file.write_text(init(path, choices=Choices(axes="forward-right-down")).text)
+        made[name] = path, file
+    return made
+
+
+def same(found, expected, exact=True):
+    close = np.testing.assert_array_equal if exact else np.testing.assert_allclose
+    more = {} if exact else {"atol": 1e-6, "rtol": 1e-12}
+    np.testing.assert_array_equal(found.stamps, expected.stamps)
+    close(found.eta, expected.eta, **more)
+    for part in ("commands", "scales"):
+        mine, its = getattr(found, part), getattr(expected, part)
+        assert mine.names == its.names
+        np.testing.assert_array_equal(mine.stamps, its.stamps)
+        close(mine.values, its.values, **more)
+    np.testing.assert_array_equal(found.beside.stamps, expected.beside.stamps)
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_tables_hold_the_same_recording(given, tmp_path, name):
+    """To the last digit, stamps since 1970 included."""
+    path, file = given[name]
+    written = convert(path, tmp_path / "out", load_vehicle(file))
+    assert {p.name for p in written} == {
+        "poses.csv", "heading.csv", "yaw_rate.csv", "commands.csv", "scales.csv", "vehicle.yaml",
+    }  # fmt: skip
+    found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
+    same(found, read(path, load_vehicle(file)))
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "db3"])
+def test_a_bag_holds_the_same_recording(given, tmp_path, kind):
+    path, file = given["run.tlog"]
+    bag, vehicle = convert(path, tmp_path / f"out.{kind}", load_vehicle(file))
+    same(read(bag, load_vehicle(vehicle)), read(path, load_vehicle(file)), exact=False)
+
+
+def test_tables_of_a_bag_hold_the_same_recording(given, tmp_path):
+    """There and back."""
+    path, file = given["run.BIN"]
+    bag, first = convert(path, tmp_path / "out.mcap", load_vehicle(file))
+    convert(bag, tmp_path / "back", load_vehicle(first))
+    found = read(tmp_path / "back", load_vehicle(tmp_path / "back" / "vehicle.yaml"))
+    same(found, read(bag, load_vehicle(first)))
+
+
+def test_all_topics_of_a_log_become_tables(given, tmp_path):
+    path, _ = given["run.BIN"]
+    written = convert(path, tmp_path / "out")
+    log = open_log(path)
+    assert {p.name for p in written} == {
+        "ARM.csv", "ATT.csv", "BAT.csv", "GPS.csv", "IMU.csv", "IMU_1.csv", "MSG.csv", "POS.csv",
+        "RCOU.csv", "parameters.csv",
+    }  # fmt: skip
+    (gps,) = log.read([Wanted("GPS", log.topics["GPS"].fields)])
+    lines = (tmp_path / "out" / "GPS.csv").read_text().splitlines()
+    assert lines[0] == "t," + ",".join(log.topics["GPS"].fields)
+    rows = [[float(x) for x in line.split(",")[1:]] for line in lines[1:]]
+    np.testing.assert_array_equal(rows, gps.values)
+    assert [int(line.split(",")[0]) for line in lines[1:]] == gps.stamps.tolist()
+    assert "SERVO3_REVERSED,1.0" in (tmp_path / "out" / "parameters.csv").read_text().splitlines()
+
+
+def test_what_can_not_be_converted_is_named(given, tmp_path):
+    path, file = given["run.BIN"]
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").write_text("mine")
+    for out, message in (("full", "not empty"), ("x.csv", "expected a folder")):
+        with pytest.raises(FileError, match=message):
+            convert(path, tmp_path / out, load_vehicle(file))
+    with pytest.raises(RecordingError, match="give --vehicle, or a folder"):
+        convert(path, tmp_path / "out.mcap")
+    (tmp_path / "a.csv").write_text("t,x,y\n0,1,2\n")
+    with pytest.raises(RecordingError, match="only logs of autopilots"):
+        convert(tmp_path / "a.csv", tmp_path / "out")
+    assert (tmp_path / "full" / "mine.txt").read_text() == "mine"
+
+
+def test_the_command_names_what_it_wrote(given, tmp_path, capsys):
+    path, file = given["run.ulg"]
+    out = tmp_path / "out.mcap"
+    assert main(["convert", str(path), "--vehicle", str(file), "-o", str(out)]) == 0
+    assert f"seatrial inspect {out} --vehicle {out.with_suffix('.yaml')}" in capsys.readouterr().out
+    assert main(["convert", str(path), "--vehicle", str(file), "-o", str(out)]) == 1
+    assert "exists" in capsys.readouterr().err

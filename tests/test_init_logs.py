@@ -1,0 +1,186 @@
+# SPDX-License-Identifier: MIT
+"""`init` on logs of autopilots: the file it writes reads the truth, by the parameters of the log."""
+
+import autopilot_logs
+import numpy as np
+import pytest
+from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, px4, telemetry, trial
+
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.commands.cli import main
+from seatrial.inspection.overview import inspect
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
+from seatrial.io.reader import read
+from seatrial.util.errors import RecordingError
+
+WRITERS = {
+    "run.BIN": ardupilot,
+    "run.log": lambda path, run: ardupilot(path, run, text=True),
+    "run.ulg": px4,
+    "old.ulg": lambda path, run: px4(path, run, old=True),
+    "run.tlog": telemetry,
+}
+BOATS = {"twin": TWIN, "holonomic": HOLONOMIC}
+FRD, FLU = "forward-right-down", "forward-left-up"
+
+
+@pytest.fixture(scope="module")
+def logs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    made = {}
+    for boat, hull in BOATS.items():
+        (folder / boat).mkdir()
+        for name, write in WRITERS.items():
+            made[boat, name] = write(folder / boat / name, trial(hull))
+    return made
+
+
+def proposed(path, folder, **choices):
+    found = init(path, choices=Choices(**{"axes": FRD, **choices}))
+    (folder / "vehicle.yaml").write_text(found.text)
+    return found, load_vehicle(folder / "vehicle.yaml")
+
+
+@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("boat", BOATS)
+@pytest.mark.parametrize("axes", [FRD, FLU])
+def test_the_proposed_file_reads_the_truth(logs, tmp_path, name, boat, axes):
+    """Position within GNSS's noise, heading and yaw rate, commands to the resolution of a pulse."""
+    _, vehicle = proposed(logs[boat, name], tmp_path, axes=axes)
+    recording = read(logs[boat, name], vehicle)
+    run = trial(BOATS[boat])
+    stamps = recording.stamps * 1e-9
+    # the clock's zero is that of the first position, 0.031 s after the trial's begin
+    t = stamps - stamps[0] + 0.031
+    truth = run.at(t)
+    north, east = truth[:, :2].T
+    expected = (north, -east) if axes == FRD else (east, north)
+    origin = np.array([x[0] for x in expected])
+    error = recording.eta[:, :2] - np.array(expected).T
+    error -= np.median(error, axis=0)
+    assert np.abs(error).max() < 0.12
+    assert np.abs(origin).max() < 1.0
+    psi = -truth[:, 2] if axes == FRD else np.pi / 2 - truth[:, 2]
+    turned = np.angle(np.exp(1j * (recording.eta[:, 2] - psi)))
+    assert np.abs(turned).max() < 0.1  # interpolated from 20 Hz, at up to 3.8 rad/s
+    armed = (t > ARMED) & (t < run.seconds - DISARMED)
+    held = recording.commands
+    at = np.searchsorted(held.stamps, recording.stamps, side="right") - 1
+    began = (held.stamps[at] - recording.stamps[0]) * 1e-9 + 0.031
+    known = armed & (at >= 0) & (began > ARMED)
+    exact = np.abs(held.values[at] - run.command_at(began + 0.002))[known]
+    assert known.sum() > 400
+    assert np.mean(exact.max(axis=1) < 0.002) > 0.98  # but for ticks within a millisecond of a step
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_forces_of_a_holonomic_boat_are_found(logs, tmp_path, name):
+    found, vehicle = proposed(logs["holonomic", name], tmp_path)
+    x, y, angle = np.array(HOLONOMIC.thrusters).T
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    for force, signs in (("F_u", c), ("F_v", s), ("F_r", x * s - y * c)):
+        weights = found.drive.forces[force]["of"]
+        assert [np.sign(w) for w in weights.values()] == np.sign(signs).tolist()
+        assert list(weights) == [f"motor_{i}" for i in range(1, 5)]
+    assert inspect([read(logs["holonomic", name], vehicle)], vehicle).signs.findings == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "position", "heading", "rate", "commands"),
+    [
+        ("run.BIN", "GPS Lat, Lng", "ATT Yaw", "IMU GyrZ", "RCOU C3"),
+        ("run.ulg", "sensor_gps latitude_deg, longitude_deg", "vehicle_attitude q[1], q[2], q[3], q[0]",
+         "sensor_combined gyro_rad[2]", "actuator_motors control[1]"),
+        ("old.ulg", "vehicle_gps_position lat, lon", "vehicle_attitude q[1], q[2], q[3], q[0]",
+         "sensor_combined gyro_rad[2]", "actuator_motors control[1]"),
+        ("run.tlog", "GPS_RAW_INT lat, lon", "ATTITUDE yaw", "ATTITUDE yawspeed",
+         "SERVO_OUTPUT_RAW servo3_raw"),
+    ],
+)  # fmt: skip
+def test_raw_positions_before_the_filters(logs, tmp_path, name, position, heading, rate, commands):  # noqa: PLR0917
+    found, _ = proposed(logs["twin", name], tmp_path)
+    columns = {r.signal: r.column for r in found.sources.recognised}
+    assert (columns["position"], columns["heading"], columns["yaw rate"]) == (
+        position,
+        heading,
+        rate,
+    )
+    assert commands in columns.values()
+    (row,) = (r for r in found.sources.recognised if r.signal == "position")
+    assert any("filter" in other for other in row.others)
+
+
+def test_the_battery_is_a_scale_where_it_falls(logs, tmp_path):
+    """16.6 to 15.4 V."""
+    _, vehicle = proposed(logs["twin", "run.BIN"], tmp_path)
+    assert vehicle.file.scales["battery"].reference == pytest.approx(16.0)
+    recording = read(logs["twin", "run.BIN"], vehicle)
+    assert recording.scales.values[[0, -1], 0] == pytest.approx([16.6, 15.4], abs=0.02)
+
+
+def test_another_position_is_chosen_by_its_topic(logs, tmp_path):
+    found, vehicle = proposed(logs["twin", "run.BIN"], tmp_path, pose="POS")
+    assert found.sources.pose["topic"] == vehicle.file.pose.topic == "POS"
+    _, vehicle = proposed(logs["twin", "run.ulg"], tmp_path, pose="vehicle_local_position")
+    recording = read(logs["twin", "run.ulg"], vehicle)
+    assert np.abs(recording.eta[:, 0] - trial(TWIN).at(recording.t)[:, 0]).max() < 0.2
+    with pytest.raises(RecordingError, match=r"BAT is no topic with a position.*GPS Lat, Lng"):
+        proposed(logs["twin", "run.BIN"], tmp_path, pose="BAT")
+
+
+def test_outputs_without_parameters_are_those_that_change(logs, tmp_path):
+    """Pulses get the usual trim, and 0 is off."""
+    data = logs["twin", "run.BIN"].read_bytes().replace(b"SERVO", b"XERVO")
+    path = tmp_path / "run.BIN"
+    path.write_bytes(data)
+    found, vehicle = proposed(path, tmp_path)
+    assert set(vehicle.inputs) == {"C1", "C3"}
+    c = vehicle.file.commands.inputs["C3"]
+    assert (c.offset, c.scale, c.off) == (1500.0, 400.0, 0.0)
+    assert found.drive.forces["F_r"]["of"]["C1"] > 0
+    assert found.drive.forces["F_u"]["of"]["C3"] < 0  # reversed, which no parameter states
+
+
+def test_commands_are_chosen_by_their_topic(logs, tmp_path):
+    _, vehicle = proposed(logs["twin", "run.BIN"], tmp_path, commands="RCOU")
+    assert set(vehicle.inputs) == {"throttle_left", "throttle_right"}
+    with pytest.raises(RecordingError, match=r"no topic NONE \(--commands\); it has ARM, ATT"):
+        proposed(logs["twin", "run.BIN"], tmp_path, commands="NONE")
+
+
+@pytest.mark.parametrize(
+    ("lost", "message"),
+    [(b"GPS", "positions|position"), (b"ATT", "heading"), (b"RCOU", "motor outputs")],
+)
+def test_what_a_log_lacks_is_named(tmp_path, lost, message):
+    """With what to do, and the topics that there are."""
+    path = ardupilot(tmp_path / "run.BIN", trial(TWIN, 30.0))
+    data = path.read_bytes()
+    for word in (lost, *([b"POS"] if lost == b"GPS" else [])):  # the names of their definitions
+        data = data.replace(word.ljust(4, b"\0"), (b"ZZ" + word[2:]).ljust(4, b"\0"), 1)
+    path.write_bytes(data)
+    with pytest.raises(RecordingError, match=message) as caught:
+        init(path, choices=Choices(axes=FRD))
+    assert "BAT" in str(caught.value)
+
+
+def test_positions_without_a_fix_are_none(tmp_path, monkeypatch):
+    monkeypatch.setattr(autopilot_logs, "geodetic", lambda north, east: (0.0 * north, 0.0 * east))
+    path = ardupilot(tmp_path / "run.BIN", trial(TWIN, 30.0))
+    with pytest.raises(RecordingError, match="never change"):
+        init(path, choices=Choices(axes=FRD))
+
+
+def test_the_command_needs_no_axes(logs, tmp_path, capsys):
+    """An autopilot's are known; the next command that it names runs."""
+    out = tmp_path / "vehicle.yaml"
+    path = logs["twin", "run.ulg"]
+    assert main(["init", str(path), "-o", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "axes: forward-right-down" in text
+    assert "how sure" in text
+    assert main(["inspect", str(path), "--vehicle", str(out)]) == 0
+    assert "consistent with the vehicle file" in capsys.readouterr().out
+    assert main(["inspect", str(path)]) == 0
+    assert "actuator_motors" in capsys.readouterr().out
