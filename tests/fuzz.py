@@ -40,12 +40,14 @@ from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import formats
 from seatrial.io.formats import open_log
 from seatrial.io.log import Wanted
+from seatrial.io.look import look
 from seatrial.util.errors import SeatrialError
 from seatrial.util.files import dump_yaml
 
 MEMORY = 3 << 29  # [bytes] 1.5 GB of addresses for a worker, libraries included
 PATIENCE = 10.0  # [s] of the processor for one case, however busy the machine is
 LONGEST = 3000  # [characters] of a line that somebody is to read
+KINDS = ("bag", "mcap", "db3", "log", "csv", "parquet", "mat", "hdf", "yaml", "inspect")
 Data = dict[str, bytes]  # name of a file: its content
 AUTOPILOTS = {
     "run.BIN": autopilot_logs.ardupilot,
@@ -99,7 +101,8 @@ def seeds() -> dict[str, list[Data]]:
                 path = bag_tools.ros2(folder / f"{i}-{kind}-{mode}", content, kind, mode)
                 which = "db3" if kind == "sqlite3" else "mcap"
                 found[which].append({p.name: p.read_bytes() for p in path.iterdir()})
-    found["csv"] = [_tables(), _one_table()]
+    found["csv"] = [_tables(), _one_table(), *_other_tables()]
+    found["parquet"], found["mat"], found["hdf"] = _parquets(), _mats(), _hdfs()
     boats = [vehicle_content(), tf_content(), _whole_vehicle()]
     found["yaml"] = [{"vehicle.yaml": dump_yaml(v).encode()} for v in boats]
     return found
@@ -169,6 +172,92 @@ def _one_table() -> Data:
     return {"run.csv": _csv("t,x,y,psi,F_u,F_v,F_r", rows)}
 
 
+def _other_tables() -> list[Data]:
+    """Other separators, decimal commas, dates, comments, nanoseconds without zeros."""
+    head, *rows = _one_table()["run.csv"].decode().splitlines()
+    cells = [row.split(",") for row in rows]
+    day = "2025-04-11 23:59:{:02d}.{:09d}"
+    dated = [[day.format(i % 60, 7 * i), *row[1:]] for i, row in enumerate(cells)]
+    unpadded = [[f"{i // 9}.{i % 9 * 111111111}", *row[1:]] for i, row in enumerate(cells)]
+    texts = (
+        "\n".join([head.replace(",", ";"), *(";".join(r).replace(".", ",") for r in cells)]),
+        "\n".join(["# a log", f"# {head.replace(',', ' ')}", *(" ".join(r) for r in cells)]),
+        "\n".join(
+            [
+                head.replace(",", "\t"),
+                "\t".join(["[s]"] + ["[m]"] * 6),
+                *("\t".join(r) for r in cells),
+            ]
+        ),
+        "\n".join([head, *(",".join(r) for r in dated)]),
+        "\n".join([head, *(",".join(r) for r in unpadded)]),
+        "\n".join([head.replace(",", "|"), *("|".join(r) for r in cells)]),
+    )
+    return [{"run.csv": text.encode() + b"\n"} for text in texts]
+
+
+def _columns() -> dict[str, np.ndarray]:
+    """Those of one table, by name."""
+    head, *rows = _one_table()["run.csv"].decode().splitlines()
+    values = np.array([[float(x) for x in row.split(",")] for row in rows])
+    return dict(zip(head.split(","), values.T, strict=True))
+
+
+def _parquets() -> list[Data]:
+    """With every compression, a struct, times and text."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    columns = _columns()
+    stamps = pa.array((columns["t"] * 1e9).astype(np.int64), pa.timestamp("ns"))
+    other = {**columns, "t": stamps, "note": ["a"] * len(stamps)}
+    other["imu"] = [{"gyro": {"z": x}} for x in columns["x"].tolist()]
+    found: list[Data] = []
+    for content, options in (
+        (columns, {"compression": "none", "use_dictionary": False}), (columns, {"compression": "snappy"}),
+        (other, {"compression": "zstd"}), (other, {"compression": "gzip", "data_page_version": "2.0"}),
+        (columns, {"compression": "lz4", "row_group_size": 7}),
+    ):  # fmt: skip
+        sink = pa.BufferOutputStream()
+        pq.write_table(pa.table(content), sink, **options)
+        found.append({"run.parquet": sink.getvalue().to_pybytes()})
+    return found
+
+
+def _mats() -> list[Data]:
+    """Version 5: vectors, structs, cells, text; plain and compressed."""
+    import scipy.io
+
+    columns = _columns()
+    text = np.array([f"12:00:{i % 60:02d}" for i in range(len(columns["t"]))], dtype=object)
+    nested = {"log": {**columns, "more": {"when": text, "deep": {"r": columns["x"]}}}, "mass": 3.0}
+    found: list[Data] = []
+    for content, packed in ((columns, False), (columns, True), (nested, False), (nested, True)):
+        out = io.BytesIO()
+        scipy.io.savemat(out, content, do_compression=packed)
+        found.append({"run.mat": out.getvalue()})
+    return found
+
+
+def _hdfs() -> list[Data]:
+    """Version 7.3: datasets, groups, compressed pieces, a link to another file."""
+    import h5py
+
+    found: list[Data] = []
+    for packed in (False, True):
+        for nested in (False, True):
+            out = io.BytesIO()
+            with h5py.File(out, "w") as file:
+                group = file.create_group("log") if nested else file
+                for name, column in _columns().items():
+                    more = {"chunks": (1, 8), "compression": "gzip"} if packed else {}
+                    group.create_dataset(name, data=column[None, :], **more)
+                if nested:
+                    file["other"] = h5py.ExternalLink("/etc/passwd", "x")
+            found.append({"run.mat": out.getvalue()})
+    return found
+
+
 def _csv(head: str, rows: np.ndarray) -> bytes:
     return "\n".join([head, *(",".join(f"{x:.6g}" for x in row) for row in rows)]).encode() + b"\n"
 
@@ -221,6 +310,8 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
         )
         if kind == "inspect":
             return _inspected(path, tree=tree)
+        if kind in ("csv", "parquet", "mat", "hdf"):
+            look(path)
         seatrial.read(path, vehicle, salvage=salvage)
     except SeatrialError as error:
         _one_line(str(error))
@@ -319,7 +410,7 @@ def peak() -> int:
 def main() -> int:
     """Run cases of one kind with bounded memory."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("kind", choices=("bag", "mcap", "db3", "log", "csv", "yaml", "inspect"))
+    parser.add_argument("kind", choices=KINDS)
     parser.add_argument("first", type=int)
     parser.add_argument("count", type=int)
     parser.add_argument("--keep", type=Path, help="folder for the files of the last case")

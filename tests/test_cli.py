@@ -267,3 +267,14 @@ def test_validate_says_what_the_model_was_identified_from(pool, capsys):
     code, out, _ = run(capsys, "validate", model, pool / "S1-AF", pool / "S7-AF")
     assert code == 0
     assert "identified from S1-AF: no test of it" in out
+
+
+def test_an_interrupt_while_a_command_is_imported_is_quiet(monkeypatch, capsys):
+    from seatrial.commands import cli
+
+    def interrupted(_: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("seatrial.commands.import_module", interrupted)
+    assert cli.main(["inspect", "none"]) == 130
+    assert capsys.readouterr().err == ""

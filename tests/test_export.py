@@ -13,7 +13,8 @@ import seatrial
 from seatrial.commands import make_parser
 from seatrial.commands.cli import main
 from seatrial.export import FORMATS, Hull, export
-from seatrial.export.content import Content, identifier
+from seatrial.export.content import Content
+from seatrial.export.spelling import identifier
 from seatrial.util.errors import ExportError, ModelError
 from seatrial.util.files import read_yaml
 from seatrial.util.frames import Axes

@@ -11,13 +11,27 @@ from pathlib import Path
 import pytest
 
 FUZZ = Path(__file__).with_name("fuzz.py")
-FEW = {"bag": 140, "mcap": 140, "db3": 90, "log": 600, "csv": 120, "yaml": 90, "inspect": 20}
+FEW = {
+    "bag": 140,
+    "mcap": 140,
+    "db3": 90,
+    "log": 600,
+    "csv": 120,
+    "parquet": 90,
+    "mat": 90,
+    "hdf": 90,
+    "yaml": 90,
+    "inspect": 20,
+}
 ALL = {
     "bag": 2500,
     "mcap": 2500,
     "db3": 1500,
     "log": 10_000,
     "csv": 2000,
+    "parquet": 1500,
+    "mat": 1500,
+    "hdf": 1500,
     "yaml": 1500,
     "inspect": 400,
 }

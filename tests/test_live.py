@@ -79,6 +79,9 @@ class Given:
         self.ended = True
         return self.given
 
+    def follow(self, line):
+        pass
+
     def write(self, line):
         self.answers.append(line)
 

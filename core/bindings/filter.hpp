@@ -112,8 +112,9 @@ struct Series {
     take_parts(kinds, kRatePart, beside_parts);
     bool rates = false;
     for (std::size_t i = 0; i < m; ++i) {
-      require(beside_parts[i] == kHeadingPart || beside_parts[i] == kRatePart,
-              "beside: heading 2 or rate 4");
+      require(beside_parts[i] == kHeadingPart || beside_parts[i] == kRatePart ||
+                  beside_parts[i] == kNoPart,
+              "beside: heading 2, rate 4, or none 0");
       require(beside_time[i] >= (i == 0 ? time[0] : beside_time[i - 1]),
               "beside: times that rise from the first pose's");
       require(std::isfinite(beside_value[i]), "beside: finite values");

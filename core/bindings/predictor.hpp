@@ -91,6 +91,12 @@ int give_row(P& self, T t, const Vector& values, bool scale) {
   return static_cast<int>(scale ? self.scale(t, values.data()) : self.command(t, values.data()));
 }
 
+/// On the heap: too large for a stack.
+template <class P>
+P* copy_of(const P& self) {
+  return new P(self);
+}
+
 template <std::size_t N>
 Out1 row_of(const double (&from)[N]) {
   double* out = nullptr;
@@ -148,6 +154,7 @@ void bind_predictor(nb::module_& m) {
       .def(
           "at", [](Predictor& self, double t) { return answer(self.at(t)); }, "t"_a)
       .def("forget", &Predictor::forget)
+      .def("copy", &copy_of<Predictor>, nb::rv_policy::take_ownership)
       .def_prop_ro("newest", &Predictor::newest);
 }
 
@@ -183,6 +190,7 @@ void bind_odometer(nb::module_& m) {
       .def(
           "look", [](Odometer& self, std::int64_t t) { return answer(self.look(t)); }, "stamp"_a)
       .def("at", &publish, "stamp"_a)
+      .def("copy", &copy_of<Odometer>, nb::rv_policy::take_ownership)
       .def_prop_ro("newest", &Odometer::newest)
       .def(
           "reload",

@@ -26,6 +26,7 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import SAME_POINT, Vehicle, vehicle_from
+from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import ModelError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
 from seatrial.util.frames import SYMBOLS, Array, Axes, Stamps, frozen_array
@@ -60,7 +61,7 @@ class Driven(Protocol):
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(ByFields):
     """A boat in forward-left-up axes, per unit mass and inertia."""
 
     vehicle: Vehicle

@@ -17,6 +17,7 @@ RUN = 120.0  # [s] of constant command, then of coasting: long for a small boat
 STOPPED_SHARE = 0.02  # of the top speed, at which a boat has stopped
 SIGNIFICANT = 2.0  # standard errors by which a coefficient differs significantly from 0 (95 %)
 ABSURD_SPEED = 10.0  # [m/s], [rad/s] faster than a small boat, unless recorded so
+OVER_THRUST = 1.5  # times the speed that thrust alone gives, the same
 RUNAWAY = 3.0  # times the recorded speed, above which a model is unstable
 NEGATIVE_LATENCY = -1e-3  # [s] a latency below it gets a message where it can't be simulated
 WELL_ABOVE = 1.2  # times the recorded speed; a larger top speed is extrapolated
@@ -224,7 +225,10 @@ def _refuse_unstable(model: Model, axis: int, command: float, t: Array, states: 
     """Raise ModelError for an unstable model, with the first velocity to diverge and its coefficients."""
     seen = np.array([_recorded(model, axis) for axis in range(3)])
     limit = np.maximum(ABSURD_SPEED, RUNAWAY * np.where(np.isfinite(seen), seen, 0.0))
-    fast = np.nan_to_num(np.abs(states[:, 3:]), nan=np.inf) > limit
+    # a craft without drag gains speed evenly: only more than its thrust gives is a runaway
+    thrust = np.nan_to_num(np.abs(states[1, 3:] - states[0, 3:]) / (t[1] - t[0]), nan=0.0)
+    given = OVER_THRUST * thrust * (t - t[0])[:, None]
+    fast = np.nan_to_num(np.abs(states[:, 3:]), nan=np.inf) > np.maximum(limit, given)
     if not fast.any():
         return
     first = int(np.argmax(fast.any(axis=1)))

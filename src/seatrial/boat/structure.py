@@ -6,6 +6,7 @@ coefficient (a SNAME name that begins with X_, Y_ or N_), then factors out of u,
 |r|, a force (F_u, ...), and at most one acceleration of another axis (u_dot, v_dot, r_dot).
 """
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,13 +14,15 @@ from functools import cached_property
 from importlib import resources
 
 from seatrial import _core
+from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import StructureError
 from seatrial.util.files import DIGITS, read_yaml
 from seatrial.util.frames import AXES, SYMBOLS
 
 VELOCITIES = ("u", "v", "r", "|u|", "|v|", "|r|")  # in the order of the core's Signal codes
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")
-_COEFFICIENT = re.compile(r"[XYN]_\w+")
+_COEFFICIENT = re.compile(r"[XYN]_\w{1,62}")  # at most 64 characters, as all names
+LONGEST_SHOWN = 40  # [characters] of an unknown name in a message
 _ALIASES = {"udot": "u_dot", "vdot": "v_dot", "rdot": "r_dot"}
 _ODD_FACTORS = frozenset({"v", "r", "v_dot", "r_dot"})  # change sign with the axes
 
@@ -90,7 +93,7 @@ MOST_COEFFICIENTS = _core.MAX_COEFFICIENTS - DISTURBANCE_TERMS
 
 
 @dataclass(frozen=True)
-class Structure:
+class Structure(ByFields):
     """The right-hand side of Eq. (12), or a generalisation of it.
 
     The terms as data; the core computes them (`core/include/seatrial/model/dynamics.hpp`).
@@ -226,14 +229,14 @@ def parse(name: str, lines: Mapping[str, Sequence[str]], forces: Sequence[Force]
 def named(name: str) -> dict[str, list[str]]:
     """The lines of a structure that comes with seatrial, for instance ``mallard``."""
     folder = resources.files("seatrial") / "data" / "structures"
-    path = folder / f"{name}.yaml"
-    if not path.is_file():
-        known = sorted(p.name.removesuffix(".yaml") for p in folder.iterdir())
+    known = sorted(p.name.removesuffix(".yaml") for p in folder.iterdir())
+    if name not in known:  # a name, never a path
         raise StructureError(
-            f"no structure named '{name}'; there are {', '.join(known)}, "
+            f"no structure named '{name[:LONGEST_SHOWN]}'; there are {', '.join(known)}, "
             "or write the terms under surge, sway and yaw"
         )
-    return {str(k): [str(x) for x in v] for k, v in read_yaml(path).items()}
+    lines = read_yaml(folder / f"{name}.yaml")
+    return {str(k): [str(x) for x in v] for k, v in lines.items()}
 
 
 def _parse_term(structure: str, axis: int, line: str) -> Term:
@@ -256,6 +259,8 @@ def _parse_term(structure: str, axis: int, line: str) -> Term:
             coefficient = token
         elif re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", token):
             number *= float(token)
+            if not math.isfinite(number):
+                raise StructureError(f"structure {structure}: '{line}' has a number beyond 1.8e308")
         elif token in ("+", "-"):
             number *= -1.0 if token == "-" else 1.0
         else:

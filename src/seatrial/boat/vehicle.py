@@ -16,6 +16,7 @@ from seatrial import _core
 from seatrial.boat import structure
 from seatrial.boat.actuators import ESTIMATE, STAGES, ChainReader, Constants, stated
 from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.boat.names import check_names, check_title
 from seatrial.boat.physical_library import base_terms
 from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
 from seatrial.boat.structure import Force, Structure, Term
@@ -39,8 +40,13 @@ class Vehicle:
     source: str = field(default="vehicle", compare=False)
 
     def __post_init__(self) -> None:
+        self._check_names()
         _ = self.chain  # validates inputs, thrusters, forces and groups
         _ = self.structure
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Copies and pickles are made of the file's content."""
+        return vehicle_from, (self.to_mapping(), self.source)
 
     @property
     def name(self) -> str:
@@ -338,6 +344,18 @@ class Vehicle:
                 row[k] = flip * weight * self.actuator_signs[k]
         return mix
 
+    def _check_names(self) -> None:
+        file = self.file
+        check_title(file.name, self.source)
+        for kind, names in (
+            ("input", file.commands.inputs),
+            ("scale", file.scales),
+            ("thruster", file.thrusters),
+            ("force", file.forces),
+            ("chain group", [group.name for group in file.chain if group.name]),
+        ):
+            check_names(kind, names, self.source)
+
     @cached_property
     def _reader(self) -> ChainReader:
         return ChainReader(self.file.chain, self.actuators, self.source)
@@ -345,10 +363,10 @@ class Vehicle:
 
 def load_vehicle(path: str | Path) -> Vehicle:
     """A vehicle from a file, or by the name of one that comes with seatrial."""
-    bundled = resources.files("seatrial") / "data" / "vehicles" / f"{path}.yaml"
-    given = Path(path)
-    if not given.exists() and bundled.is_file():
-        return vehicle_from(read_yaml(bundled), str(path))
+    folder, given = resources.files("seatrial") / "data" / "vehicles", Path(path)
+    bundled = {file.name.removesuffix(".yaml"): file for file in folder.iterdir()}
+    if str(path) in bundled and not given.exists():
+        return vehicle_from(read_yaml(bundled[str(path)]), str(path))
     return vehicle_from(expect_format(read_yaml(given), VEHICLE_FORMAT, given), str(path))
 
 

@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from importlib import import_module
 from typing import Any, NoReturn
 
+from seatrial.util.printing import say
+
 COMMANDS = {
     "demo": "run everything below on the bundled recordings",
     "inspect": "check recordings: rates, gaps, faults, clocks, excitation, signs; "
@@ -69,7 +71,7 @@ class Version(argparse.Action):
         """Print it and exit."""
         from importlib.metadata import version
 
-        print(f"{parser.prog} {version('seatrial')}")
+        say(f"{parser.prog} {version('seatrial')}")
         parser.exit()
 
 

@@ -11,9 +11,9 @@ from seatrial.commands.shared import (
     check_png,
     guard,
     read_all,
-    say,
 )
 from seatrial.control.allocation import PRIORITY, AllocatorScheme
+from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 

@@ -4,30 +4,58 @@
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 
 from seatrial.commands import make_parser
 from seatrial.util.errors import SeatrialError
+from seatrial.util.printing import complain
 from seatrial.util.progress import show_progress
 
-DONE, MISTAKE = 0, 1
+DONE, MISTAKE, INTERRUPTED = 0, 1, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command. Returns 0 done, 1 a mistake of the user's; wrong arguments exit with 2."""
     # small matrices: the threads of BLAS only wait for each other. It reads this when numpy is imported
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    args = make_parser().parse_args(arguments)
+    _hold_streams()
     try:
+        args = make_parser().parse_args(arguments)  # imports the command
         with show_progress(quiet=args.quiet):
             args.run(args)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except SeatrialError as error:
-        print(f"seatrial: {' '.join(str(error).split())}", file=sys.stderr)
+        complain(str(error))
         return MISTAKE
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _end_output()
+    except OSError as error:  # a full disk behind standard output, a folder that is gone
+        complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
+        _end_output()
+        return MISTAKE
     return DONE
+
+
+def _hold_streams() -> None:
+    """Keep the numbers of closed standard streams, so that no file that is opened gets one of them."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+
+
+def _end_output() -> None:
+    """Write what is left in the buffer, or drop it: not when the interpreter ends, with a traceback."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 if __name__ == "__main__":

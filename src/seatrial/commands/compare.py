@@ -13,9 +13,9 @@ from seatrial.commands.shared import (
     check_png,
     guard,
     read_all,
-    say,
 )
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 if TYPE_CHECKING:

@@ -4,9 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import (
-    say,
-)
+from seatrial.util.printing import say
 
 
 def add(command: argparse.ArgumentParser) -> None:

@@ -5,7 +5,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import guard, load_model, say
+from seatrial.commands.shared import guard, load_model
+from seatrial.util.printing import say
 
 if TYPE_CHECKING:
     from seatrial.export import Hull

@@ -5,13 +5,9 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.commands.shared import (
-    add_recordings,
-    guard,
-    read_all,
-    say,
-)
+from seatrial.commands.shared import add_recordings, guard, read_all
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
+from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 TERMS_NOT_CHOSEN = (

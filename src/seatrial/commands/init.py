@@ -6,12 +6,9 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from seatrial.commands.shared import (
-    add_salvage,
-    guard,
-    say,
-)
+from seatrial.commands.shared import add_salvage, guard
 from seatrial.util.frames import Axes
+from seatrial.util.printing import say
 from seatrial.util.progress import hidden, stage
 
 Ask = Callable[[str, Sequence[str]], str]
@@ -88,9 +85,9 @@ def _axes(recording: Path, ask: Ask | None) -> str:
 def _ask(question: str, options: Sequence[str]) -> str:
     """Let the user choose by number; enter is the first."""
     with hidden():
-        print(question)
+        say(question)
         for i, option in enumerate(options, 1):
-            print(f"  {i}  {option}")
+            say(f"  {i}  {option}")
         while True:
             try:
                 answer = input(f"1 to {len(options)} [1]: ").strip() or "1"

@@ -3,13 +3,8 @@
 
 import argparse
 
-from seatrial.commands.shared import (
-    add_json,
-    add_recordings,
-    guard,
-    read_all,
-    say,
-)
+from seatrial.commands.shared import add_json, add_recordings, guard, read_all
+from seatrial.util.printing import say
 from seatrial.util.progress import over, stage
 
 

@@ -2,11 +2,11 @@
 """`seatrial mimic`."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
+from seatrial.util.printing import complain
 
 LIMITS = {
     "speed": ("M/S", "the carrier's highest, in any direction"),
@@ -61,9 +61,6 @@ def run(args: argparse.Namespace) -> None:
 
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
-
-    def complain(words: str) -> None:
-        print(f"seatrial: {words}", file=sys.stderr, flush=True)
 
     names = [name.replace("-", "_") for name in LIMITS]
     carrier = Carrier(**{name: getattr(args, name) for name in names})

@@ -2,20 +2,14 @@
 """`seatrial predict`."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import (
-    add_recordings,
-    guard,
-    load_model,
-    read_all,
-    say,
-)
+from seatrial.commands.shared import add_recordings, guard, load_model, read_all
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
+from seatrial.util.printing import complain, say
 from seatrial.util.progress import over, stage
 
 if TYPE_CHECKING:
@@ -82,9 +76,6 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
         raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
-
-    def complain(words: str) -> None:
-        print(f"seatrial: {words}", file=sys.stderr, flush=True)
 
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     serve(args.model, source, settings, complain)

@@ -12,8 +12,8 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
-    say,
 )
+from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 

@@ -5,14 +5,8 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from seatrial.commands.shared import (
-    add_horizon,
-    add_json,
-    add_recordings,
-    guard,
-    read_all,
-    say,
-)
+from seatrial.commands.shared import add_horizon, add_json, add_recordings, guard, read_all
+from seatrial.util.printing import say
 from seatrial.util.progress import stage, step
 
 SELECTION_STEPS = 30  # usual number of them

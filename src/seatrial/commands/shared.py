@@ -5,9 +5,9 @@ import argparse
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING
 
-from seatrial.util.progress import hidden, over
+from seatrial.util.progress import over
 
 if TYPE_CHECKING:
     from seatrial.boat.model import Model
@@ -15,12 +15,6 @@ if TYPE_CHECKING:
     from seatrial.recording.recording import Recording
 
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
-
-
-def say(text: str, *, end: str = "\n", file: TextIO | None = None) -> None:
-    """Print, with the line of progress out of the way."""
-    with hidden():
-        print(text, end=end, file=file)
 
 
 def guard(out: Path | None, begins: str, *inputs: object) -> None:

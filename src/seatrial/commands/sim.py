@@ -2,11 +2,11 @@
 """`seatrial sim`."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
+from seatrial.util.printing import complain
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -58,9 +58,6 @@ def run(args: argparse.Namespace) -> None:
 
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
-
-    def complain(words: str) -> None:
-        print(f"seatrial: {words}", file=sys.stderr, flush=True)
 
     kinds = [kind.strip() for kind in args.lines.split(",") if kind.strip()]
     settings = Settings(args.rate, args.speed, args.duration, kinds)

@@ -5,10 +5,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from seatrial.commands.shared import (
-    say,
-)
 from seatrial.io.bags.write import BAG_FORMATS
+from seatrial.util.printing import say
 from seatrial.util.progress import over
 
 

@@ -4,8 +4,9 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import guard, say
+from seatrial.commands.shared import guard
 from seatrial.control import ALLOCATIONS, CONTROLLER_RATE, KNOB, VEHICLE
+from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 

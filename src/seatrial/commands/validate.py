@@ -11,8 +11,8 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
-    say,
 )
+from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 

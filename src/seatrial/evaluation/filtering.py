@@ -26,7 +26,7 @@ from seatrial.boat.noise_parameters import (
 from seatrial.boat.noise_scoring import Linearised, fitted_noise
 from seatrial.boat.structure import Row
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.beside import beside_in
+from seatrial.recording.beside import used_beside
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
@@ -110,9 +110,12 @@ def _beside(
     """Times [s], parts, values and the rates' deviation of what was measured beside the poses."""
     if recording.beside is None:
         return None
+    beside = recording.beside.between(recording.stamps)
     lost = (*USE_AFTER.values(), _core.USE_BEGINNING)
-    beside = recording.beside.kept(beside_in(recording.beside, recording.stamps, use, lost))
-    return recording.seconds(beside.stamps), beside.parts, beside.values, beside.rate_deviation
+    parts = np.where(used_beside(beside, recording.stamps, use, lost), beside.parts, 0)
+    return (
+        recording.seconds(beside.stamps), parts.astype(np.int8), beside.values, beside.rate_deviation
+    )  # fmt: skip
 
 
 def _restarts(

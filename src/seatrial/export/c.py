@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: MIT
 """A C99 header: reset, command, step: the core's model, written out for one boat."""
 
+import re
+
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.structure import ACCELERATIONS
 from seatrial.export.content import Actuator, Content
+from seatrial.export.spelling import c_comment, identifiers
 from seatrial.export.template import block, fill, pieces, template
 from seatrial.export.terms import aligned, number, product, signed_sum
 from seatrial.util.frames import AXES, SYMBOLS
@@ -23,8 +26,8 @@ def words(content: Content, name: str) -> dict[str, str]:
     common = {
         "name": name,
         "NAME": name.upper(),
-        "vehicle": content.vehicle_name,
-        "source": content.source,
+        "vehicle": c_comment(content.vehicle_name),
+        "source": c_comment(content.source),
     }
     sections = pieces("curves.h", "/* ")
     used = _functions(content)
@@ -38,7 +41,7 @@ def words(content: Content, name: str) -> dict[str, str]:
         "ACTUATORS": str(len(content.actuators)),
         "FORCES": str(len(content.forces)),
         "example": ", ".join(["0.5", *["0.0"] * (len(content.inputs) - 1)]),
-        "input_comment": ", ".join(content.inputs),
+        "input_comment": c_comment(", ".join(content.inputs)),
         "coefficients": "\n".join(_numbers(content, content.structure.coefficients, name)),
         "constants": _constants(content, name),
         "longest_step": number(content.longest_step),
@@ -76,9 +79,24 @@ def _functions(content: Content) -> set[str]:
     return {key for key, needed in needs.items() if needed}
 
 
-def _macro(name: str, parameter: str) -> str:
+def _spelled(content: Content, name: str) -> dict[str, str]:
+    """The header's names of coefficients and constants (macros) and of forces (variables)."""
+    own, macros = _own_names(name), {p: f"{name.upper()}_{p}" for p in content.values}
+    found = identifiers(macros.values(), own)
+    forces = identifiers(content.forces, {*own, *found.values()})
+    return {p: found[macro] for p, macro in macros.items()} | forces
+
+
+def _own_names(name: str) -> set[str]:
+    """What the header itself names, in any boat."""
+    text = "".join(map(template, ("boat.h", "queue.h", "at_once.h", "curves.h")))
+    upper, lower = (set(re.findall(rf"\$\{{{n}\}}_(\w+)", text)) for n in ("NAME", "name"))
+    return {f"{name.upper()}_{word}" for word in upper} | {f"{name}_{word}" for word in lower}
+
+
+def _macro(content: Content, name: str, parameter: str) -> str:
     """The header's name of a coefficient or constant."""
-    return f"{name.upper()}_{parameter.replace('.', '_')}"
+    return _spelled(content, name)[parameter]
 
 
 def _numbers(content: Content, parameters: tuple[str, ...], name: str) -> list[str]:
@@ -89,7 +107,7 @@ def _numbers(content: Content, parameters: tuple[str, ...], name: str) -> list[s
         rows.append(
             (
                 "#define",
-                _macro(name, p),
+                _macro(content, name, p),
                 f"({number(content.values[p])})",
                 f"/* {known}",
                 f"[{content.units[p]}] */",
@@ -114,7 +132,7 @@ def _pending(content: Content) -> int:
 def _latencies(content: Content, name: str) -> list[str]:
     """The latency of every actuator, as source code."""
     return [
-        _macro(name, a.constants["latency"]) if content.latency(a) > 0.0 else "0.0"
+        _macro(content, name, a.constants["latency"]) if content.latency(a) > 0.0 else "0.0"
         for a in content.actuators
     ]
 
@@ -131,7 +149,7 @@ def _members(content: Content, name: str, *, late: bool) -> str:
     upper = name.upper()
     lines = []
     if content.scales:
-        signals = ", ".join(content.scales)
+        signals = c_comment(", ".join(content.scales))
         lines.append(
             f"double scale[{len(content.scales)}]; /* known signals, may be set: {signals} */"
         )
@@ -207,7 +225,7 @@ def _limited(content: Content, limit: str | None) -> list[str]:
 def _named(content: Content, values: list[str]) -> list[str]:
     """f[k] = value, with the actuators' names."""
     rows = [
-        (f"f[{k}] = {v};", f"/* {a.name} */")
+        (f"f[{k}] = {v};", f"/* {c_comment(a.name)} */")
         for k, (v, a) in enumerate(zip(values, content.actuators, strict=True))
     ]
     return aligned(rows, " ")
@@ -216,7 +234,7 @@ def _named(content: Content, values: list[str]) -> list[str]:
 def _curves(content: Content, name: str) -> list[str]:
     def own(actuator: Actuator, stage: str, neutral: str) -> str:
         found = actuator.constants.get(stage)
-        return neutral if found is None else _macro(name, found)
+        return neutral if found is None else _macro(content, name, found)
 
     def component(k: int) -> str:
         a = content.actuators[k]
@@ -243,7 +261,9 @@ def _curves(content: Content, name: str) -> list[str]:
         else:
             value = f"f[{k}]"
         gain = own(a, "gain", "")
-        lines.append((f"target[{k}] = {gain + ' * ' if gain else ''}{value};", f"/* {a.name} */"))
+        lines.append(
+            (f"target[{k}] = {gain + ' * ' if gain else ''}{value};", f"/* {c_comment(a.name)} */")
+        )
     return aligned(lines, " ")
 
 
@@ -259,7 +279,10 @@ def _table_words(content: Content) -> dict[str, str]:
 def _mix(content: Content) -> list[str]:
     return aligned(
         [
-            (f"F[{j}] = {signed_sum((w, f'f[{k}]') for k, w in enumerate(row))};", f"/* {force} */")
+            (
+                f"F[{j}] = {signed_sum((w, f'f[{k}]') for k, w in enumerate(row))};",
+                f"/* {c_comment(force)} */",
+            )
             for j, (force, row) in enumerate(zip(content.forces, content.mix.tolist(), strict=True))
         ],
         " ",
@@ -272,7 +295,9 @@ def acceleration(content: Content, name: str) -> list[str]:
     used = {factor.strip("|") for t in terms for factor in t.factors}
     solved = any(t.acceleration is not None for t in terms)
     lines = [f"const double {s} = nu[{i}];" for i, s in enumerate(SYMBOLS) if s in used]
-    lines += [f"const double {f} = F[{j}];" for j, f in enumerate(content.forces) if f in used]
+    spelled = _spelled(content, name)
+    forces = [(j, spelled[f]) for j, f in enumerate(content.forces) if f in used]
+    lines += [f"const double {f} = F[{j}];" for j, f in forces]
     lines += ["double A[3][3] = {{0.0}};"] if solved else []
     lines += ["double g[3] = {0.0, 0.0, 0.0};" if solved else "double* const g = nu_dot;"]
     if not used & set(content.forces):
@@ -281,9 +306,7 @@ def acceleration(content: Content, name: str) -> list[str]:
         lines.append("g[0] = g[1] = g[2] = 0.0;")
 
     def spell(word: str) -> str:
-        if word in content.structure.coefficients:
-            return _macro(name, word)
-        return f"fabs({word[1:-1]})" if word.startswith("|") else word
+        return f"fabs({word[1:-1]})" if word.startswith("|") else spelled.get(word, word)
 
     for axis, axis_name in enumerate(AXES):
         lines.append(f"/* {axis_name} */")
@@ -309,7 +332,7 @@ def _prepare(content: Content, name: str) -> str:
         lines.append(f"double gain[{n}]; /* of the known signals */")
     for k, a in enumerate(content.actuators):
         if "fade" in _functions(content):
-            lag = _macro(name, a.constants["lag"]) if content.lagged(a) else "0.0"
+            lag = _macro(content, name, a.constants["lag"]) if content.lagged(a) else "0.0"
             lines.append(f"{name}_fade(h, {lag}, &begin[{k}], &middle[{k}], &end[{k}]);")
     for k, a in enumerate(content.actuators):
         if content.scales:
@@ -321,7 +344,7 @@ def _multiplier(content: Content, name: str, actuator: Actuator) -> str:
     if actuator.scale is None:
         return "1.0"
     reference = number(list(content.scales.values())[actuator.scale])
-    power = _macro(name, actuator.constants["scale_power"])
+    power = _macro(content, name, actuator.constants["scale_power"])
     return f"{name}_multiplier(boat->scale[{actuator.scale}], {reference}, {power})"
 
 
@@ -348,6 +371,6 @@ def _levels(content: Content) -> list[str]:
 
 def _reset(content: Content) -> str:
     return "".join(
-        f"  boat->scale[{i}] = {number(value)}; /* {signal} at its reference */\n"
+        f"  boat->scale[{i}] = {number(value)}; /* {c_comment(signal)} at its reference */\n"
         for i, (signal, value) in enumerate(content.scales.items())
     )

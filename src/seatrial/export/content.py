@@ -4,7 +4,6 @@
 Inside seatrial all is forward-left-up; an export is in the axes of the vehicle file.
 """
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -15,7 +14,7 @@ from seatrial.boat.actuators import SHORTEST_LAG, STAGES, USES
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Structure
-from seatrial.util.errors import ExportError
+from seatrial.export.spelling import line
 from seatrial.util.frames import Array, Axes
 
 MATRIX_DECIMALS = 14  # of matrices with entries of about 1
@@ -51,7 +50,7 @@ class Content:
     @property
     def vehicle_name(self) -> str:
         """The vehicle's name, on one line."""
-        return " ".join(self.model.name.split())
+        return line(self.model.name)
 
     @property
     def axes(self) -> Axes:
@@ -169,8 +168,7 @@ class Content:
     @property
     def source(self) -> str:
         """Version and method, on one line."""
-        method = self.model.estimator.method
-        return f"seatrial {version('seatrial')}, {method}"
+        return line(f"seatrial {version('seatrial')}, {self.model.estimator.method}")
 
     @property
     def _signs(self) -> Array:
@@ -181,19 +179,3 @@ class Content:
 def _rounded(matrix: Array) -> Array:
     """Without rounding errors and minus zero."""
     return np.round(matrix, MATRIX_DECIMALS) + 0.0
-
-
-KEYWORDS = """
-    auto bool break case catch char class const continue default delete do double else elseif end enum
-    extern false float for function global goto if inline int long new otherwise parfor persistent
-    private public register restrict return short signed sizeof spmd static struct switch template
-    this true try typedef union unsigned virtual void volatile while
-"""  # of C, C++ and MATLAB
-
-
-def identifier(stem: str) -> str:
-    """A file's name as a name in C and MATLAB. Raises ExportError where no letter is left."""
-    name = re.sub(r"\W", "_", stem, flags=re.ASCII).strip("_")
-    if not name:
-        raise ExportError(f"'{stem}' can't be a name in a program; name the file after the boat")
-    return name if name[0].isalpha() and name not in KEYWORDS.split() else f"boat_{name}"

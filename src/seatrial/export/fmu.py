@@ -14,6 +14,7 @@ from xml.etree import ElementTree as Xml
 
 from seatrial.export import c
 from seatrial.export.content import Content
+from seatrial.export.spelling import c_comment, identifiers, line
 from seatrial.export.template import fill, template
 from seatrial.export.terms import number
 from seatrial.util.errors import ExportError
@@ -56,7 +57,7 @@ def _source(content: Content, name: str, guid: str) -> str:
     words = {
         "name": name,
         "NAME": name.upper(),
-        "source": content.source,
+        "source": c_comment(content.source),
         "guid": guid,
         "SCALES": str(len(starts)),
         "scale_starts": "".join(f"  {line}\n" for line in starts),
@@ -128,19 +129,26 @@ def description(content: Content, name: str, guid: str) -> bytes:
 def _variables(content: Content, into: Xml.Element) -> list[int]:
     """Every variable in the order of its value reference; the indices of the outputs, from 1."""
     outputs = []
+    taken = {f"{name}{end}" for name, _ in STATE_UNITS for end in ("", "_start")}
+    inputs = identifiers(content.inputs, taken)
+    taken |= {*inputs.values()}
+    scales = identifiers(content.scales, taken)
+    taken |= {*scales.values()}
+    given = identifiers([f"{force}_given" for force in content.forces], taken)
 
     def add(name: str, about: str, real: dict[str, str], **kind: str) -> None:
         place = len(into)
-        entry = {"name": name, "valueReference": str(place), "description": about, **kind}
+        entry = {"name": name, "valueReference": str(place), "description": line(about), **kind}
         Xml.SubElement(Xml.SubElement(into, "ScalarVariable", entry), "Real", real)
         if kind["causality"] == "output":
             outputs.append(place + 1)
 
     held = {"causality": "input", "variability": "discrete"}
     for name in content.inputs:
-        add(name, "command, holds until the next one", {"start": "0.0"}, **held)
+        add(inputs[name], f"command {name}, holds until the next one", {"start": "0.0"}, **held)
     for name, reference in content.scales.items():
-        add(name, "known signal that scales thrust", {"start": number(reference)}, **held)
+        known = {"start": number(reference)}
+        add(scales[name], f"known signal {name} that scales thrust", known, **held)
     for name, measure in STATE_UNITS:
         real = {"unit": measure, "start": "0.0"}
         add(
@@ -151,9 +159,9 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
             variability="fixed",
             initial="exact",
         )
-    seen = {"causality": "output", "variability": "continuous", "initial": "calculated"}
+    computed = {"causality": "output", "variability": "continuous", "initial": "calculated"}
     for name, measure in STATE_UNITS:
-        add(name, "of the boat", {"unit": measure}, **seen)
+        add(name, "of the boat", {"unit": measure}, **computed)
     for name in content.forces:
-        add(f"{name}_given", "generalised force, in command units", {}, **seen)
+        add(given[f"{name}_given"], f"generalised force {name}, in command units", {}, **computed)
     return outputs

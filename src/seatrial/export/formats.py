@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.export import c, casadi, fmu, json, latex, octave, ros, sdf
-from seatrial.export.content import Content, identifier
+from seatrial.export.content import Content
 from seatrial.export.hull import Hull
+from seatrial.export.spelling import identifier
 from seatrial.util.errors import ExportError
 
 
@@ -43,11 +44,12 @@ def _c(request: Request) -> bytes:
 
 
 def _octave(request: Request) -> bytes:
-    if request.out.stem != request.name:
+    name = octave.function_name(request.name)
+    if request.out.stem != name:
         raise ExportError(
-            f"{request.out}: MATLAB and Octave call a function by its file's name; name it {request.name}.m"
+            f"{request.out}: MATLAB and Octave call a function by its file's name; name it {name}.m"
         )
-    return octave.function(request.content, request.name).encode()
+    return octave.function(request.content, name).encode()
 
 
 def _fmu(request: Request) -> bytes:

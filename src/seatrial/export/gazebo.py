@@ -16,9 +16,11 @@ from seatrial.boat.allocation import Thruster
 from seatrial.boat.structure import Term
 from seatrial.export.content import Content
 from seatrial.export.hull import Hull
+from seatrial.export.spelling import identifiers
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
+BASE_LINK = "base_link"
 PLUGIN_AXES = "xyn"  # of the plugin's parameters: surge, sway, yaw
 NEGLIGIBLE = 1e-9  # of mass: a smaller term is rounding error
 
@@ -27,7 +29,8 @@ NEGLIGIBLE = 1e-9  # of mass: a smaller term is rounding error
 class Propeller:
     """A thruster with the force of an actuator: position, direction, thrust."""
 
-    name: str
+    name: str  # of its link
+    joint: str
     x: float  # [m]
     y: float  # [m]
     angle: float  # [rad] from forward, towards port
@@ -97,6 +100,14 @@ class Gazebo:
                 wrench[term.axis] += self._dimensional(term) * self.content.mix[force]
         return [self._propeller(k, *column) for k, column in enumerate(wrench.T.tolist())]
 
+    @cached_property
+    def _names(self) -> list[tuple[str, str]]:
+        """Link and joint of each actuator."""
+        names = [actuator.name for actuator in self.content.actuators]
+        links = identifiers(names, {BASE_LINK})
+        joints = identifiers([f"{name}_joint" for name in names], {BASE_LINK, *links.values()})
+        return [(links[name], joints[f"{name}_joint"]) for name in names]
+
     def _propeller(self, k: int, surge: float, sway: float, yaw: float) -> Propeller:
         name, size = self.content.actuators[k].name, float(np.hypot(surge, sway))
         if size <= NEGLIGIBLE * max(1.0, abs(yaw)):
@@ -109,7 +120,11 @@ class Gazebo:
         x, y = placed.get(name, (0.0, 0.0))
         shift = yaw / size - (x * along[1] - y * along[0])
         return Propeller(
-            name, x + shift * along[1], y - shift * along[0], float(np.arctan2(sway, surge)), size
+            *self._names[k],
+            x + shift * along[1],
+            y - shift * along[0],
+            float(np.arctan2(sway, surge)),
+            size,
         )
 
     def _thrusters(self) -> tuple[Thruster, ...]:

@@ -1,12 +1,20 @@
 # SPDX-License-Identifier: MIT
 """A MATLAB and Octave function: reset, command, step, and x_dot for ode45."""
 
+import re
+
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.structure import ACCELERATIONS
 from seatrial.export.content import Actuator, Content
+from seatrial.export.spelling import identifiers, matlab_comment, matlab_text
 from seatrial.export.template import block, fill, pieces, template
 from seatrial.export.terms import aligned, number, product
 from seatrial.util.frames import AXES, SYMBOLS, Array
+
+CALLED = (
+    "abs", "all", "ceil", "cos", "error", "exp", "expm1", "eye", "hypot", "isfinite", "max", "min", "nargin",
+    "numel", "sin", "sum", "zeros",
+)  # functions of MATLAB  # fmt: skip
 
 
 def function(content: Content, name: str) -> str:
@@ -16,17 +24,18 @@ def function(content: Content, name: str) -> str:
     words = {
         "name": name,
         "NAME": name.upper(),
-        "vehicle": content.vehicle_name.replace("'", " "),
-        "source": content.source,
+        "vehicle": matlab_comment(content.vehicle_name),
+        "source": matlab_comment(content.source),
         "axes": content.axes.value,
         "INPUTS": str(len(content.inputs)),
         "LATENCIES": str(len(once)),
         "example": example,
         "pad": " " * max(0, len(example) - 10),
-        "inputs": ", ".join(content.inputs),
-        "forces": ", ".join(content.forces),
-        "actuators": ", ".join(a.name for a in content.actuators),
-        "first": content.structure.coefficients[0],
+        "inputs": matlab_comment(", ".join(content.inputs)),
+        "inputs_text": matlab_text(", ".join(content.inputs)),
+        "forces": matlab_comment(", ".join(content.forces)),
+        "actuators": matlab_comment(", ".join(a.name for a in content.actuators)),
+        "first": identifiers(content.values)[content.structure.coefficients[0]],
         "parameters": block(_parameters(content), "  "),
         "allocation": block(_allocation(content), "  "),
         "curves": block(_curves(content), "  "),
@@ -37,7 +46,7 @@ def function(content: Content, name: str) -> str:
         "gain": "gain .* " if content.scales else "",
         "latencies": ", ".join(once),
         "latency_of": ", ".join(map(str, each)),
-        "lags": ", ".join(_own(a, "lag", "0") for a in content.actuators),
+        "lags": ", ".join(_own(content, a, "lag", "0") for a in content.actuators),
         "scales": _scales(content),
     }
     sections = pieces("curves.m", "% ")
@@ -55,14 +64,22 @@ def _helpers(content: Content) -> list[str]:
     return [key for key, needed in needs.items() if needed]
 
 
-def _field(name: str) -> str:
+def function_name(name: str) -> str:
+    """A name that is none of a function that the file defines or calls."""
+    local = re.findall(
+        r"^function (?:.* = )?(\w+)\(", template("boat.m") + template("curves.m"), re.M
+    )
+    return f"boat_{name}" if name in {*local, *CALLED} else name
+
+
+def _field(content: Content, name: str) -> str:
     """The function's name of a coefficient or constant."""
-    return f"p.{name.replace('.', '_')}"
+    return f"p.{identifiers(content.values)[name]}"
 
 
-def _own(actuator: Actuator, stage: str, neutral: str) -> str:
+def _own(content: Content, actuator: Actuator, stage: str, neutral: str) -> str:
     found = actuator.constants.get(stage)
-    return neutral if found is None else _field(found)
+    return neutral if found is None else _field(content, found)
 
 
 def _parameters(content: Content) -> list[str]:
@@ -71,7 +88,11 @@ def _parameters(content: Content) -> list[str]:
         error = content.errors[name]
         known = f"+- {error:.2g}" if error > 0 else "given"
         rows.append(
-            (f"{_field(name)} = {number(value)};", f"% {known}", f"[{content.units[name]}]")
+            (
+                f"{_field(content, name)} = {number(value)};",
+                f"% {known}",
+                f"[{content.units[name]}]",
+            )
         )
     return aligned(rows, " ")
 
@@ -104,27 +125,30 @@ def _allocation(content: Content) -> list[str]:
 def _curves(content: Content) -> list[str]:
     def component(k: int) -> str:
         a = content.actuators[k]
-        offset = _own(a, "pair_offset_across" if a.across else "pair_offset_along", "")
+        offset = _own(content, a, "pair_offset_across" if a.across else "pair_offset_along", "")
         return f"{'-' if a.mirrored else ''}f({k + 1})" + (f" + {offset}" if offset else "")
 
     stages = (("edge_forward", "0"), ("edge_reverse", "0"), ("reverse_ratio", "1"), ("power", "1"))
     lines = []
     for k, a in enumerate(content.actuators):
-        gain = _own(a, "gain", "")
+        gain = _own(content, a, "gain", "")
         if a.partner is not None:
-            dead, sign = _own(a, "pair_dead_zone", "0"), "-" if a.mirrored else ""
+            dead, sign = _own(content, a, "pair_dead_zone", "0"), "-" if a.mirrored else ""
             value = f"{sign}pair({component(k)}, {component(a.partner)}, {dead})"
         elif a.tabulated:
             value = f"table(f({k + 1}))"
         elif a.curved:
-            value = (
-                f"curve(f({k + 1}), {', '.join(_own(a, stage, none) for stage, none in stages)})"
-            )
+            value = f"curve(f({k + 1}), {', '.join(_own(content, a, stage, none) for stage, none in stages)})"
         elif gain:
             value = f"f({k + 1})"
         else:
             continue
-        lines.append((f"target({k + 1}) = {gain + ' * ' if gain else ''}{value};", f"% {a.name}"))
+        lines.append(
+            (
+                f"target({k + 1}) = {gain + ' * ' if gain else ''}{value};",
+                f"% {matlab_comment(a.name)}",
+            )
+        )
     return aligned(lines, " ")
 
 
@@ -140,14 +164,15 @@ def _acceleration(content: Content) -> list[str]:
     used = {factor.strip("|") for t in terms for factor in t.factors}
     solved = any(t.acceleration is not None for t in terms)
     lines = [f"{s} = nu({i});" for i, s in enumerate(SYMBOLS, start=1) if s in used]
-    lines += [f"{f} = F({j});" for j, f in enumerate(content.forces, start=1) if f in used]
+    forces = identifiers(content.forces)
+    lines += [f"{forces[f]} = F({j});" for j, f in enumerate(content.forces, 1) if f in used]
     lines += ["A = zeros(3);"] if solved else []
     lines.append("g = zeros(3, 1);")
 
     def spell(word: str) -> str:
         if word in content.structure.coefficients:
-            return _field(word)
-        return f"abs({word[1:-1]})" if word.startswith("|") else word
+            return _field(content, word)
+        return f"abs({word[1:-1]})" if word.startswith("|") else forces.get(word, word)
 
     for axis, axis_name in enumerate(AXES, start=1):
         lines.append(f"% {axis_name}")
@@ -163,7 +188,7 @@ def _acceleration(content: Content) -> list[str]:
 
 def _latencies(content: Content) -> tuple[list[str], list[int]]:
     """Distinct latencies, and the index of each actuator's."""
-    each = [_own(a, "latency", "0") for a in content.actuators]
+    each = [_own(content, a, "latency", "0") for a in content.actuators]
     once = list(dict.fromkeys(each))
     return once, [once.index(latency) + 1 for latency in each]
 
@@ -178,7 +203,7 @@ def _prepare(content: Content) -> list[str]:
         if a.scale is None:
             gains.append("1")
             continue
-        power = _own(a, "scale_power", "1")
+        power = _own(content, a, "scale_power", "1")
         gains.append(f"multiplier(s.scale({a.scale + 1}), {number(references[a.scale])}, {power})")
     return [*lines, f"gain = [{'; '.join(gains)}];"]
 
@@ -187,6 +212,5 @@ def _scales(content: Content) -> str:
     if not content.scales:
         return ""
     references = ", ".join(map(number, content.scales.values()))
-    return (
-        f"  s.scale = [{references}];  % known signals, may be set: {', '.join(content.scales)}\n"
-    )
+    signals = matlab_comment(", ".join(content.scales))
+    return f"  s.scale = [{references}];  % known signals, may be set: {signals}\n"

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from seatrial.export.content import Content
+from seatrial.export.spelling import identifiers, yaml_comment
 from seatrial.util.errors import ExportError
 from seatrial.util.files import dump_yaml
 
@@ -21,7 +22,8 @@ def text(content: Content, model_path: Path | None, ros: int) -> str:
         raise ExportError("the node reads model.yaml: give its path (model_path)")
     parameters: dict[str, Any] = {"model": str(model_path.resolve()), "boat": _boat(content)}
     file = {ODOMETRY_NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
-    head = f"# ROS {ros} parameters of {content.vehicle_name} by {content.source}: {USAGE[ros]}\n"
+    about = yaml_comment(f"{content.vehicle_name} by {content.source}")
+    head = f"# ROS {ros} parameters of {about}: {USAGE[ros]}\n"
     units = (
         "# boat: axes as stated, SI; coefficients per unit mass and inertia; matrices row by row\n"
     )
@@ -31,17 +33,17 @@ def text(content: Content, model_path: Path | None, ros: int) -> str:
 def _boat(content: Content) -> dict[str, Any]:
     """Parameters without nested lists, which ROS 2 does not support."""
     own = set(content.structure.coefficients)
-    values = {name.replace(".", "_"): value for name, value in content.values.items()}
-    errors = {name.replace(".", "_"): error for name, error in content.errors.items()}
+    keys = identifiers(content.values)
+    errors = {keys[name]: error for name, error in content.errors.items()}
     limit = {} if content.limit is None else {"limit": float(content.limit)}
-    constants = {name: value for name, value in values.items() if name not in own}
+    constants = {keys[n]: value for n, value in content.values.items() if n not in own}
     return {
         "name": content.vehicle_name,
         "axes": content.axes.value,
         "inputs": list(content.inputs),
         "actuators": [a.name for a in content.actuators],
         "forces": list(content.forces),
-        "coefficients": {name: value for name, value in values.items() if name in own},
+        "coefficients": {keys[n]: value for n, value in content.values.items() if n in own},
         **({"constants": constants} if constants else {}),
         "standard_errors": errors,
         "allocation": {

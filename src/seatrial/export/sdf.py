@@ -11,8 +11,9 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.export.content import Content
-from seatrial.export.gazebo import Gazebo, Propeller
+from seatrial.export.gazebo import BASE_LINK, Gazebo, Propeller
 from seatrial.export.hull import Hull
+from seatrial.export.spelling import xml_comment
 from seatrial.export.terms import number
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import Axes
@@ -33,7 +34,7 @@ def text(model: Model, name: str, hull: Hull | None) -> bytes:
     boat = Gazebo(Content(model, Axes.FLU), hull)
     boat.check_stable()
     root = Xml.Element("sdf", version="1.9")
-    root.append(Xml.Comment(_about(boat)))
+    root.append(Xml.Comment(f" {xml_comment(_about(boat))} "))
     own = Xml.SubElement(root, "model", name=name)
     _hull(own, boat)
     for propeller in boat.propellers:
@@ -49,12 +50,12 @@ def _about(boat: Gazebo) -> str:
     content, hull = boat.content, boat.hull
     thrust = "; ".join(f"{p.name} {p.thrust:.4g}" for p in boat.propellers)
     return (
-        f" {content.vehicle_name} by {content.source}. Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, "
+        f"{content.vehicle_name} by {content.source}. Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, "
         f"added mass {hull.added[0]:g}, {hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: "
         "coefficients are per unit of the sum, so they do not determine the parts. Thrusters take N on "
         "cmd_thrust; "
-        f"at full command: {thrust} N. Allocation, latency, dead zone and lag are not included. "
-    ).replace("--", "- -")
+        f"at full command: {thrust} N. Allocation, latency, dead zone and lag are not included."
+    )
 
 
 def _element(parent: Xml.Element, path: str, value: str) -> None:
@@ -80,7 +81,7 @@ def _hull(model: Xml.Element, boat: Gazebo) -> None:
             f"inertia {hull.inertia:g} kg m^2 is less than that of the thrusters alone; expected about "
             f"{hull.mass * (length**2 + width**2) / 12:.2g} for a box of {hull.mass:g} kg"
         )
-    link = Xml.SubElement(model, "link", name="base_link")
+    link = Xml.SubElement(model, "link", name=BASE_LINK)
     _element(link, "gravity", "false")
     flat = length**2 + width**2  # roll and pitch inertia of a box with this yaw inertia
     roll, pitch = inertia * (width**2 + height**2) / flat, inertia * (length**2 + height**2) / flat
@@ -111,8 +112,8 @@ def _link(model: Xml.Element, propeller: Propeller, boat: Gazebo) -> None:
     _inertial(link, _mass(boat), (_spin(_mass(boat)),) * 3)
     shape = Xml.SubElement(link, "visual", name="propeller")
     _element(shape, "geometry/sphere/radius", number(PROPELLER_SIZE))
-    joint = Xml.SubElement(model, "joint", name=f"{propeller.name}_joint", type="revolute")
-    _element(joint, "parent", "base_link")
+    joint = Xml.SubElement(model, "joint", name=propeller.joint, type="revolute")
+    _element(joint, "parent", BASE_LINK)
     _element(joint, "child", propeller.name)
     _element(joint, "axis/xyz", "1 0 0")
 
@@ -125,7 +126,7 @@ def _plugin(model: Xml.Element, file: str, kind: str) -> Xml.Element:
 
 def _hydrodynamics(model: Xml.Element, name: str, boat: Gazebo) -> None:
     plugin = _plugin(model, "hydrodynamics", "Hydrodynamics")
-    _element(plugin, "link_name", "base_link")
+    _element(plugin, "link_name", BASE_LINK)
     _element(plugin, "namespace", name)
     # the model has all terms: the plugin's own are disabled
     _element(plugin, "disable_coriolis", "true")
@@ -142,7 +143,7 @@ def _thruster(model: Xml.Element, name: str, propeller: Propeller, boat: Gazebo)
     plugin = _plugin(model, "thruster", "Thruster")
     full = propeller.thrust * (1.0 if boat.content.limit is None else boat.content.limit)
     _element(plugin, "namespace", name)
-    _element(plugin, "joint_name", f"{propeller.name}_joint")
+    _element(plugin, "joint_name", propeller.joint)
     _element(plugin, "thrust_coefficient", "1.0")
     _element(plugin, "fluid_density", number(WATER))
     _element(plugin, "propeller_diameter", number(float(np.round(2 * PROPELLER_SIZE, 6))))

@@ -188,8 +188,16 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
+    doubtful = [f"{r.name}: {doubt}" for r in recordings for doubt in r.doubts]
     apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
-    return (*silent, *spoilt, *_beyond(recordings, vehicle), *apart, *model_concerns(model))
+    return (
+        *silent,
+        *spoilt,
+        *doubtful,
+        *_beyond(recordings, vehicle),
+        *apart,
+        *model_concerns(model),
+    )
 
 
 def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:

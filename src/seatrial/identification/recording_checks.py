@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.inspection.overview import implausible_values
+from seatrial.recording.excitation import refuse_no_commands
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
 
@@ -43,6 +44,7 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
     for recording in recordings:
         for sentence in implausible_values(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
+        refuse_no_commands(recording)
 
 
 def _shared(a: Recording, b: Recording) -> int:

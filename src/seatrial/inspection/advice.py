@@ -20,6 +20,7 @@ USABLE_POSES = 0.9  # share below which a recording gets a warning
 UNEVEN_STEPS = 0.05  # of the period, standard deviation of the steps between stamps
 FOLLOWING = 1.5  # periods; a longer step between poses is a gap, not jitter
 LOWEST_RATE, HIGHEST_RATE = 0.5, 2000.0  # [Hz] of poses; outside, the unit of the stamps is wrong
+TURN_NOISE = 0.3  # [rad] by which a heading within one turn may exceed it
 ABSURD_YAW_RATE = 6.0  # [rad/s]: about one turn a second, faster than a small boat turns
 RESTING_SPEED = 0.002  # [m/s], [rad/s] 90th percentiles of a boat that rests
 AT_REST_SPREAD = 5.0  # standard deviations of pose noise, 5th to 95th percentile (white noise: 3.3)
@@ -40,7 +41,7 @@ def recording_advice(
 ) -> list[str]:
     """One message for each thing to do. `moves`: inputs that move in any of the recordings."""
     # 1. Values that a small boat does not have: wrong units, a boat at rest.
-    advice = list(recording.remarks) + implausible_values(recording)
+    advice = [*recording.remarks, *recording.doubts, *implausible_values(recording)]
     # 2. Length, usable poses, pose rate, jitter.
     if recording.duration < SHORT_RECORDING:
         advice.append(f"{recording.duration:.0f} s is short: record a few minutes")
@@ -147,7 +148,7 @@ def implausible_values(recording: Recording) -> list[str]:
         advice.append(
             f"speeds of {fast:.3g} m/s: are x and y in mm or cm? State their unit in the vehicle file"
         )
-    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]):
+    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not _wraps_in_radians(recording):
         advice.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? State unit: deg")
     if fast < RESTING_SPEED and turn < RESTING_SPEED:
         advice.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it")
@@ -156,6 +157,13 @@ def implausible_values(recording: Recording) -> list[str]:
             "the boat is commanded but moves no more than its pose noise: check that the thrusters are on"
         )
     return advice
+
+
+def _wraps_in_radians(recording: Recording) -> bool:
+    """Whether the heading as logged stays within a turn of radians and jumps by one: it is no degrees."""
+    raw, turned = recording.raw[recording.valid, 2], recording.eta[recording.valid, 2]
+    within = float(np.ptp(raw)) < 2.0 * np.pi + TURN_NOISE
+    return within and float(np.ptp(turned)) > float(np.ptp(raw)) + np.pi
 
 
 def _moves_only_by_noise(recording: Recording) -> bool:

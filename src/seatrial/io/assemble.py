@@ -19,9 +19,12 @@ from seatrial.io.signals import (
     scaled,
     signal_of,
 )
+from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.beside import Poses, joined
+from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording
+from seatrial.recording.resolution import coarse_position
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -38,9 +41,10 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     answers = signals.answer(asked)
     found = list(zip(asked, answers, strict=True))
     driven, factors = _by_role(found, "commands"), _by_role(found, "scales")
-    # 3. Poses of the boat's origin, commands and scales as signals.
+    # 3. Poses of the boat's origin at the times that they left with, commands and scales as signals.
     given = [*_by_role(found, "poses"), *_by_role(found, "headings")]
-    known = _poses(given, vehicle)
+    given, bursts = _without_waits(given)
+    known, doubts = _poses(given, vehicle, name)
     signs = dict(zip(vehicle.inputs, vehicle.input_signs, strict=True))
     inputs = [_signed(signal_of(*each), signs) for each in driven]
     position, heading = vehicle.delays
@@ -50,9 +54,10 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         scales=_finite(merged([signal_of(*s) for s in factors], vehicle.scales)) if factors else None,
         marked_valid=given[0][1].marked_valid, timeout=vehicle.file.command_timeout,
         sources=[Source(file) for file in signals.files], streams=[a.stream for a in answers],
-        remarks=signals.remarks, position_delay=position - heading, parts=known.parts,
+        remarks=[*signals.remarks, *bursts], doubts=doubts, position_delay=position - heading, parts=known.parts,
         beside=None if known.beside is None else known.beside.shifted(-round(1e9 * heading)),
     )  # fmt: skip
+    recording = with_enough_poses(recording)
     # 4. Yaw rates of a gyro, their bias removed.
     for one, answer in _by_role(found, "yaw rates"):
         r = scaled(answer.values[:, 0], one.columns[0])
@@ -129,8 +134,22 @@ def _by_role(found: Sequence[tuple[Asked, Answer]], role: str) -> list[tuple[Ask
     return [(asked, answer) for asked, answer in found if asked.role == role]
 
 
-def _poses(found: Sequence[tuple[Asked, Answer]], vehicle: Vehicle) -> Poses:
-    """Poses of the boat's origin, forward-left-up, at the stamps of the log."""
+def _without_waits(
+    found: Sequence[tuple[Asked, Answer]],
+) -> tuple[list[tuple[Asked, Answer]], list[str]]:
+    """Poses and headings with the stamps that they left with, and what was found."""
+    changed, texts = [], []
+    for asked, answer in found:
+        stamps, text = on_even_clock(answer.stamps)
+        changed.append((asked, replace(answer, stamps=stamps)))
+        texts += [text] if text else []
+    return changed, texts
+
+
+def _poses(
+    found: Sequence[tuple[Asked, Answer]], vehicle: Vehicle, name: str
+) -> tuple[Poses, list[str]]:
+    """Poses of the boat's origin, forward-left-up, at the stamps of the log, and doubts about them."""
     asked, answer = found[0]
     columns, raw = asked.columns, answer.values
     if len(raw) == 0:
@@ -139,9 +158,11 @@ def _poses(found: Sequence[tuple[Asked, Answer]], vehicle: Vehicle) -> Poses:
         position = in_plane(raw[:, :2], columns[:2], vehicle)
     else:
         position = np.column_stack([scaled(raw[:, i], columns[i]) for i in range(2)])
+    doubt = coarse_position(name, position)
+    doubts = [doubt] if doubt else []
     if len(found) == 1:
         eta = np.column_stack([position, heading_of(raw[:, 2], columns[2])])
-        return Poses(answer.stamps, of_origin(eta, vehicle, answer.stamps))
+        return Poses(answer.stamps, of_origin(eta, vehicle, answer.stamps)), doubts
     compass, turned = found[1]
     both = joined(
         answer.stamps, position, turned.stamps, heading_of(turned.values[:, 0], compass.columns[0])
@@ -150,7 +171,7 @@ def _poses(found: Sequence[tuple[Asked, Answer]], vehicle: Vehicle) -> Poses:
     if beside is not None and vehicle.axes is Axes.FRD:
         beside = beside.mirrored()
     eta = of_origin(both.eta, vehicle, answer.stamps)
-    return Poses(answer.stamps, eta, both.parts, beside)
+    return Poses(answer.stamps, eta, both.parts, beside), doubts
 
 
 def _signed(signal: Signal, signs: dict[str, float]) -> Signal:

@@ -125,7 +125,8 @@ def _column(table: Table, name: str, column: Array) -> ColumnView:
     given = column[np.isfinite(column)]
     if len(given) == 0:
         return _dates(table, name, column)
-    steps = np.diff(given)
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.diff(given)
     unit, rate = "", 0.0
     if len(steps) > 2 and np.median(steps) > 0:
         if np.all(steps >= 0):

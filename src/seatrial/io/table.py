@@ -6,6 +6,8 @@ from pathlib import Path
 
 from seatrial.io.tables.base import Table
 from seatrial.io.tables.csv_table import CsvTable
+from seatrial.io.tables.mat_table import mat_tables
+from seatrial.io.tables.parquet_table import ParquetTable
 from seatrial.util.errors import FileError, RecordingError
 
 __all__ = ["CsvTable", "Table", "is_table", "open_tables"]
@@ -46,4 +48,7 @@ def _open(path: Path) -> list[Table]:
     """The tables of one file."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
-    return [CsvTable(path)]
+    suffix = path.suffix.lower()
+    if suffix == ".parquet":
+        return [ParquetTable(path)]
+    return mat_tables(path) if suffix == ".mat" else [CsvTable(path)]

@@ -15,8 +15,18 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
-from seatrial.onboard.predictor import POSE, Estimate, Taken, onboard_model, pose_covariance, row_of
+from seatrial.onboard.predictor import (
+    POSE,
+    Estimate,
+    Running,
+    Taken,
+    onboard_model,
+    pose_covariance,
+    row_of,
+)
 from seatrial.util.frames import Array, frozen_array
+
+FARTHEST_STAMP = 2**63 - 1  # [ns] of the core
 
 
 @dataclass(frozen=True)
@@ -35,12 +45,12 @@ class Odometry:
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
 
 
-class Odometer:
+class Odometer(Running):
     """A predictor with stamps in nanoseconds, the vehicle's lever arm, and continuous odometry.
 
     Arguments as of `Predictor`; poses are of the measured point, at `lever` (2,) forward, left [m] of the
     origin, by default the vehicle file's.
-    Never raises on data. Raises ModelError and PredictorError as `Predictor` does.
+    Never raises on data. Raises ModelError and PredictorError as `Predictor` does. Threads and copies as there.
     """
 
     def __init__(
@@ -55,30 +65,36 @@ class Odometer:
         self.model = model if isinstance(model, Model) else load(model)
         self._settings = disturbance, current, window
         self._lever = None if lever is None else np.array(lever, dtype=float)
-        self._core = _core.Odometer(self._onboard(self.model), self._arm(self.model))
+        self._core: _core.Odometer = _core.Odometer(
+            self._onboard(self.model), self._arm(self.model)
+        )
 
     def command(self, stamp: int, values: ArrayLike) -> Taken:
         """Commands (inputs,) to all inputs of the vehicle; they hold until the next."""
         return Taken(
-            self._core.command(stamp, row_of(values, "command", self.model.vehicle.inputs))
+            self._core.command(_within(stamp), row_of(values, "command", self.model.vehicle.inputs))
         )
 
     def scale(self, stamp: int, values: ArrayLike) -> Taken:
         """Known scale signals (scales,) of the vehicle."""
-        return Taken(self._core.scale(stamp, row_of(values, "scale", self.model.vehicle.scales)))
+        return Taken(
+            self._core.scale(_within(stamp), row_of(values, "scale", self.model.vehicle.scales))
+        )
 
     def pose(self, stamp: int, eta: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
         """A pose (3,) of the measured point, and its covariance (3, 3), if known."""
-        return Taken(self._core.pose(stamp, row_of(eta, "pose", POSE), pose_covariance(covariance)))
+        return Taken(
+            self._core.pose(_within(stamp), row_of(eta, "pose", POSE), pose_covariance(covariance))
+        )
 
     def look(self, stamp: int) -> Estimate:
         """Motion at any stamp within the window, now, or up to 60 s ahead; changes no state."""
-        return Estimate.of(self._core.look(stamp))
+        return Estimate.of(self._core.look(_within(stamp)))
 
     def at(self, stamp: int) -> Odometry:
         """Odometry at a stamp; stamps rise from call to call."""
-        own, known, pose, covariance, place, motion = self._core.at(stamp)
-        return Odometry(own, known, pose, covariance, place, Estimate.of(motion))
+        _, known, pose, covariance, place, motion = self._core.at(_within(stamp))
+        return Odometry(stamp, known, pose, covariance, place, Estimate.of(motion))
 
     def reload(self, model: Model | str | Path) -> None:
         """Replace the model by another of the same inputs. Raises ModelError without any change."""
@@ -102,3 +118,8 @@ class Odometer:
     def _onboard(self, model: Model) -> _core.OnboardModel:
         disturbance, current, window = self._settings
         return onboard_model(model, disturbance=disturbance, current=current, window=window)
+
+
+def _within(stamp: int) -> int:
+    """The stamp, or the nearest of 64 bits, which the core refuses as well."""
+    return min(max(stamp, -FARTHEST_STAMP), FARTHEST_STAMP)

@@ -8,7 +8,7 @@ import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +20,7 @@ from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.util.errors import ModelError, PredictorError
 from seatrial.util.frames import SYMBOLS, Array, frozen_array
 
+R = TypeVar("R", bound="Running")
 Answer = tuple[float, Array, Array, Array, Array, float, int]
 POSE = ("x", "y", "psi")
 UNBOUNDED = (-1e300, 1e300)  # range of a quantity without an envelope
@@ -121,7 +122,28 @@ def onboard_model(
         raise ModelError(f"{model.name}: can't be run on board: {error}") from None
 
 
-class Predictor:
+class Running:
+    """A filter that runs: a copy has its own state; a pickle would be without."""
+
+    model: Model
+    _core: Any  # of the core, with copy()
+
+    def __copy__(self: R) -> R:
+        other = object.__new__(type(self))
+        vars(other).update(vars(self), _core=self._core.copy())
+        return other
+
+    def __deepcopy__(self: R, _: dict[int, object]) -> R:
+        return self.__copy__()  # the rest does not change
+
+    def __reduce__(self) -> NoReturn:
+        kind = type(self).__name__
+        raise PredictorError(
+            f"a running {kind} can't be pickled; pickle its model, and make a new {kind} from that"
+        )
+
+
+class Predictor(Running):
     """An extended Kalman filter on pose, velocity, thrusters and a slowly varying disturbance.
 
     model: a Model or the path of its file. Poses are of the boat's origin and commands as a
@@ -131,8 +153,11 @@ class Predictor:
     result is, to the last bit, that of inputs in sequence. `disturbance`: the frame that it is constant
     in. `current`: (2,) earth-fixed [m/s], of the water, if known.
 
-    Never raises on data (see `Taken` and `Health`). Raises ModelError where the model can't be
-    used, PredictorError where an input has the wrong shape.
+    Never raises on data (see `Taken` and `Health`): a stamp beyond 4e9 s, as nanoseconds are, is NOT_A_NUMBER.
+    Raises ModelError where the model can't be used, PredictorError where an input has the wrong shape.
+
+    Threads may share a predictor: a call holds the interpreter's lock (GIL), as most calls last some microseconds,
+    a late pose some milliseconds. A copy goes on by itself from the same state; there is no pickle of one.
     """
 
     def __init__(
@@ -144,7 +169,7 @@ class Predictor:
         window: float = 0.5,
     ) -> None:
         self.model = model if isinstance(model, Model) else load(model)
-        self._core = _core.Predictor(
+        self._core: _core.Predictor = _core.Predictor(
             onboard_model(self.model, disturbance=disturbance, current=current, window=window)
         )
 

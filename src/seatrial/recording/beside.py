@@ -42,6 +42,10 @@ class Beside:
             self, stamps=self.stamps[keep], parts=self.parts[keep], values=self.values[keep]
         )
 
+    def between(self, stamps: Stamps) -> "Beside":
+        """Those between the first and the last pose, at stamps (n,)."""
+        return self.kept((self.stamps > stamps[0]) & (self.stamps < stamps[-1]))
+
     def shifted(self, nanoseconds: int) -> "Beside":
         """With later stamps."""
         return replace(self, stamps=self.stamps + nanoseconds)
@@ -160,11 +164,10 @@ def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) ->
     return replace(found, rows=first, remarks=tuple(remarks))
 
 
-def beside_in(beside: Beside, stamps: Stamps, use: NDArray[np.int8], ends: Sequence[int]) -> Mask:
-    """Which (m,) lie between two poses that the filter uses. `ends`: uses (n,) before which the pose is lost."""
+def used_beside(beside: Beside, stamps: Stamps, use: NDArray[np.int8], lost: Sequence[int]) -> Mask:
+    """Which (m,) of those between poses lie between two that the filter uses.
+
+    stamps, use (n,): of the poses. lost: uses before which the pose is lost (a gap, a jump).
+    """
     after = np.searchsorted(stamps, beside.stamps, side="right")
-    inside = (after > 0) & (after < len(stamps))
-    after = np.clip(after, 1, len(stamps) - 1)
-    return np.asarray(
-        inside & (use[after - 1] != 0) & (use[after] != 0) & ~np.isin(use[after], ends)
-    )
+    return np.asarray((use[after - 1] != 0) & (use[after] != 0) & ~np.isin(use[after], lost))

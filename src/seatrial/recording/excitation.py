@@ -18,7 +18,7 @@ COMMAND_LOOK = 0.05  # [s] between samples of the commands
 MOST_LOOKS = 1_000_000  # samples; stamps in a wrong unit turn minutes into days
 EXCITED = 0.02  # of full command, least RMS of an excited axis
 LEAST_CHANGE = 0.002  # of full command, least range of a force that changes
-FAR_BEYOND_FULL = 2.0  # of full command; a larger value has another unit
+FAR_BEYOND_FULL = 1.5  # of full command; a larger value has another unit, or means off
 BEYOND_FULL = 1.02  # of full command in one direction, with ...
 OFFSET_NEUTRAL = 0.3  # ... so much less in the other: the neutral value is wrong
 
@@ -55,6 +55,24 @@ def beyond_full(name: str, least: float, most: float) -> list[str]:
             "check that offset is the neutral value"
         ]
     return []
+
+
+def refuse_no_commands(recording: Recording) -> None:
+    """Raise RecordingError where an input has values that can not be commands: full command is 1."""
+    signal = recording.commands
+    for name, values in zip(signal.names, signal.values.T, strict=True):
+        beyond = np.abs(values) > FAR_BEYOND_FULL
+        if not beyond.any():
+            continue
+        odd, rest = values[beyond], values[~beyond]
+        if len(rest) and np.ptp(odd) == 0:
+            raise RecordingError(
+                f"{recording.name}: {name} is {odd[0]:.4g} on {100 * beyond.mean():.2g} % of its rows and "
+                f"within {rest.min():.3g} to {rest.max():.3g} on the others; full command is 1. A disarmed "
+                "autopilot writes such a value: state the raw one as off in the vehicle file (off: 0)"
+            )
+        least, most = float(values.min()), float(values.max())
+        raise RecordingError(f"{recording.name}: {beyond_full(name, least, most)[0]}")
 
 
 def even_times(recording: Recording) -> Array:

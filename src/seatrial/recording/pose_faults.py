@@ -8,6 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.recording.other_clock import other_unit, other_zone
 from seatrial.recording.timing import (
     SHORTEST_SILENCE,
     longest_rising,
@@ -149,11 +150,16 @@ def silences(
     hole = np.inf if only_changes(commands, values) else silence_length(period)
     if timeout is not None:
         hole = period = timeout
+    unit = other_unit(poses, commands)
+    if unit:
+        raise RecordingError(f"{name}: {unit}")
     if commands[0] > poses.max() or commands[-1] + hole < poses[0]:
+        cause = other_zone(poses, commands) or (
+            "check the units of both stamps, and that both were recorded together"
+        )
         raise RecordingError(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
-            f"{commands[-1]:.6g} s, poses from 0 s to {poses.max():.6g} s by the same clock; check the "
-            "units of both stamps, and that both were recorded together"
+            f"{commands[-1]:.6g} s, poses from 0 s to {poses.max():.6g} s by the same clock; {cause}"
         )
     found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
     holes = np.flatnonzero(steps > hole)

@@ -97,6 +97,7 @@ class Recording:
     sources: tuple[Source, ...] = ()
     streams: tuple[Stream, ...] = ()  # timing of its signals
     remarks: tuple[str, ...] = ()  # losses in salvage, rows left out
+    doubts: tuple[str, ...] = ()  # what makes its numbers doubtful: rounded coordinates
     offset: float = 0.0  # [s] cut off at its start
     position_delay: float = 0.0  # [s] by which positions are older than headings of the same stamp
     parts: NDArray[np.int8] | None = None  # (n,) measured parts of each pose; None: all are whole
@@ -260,6 +261,7 @@ def make_recording(
     sources: Sequence[Source] = (),
     streams: Sequence[Stream] = (),
     remarks: Sequence[str] = (),
+    doubts: Sequence[str] = (),
     position_delay: float = 0.0,
     parts: NDArray[np.int8] | None = None,
     beside: Beside | None = None,
@@ -305,7 +307,7 @@ def make_recording(
     return Recording(
         name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
         found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
-        tuple(sources), tuple(streams), tuple(remarks), position_delay=position_delay,
+        tuple(sources), tuple(streams), tuple(remarks), tuple(doubts), position_delay=position_delay,
         parts=None if parts is None else parts[kept], beside=beside,
     )  # fmt: skip
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial import _core
+from seatrial.recording.averaging import at_middle
 from seatrial.recording.beside import Beside
 from seatrial.recording.pose_faults import MAD_TO_SD
 from seatrial.recording.recording import Recording, rising
@@ -62,7 +63,8 @@ def _averaged(t: Array, r: Array) -> tuple[Array, Array]:
     whole = len(t) // count * count
     groups = t[:whole].reshape(-1, count)
     close = np.ptp(groups, axis=1) < 2.0 / MOST_RATE  # no gap within
-    return groups.mean(axis=1)[close], r[:whole].reshape(-1, count).mean(axis=1)[close]
+    middle, means = groups.mean(axis=1)[close], r[:whole].reshape(-1, count).mean(axis=1)[close]
+    return middle, at_middle(np.rint(1e9 * middle).astype(np.int64), means[:, None], count)[:, 0]
 
 
 def _gain_and_bias(recording: Recording, t: Array, r: Array) -> tuple[float | None, float]:

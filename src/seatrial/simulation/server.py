@@ -18,6 +18,7 @@ from seatrial.util.errors import LiveError, SimulatorError
 
 LONGEST_WAIT = 0.005  # [s] between readings of the clock
 LARGEST_DELAY = 1.0  # [s] behind the clock that are simulated at once; a larger delay is dropped
+LONGEST_LEAP = 3600.0  # [s] that one line may advance the time: some 10 s of work
 SHOWN_ERRORS = 10  # error messages; all errors are counted
 
 
@@ -55,13 +56,14 @@ class Stream:
         """Whether the duration has passed."""
         return self.settings.duration is not None and self.world.time >= self.settings.duration
 
-    def take(self, text: str) -> Iterator[str]:
-        """Output lines of an input line."""
+    def take(self, text: str, follow: Callable[[str], None] = lambda _: None) -> Iterator[str]:
+        """Output lines of an input line. `follow`: called if it is valid."""
         self.lines += 1
         if not text.strip() or text.lstrip().startswith("#"):
             return
         try:
-            request = read_line(text, self.world.boats)
+            request = read_line(str(text), self.world.boats)
+            follow(text)
             if request.t is not None and self.settings.speed == 0.0:
                 yield from self.advance_to(self._ahead(request.t))
             if request.boat is not None and request.command is not None and not self.over:
@@ -75,6 +77,12 @@ class Stream:
         if not self.world.time <= t < math.inf:
             raise LiveError(
                 f"t {t:g}: before the simulated time {self.world.time:g} s; times must increase"
+            )
+        # with a duration the time ends there
+        if self.settings.duration is None and t > self.world.time + LONGEST_LEAP:
+            raise LiveError(
+                f"t {t:g}: more than {LONGEST_LEAP:g} s after the simulated time {self.world.time:g} s; advance "
+                "in smaller steps, or give --duration"
             )
         return t
 
@@ -125,7 +133,7 @@ def serve(
 def _by_lines(stream: Stream, source: Source) -> None:
     while not (source.ended or stream.over):
         for text in source.read(None):
-            for line in stream.take(text):
+            for line in stream.take(text, source.follow):
                 source.write(line)
     if stream.settings.duration is not None:
         for line in stream.advance_to(stream.settings.duration):
@@ -147,5 +155,5 @@ def _by_clock(stream: Stream, source: Source, complain: Callable[[str], None]) -
             time.sleep(LONGEST_WAIT)
             continue
         for text in source.read(LONGEST_WAIT):
-            for line in stream.take(text):
+            for line in stream.take(text, source.follow):
                 source.write(line)

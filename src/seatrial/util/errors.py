@@ -2,6 +2,12 @@
 """Errors of input: one line with what was found, what was expected, what to do."""
 
 LONGEST_MESSAGE = 2000  # [characters]
+LAYOUT = "\n\t"  # the control characters that seatrial itself prints
+
+
+def printable(text: str, keep: str = LAYOUT) -> str:
+    """The text without escape sequences and control characters; also without bytes that are no UTF-8."""
+    return "".join(c if c.isprintable() or c in keep else "?" for c in text)
 
 
 class SeatrialError(Exception):

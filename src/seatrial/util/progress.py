@@ -16,6 +16,8 @@ from itertools import islice
 from math import exp
 from typing import NamedTuple, TextIO, TypeVar
 
+from seatrial.util.errors import printable
+
 T = TypeVar("T")
 R = TypeVar("R")
 
@@ -186,7 +188,7 @@ def show_progress(report: Report | None = None, *, quiet: bool = False) -> Itera
     if report is not None:
         with _listening(_Work(report)):
             yield
-    elif sys.stderr.isatty() and not quiet:
+    elif sys.stderr is not None and sys.stderr.isatty() and not quiet:
         with Line(sys.stderr) as line, _listening(_Work(line.update, line)):
             yield
     else:
@@ -262,7 +264,8 @@ class Line:
         """Write the line over the one before."""
         if self.status is None or time.monotonic() - self.begun < LINE_AFTER:
             return
-        text = line_text(self.status, time_left(self.begun, self.status.share))[: self._columns()]
+        text = line_text(self.status, time_left(self.begun, self.status.share))
+        text = printable(text, "")[: self._columns()]
         with self.lock:
             self.stream.write("\r" + text.ljust(self.width))
             self.stream.flush()

@@ -54,7 +54,7 @@ struct PoseSeries {
   int n_beside = 0;
   const double* beside_time = nullptr;   // (n_beside) [s], rising, from the first pose on
   const double* beside_value = nullptr;  // (n_beside) heading [rad] or yaw rate [rad/s]
-  const Parts* beside_parts = nullptr;   // (n_beside) kHeadingPart or kRatePart
+  const Parts* beside_parts = nullptr;   // (n_beside) kHeadingPart, kRatePart, or kNoPart
   double rate_deviation = 0.0;           // [rad/s] standard deviation of the yaw rates' white noise
 };
 

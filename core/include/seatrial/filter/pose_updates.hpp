@@ -19,8 +19,8 @@ struct PoseUpdate {
   int beside = -1;           // of a measurement beside the poses: which one
 };
 
-/// All updates, rising in time. Poses that are not measured have one: the filter stops at their
-/// time.
+/// All updates, rising in time. What is not used has one, too: the filter stops at its time, so
+/// that the number of updates does not depend on what is used.
 class PoseUpdates {
  public:
   PoseUpdates(const PoseSeries& poses, const Effects& effects) : poses_(poses) {
@@ -73,10 +73,9 @@ class PoseUpdates {
         continue;
       }
       const bool two = parts == kWholePose;
+      const auto position = static_cast<Parts>(parts & kPositionPart);
       const auto heading = static_cast<Parts>(parts & kHeadingPart);
-      if (has(parts, 0)) {
-        all.push_back({t - late[0], {k, kPositionPart, !two || late[0] > late[1], false}});
-      }
+      all.push_back({t - late[0], {k, position, !two || late[0] > late[1], false}});
       all.push_back({t - late[1], {k, heading, !two || late[0] < late[1]}});
     }
     int latest = 0;
@@ -98,7 +97,7 @@ class PoseUpdates {
 
   /// Of two updates of one time the position's is the first, and one beside the poses the last.
   static int later(const PoseUpdate& update) {
-    return update.beside >= 0 ? 2 : has(update.parts, 0) ? 0 : 1;
+    return update.beside >= 0 ? 2 : update.keeps ? 1 : 0;
   }
 
   const PoseSeries& poses_;

@@ -16,6 +16,7 @@ class BasicPredictor {
   static constexpr int kStaleRun = 10;      // old stamps near each other: the clock was set back
   static constexpr double kFarthest = 1e8;  // [m] largest coordinate of a pose
   static constexpr double kStrongest = 1e3;  // largest command or scale
+  static constexpr double kLatest = 4e9;     // [s] largest stamp: 127 years, to half a microsecond
 
   explicit BasicPredictor(const OnboardModel& model) : buffer_(model) {}
 
@@ -144,7 +145,8 @@ class BasicPredictor {
 
   /// The algorithm: an input takes its place by its stamp, and all after it is computed again.
   Taken take(const Input& in) {
-    if (!std::isfinite(in.time)) return refuse(Taken::kNotNumber);
+    // beyond, steps of the grid round to nothing: nanoseconds that were given as seconds
+    if (!(std::abs(in.time) <= kLatest)) return refuse(Taken::kNotNumber);
     if (!buffer_.begun()) {
       // the first input starts the buffer
       buffer_.begin(present(in));

@@ -128,7 +128,7 @@ end
 function s = give(p, s, command)
   command = command(:);
   if numel(command) ~= ${INPUTS} || ~all(isfinite(command))
-    error('${name}: a command is ${INPUTS} finite numbers: ${inputs}');
+    error('${name}: a command is ${INPUTS} finite numbers: ${inputs_text}');
   end
   s.given_at(end + 1) = s.time;
   s.given(:, end + 1) = command;

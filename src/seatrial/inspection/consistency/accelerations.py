@@ -20,6 +20,8 @@ Complex = NDArray[np.complex128]
 WINDOW = (
     1.2  # [s] of one quadratic: long against pose noise, short against the boat's time constants
 )
+MOST_TURN = 2.0  # [rad] within a window, of a craft that spins: else forces average out in it
+TURN_SPAN = 0.1  # [s] over which its yaw rate is seen
 STRIDE = 0.2  # [s] between the windows' centres
 MOST_STRETCH = 1.3  # times the nominal length; a longer window (dropped poses) is not used
 COMMAND_GRID = 0.02  # [s] at which commands are averaged
@@ -46,16 +48,18 @@ def smooth_poses(
     valid: Mask,
     segment: NDArray[np.int64],
     *,
-    window: float = WINDOW,
+    window: float | None = None,
     stride: float = STRIDE,
 ) -> Smooth:
     """Local quadratics through the usable poses eta (n, 3) at t (n,) [s].
 
-    `window` [s] long, every `stride` [s]. No window reaches over a gap or a jump.
+    `window` [s] long, every `stride` [s]; by default `WINDOW`, less for a craft that spins. No window
+    reaches over a gap or a jump.
     """
     period = float(np.median(np.diff(t)))  # [s]
-    side = max(2, round(window / 2 / period))
     index = np.flatnonzero(valid)
+    window = _turning_window(t[index], eta[index, 2]) if window is None else window
+    side = max(2, round(window / 2 / period))
     count = 2 * side + 1
     windows = np.zeros((0, count), dtype=np.int64)
     if len(index) >= count:
@@ -76,6 +80,18 @@ def smooth_poses(
         velocity[:, 0] + 1j * velocity[:, 1],
         acceleration[:, 0] + 1j * acceleration[:, 1],
     )
+
+
+def _turning_window(t: Array, psi: Array) -> float:
+    """Length [s] in which a craft turns by `MOST_TURN` at most; `WINDOW` for a boat."""
+    if len(t) < 2:
+        return WINDOW
+    apart = max(1, round(TURN_SPAN / float(np.median(np.diff(t)))))
+    if len(t) <= apart:
+        return WINDOW
+    rate = np.abs(psi[apart:] - psi[:-apart]) / (t[apart:] - t[:-apart])
+    fast = float(np.percentile(rate, 90))
+    return min(WINDOW, MOST_TURN / fast) if fast > 0 else WINDOW
 
 
 def _quadratics(s: Array, values: Array) -> Array:

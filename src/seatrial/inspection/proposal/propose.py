@@ -4,6 +4,7 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from seatrial.boat.names import LONGEST_TITLE
 from seatrial.inspection.proposal.from_bags import of_bag
 from seatrial.inspection.proposal.from_logs import of_log
 from seatrial.inspection.proposal.from_tables import of_tables
@@ -40,7 +41,7 @@ def init(
     """
     path, choices = Path(path), choices or Choices()
     name = choices.name or recording_name(path)
-    name = "".join(c if c.isprintable() else "_" for c in name)
+    name = "".join(c if c.isprintable() else "_" for c in name)[:LONGEST_TITLE]
     # 1. Topics or columns of the poses and of the commands.
     if is_bag(path):
         sources = of_bag(path, name, choices, ask, salvage=salvage)

@@ -3,8 +3,9 @@
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,11 +24,15 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, Stamps
 
 Rows = NDArray[np.intp]
+MOST_NUMBERS = 1 << 27  # of a file that are read at once: 1 GB
+LONGEST_REASON = 120  # characters of a library's error
 LISTED_COLUMNS = 20  # in an error message
 
 
 class Table(ABC):
     """A table with named columns, which are read on request. Constructors raise RecordingError."""
+
+    EMPTY_STAMP: ClassVar[int] = -(1 << 63)  # of `typed_stamps`
 
     path: Path  # the file
     name: str  # of the table: the file's, or the variable's in a .mat
@@ -51,6 +56,10 @@ class Table(ABC):
         """A column (n,) as it is written; None where the file has numbers."""
         cells = self.cells(name)
         return cells if isinstance(cells, list) else None
+
+    def typed_stamps(self, name: str) -> Stamps | None:
+        """A column (n,) that the file types as times [ns], `EMPTY_STAMP` in empty cells."""
+        return None
 
     def place(self, row: int) -> str:
         """A row as an error names it."""
@@ -76,6 +85,9 @@ class Table(ABC):
             return from_two_columns(parts[:, 0], parts[:, 1], column, place)
         if column.unit == UNPADDED:
             return from_unpadded(self._written(column.column, index), column, place)
+        typed = self.typed_stamps(column.column)
+        if typed is not None:
+            return self._given(typed if index is None else typed[index], column.column, place)
         cells = self.cells(column.column)
         if isinstance(cells, list):
             chosen = cells if index is None else [cells[i] for i in index.tolist()]
@@ -84,6 +96,13 @@ class Table(ABC):
         if column.unit in (None, "s") and np.any(np.diff(stamps) < 0):
             self._refuse_unpadded(column.column, index)
         return stamps
+
+    def _given(self, typed: Stamps, name: str, place: Callable[[int], str]) -> Stamps:
+        """Raise RecordingError where a cell is empty."""
+        if np.any(typed == self.EMPTY_STAMP):
+            row = int(np.flatnonzero(typed == self.EMPTY_STAMP)[0])
+            raise RecordingError(f"{place(row)}: column '{name}' has no stamp")
+        return typed
 
     def find(self, name: str) -> int:
         """Index of a column. Raises RecordingError."""
@@ -114,3 +133,9 @@ class Table(ABC):
                 f"{self.path}: stamps in column '{name}' jump back {jumps} times as seconds, and rise evenly "
                 f"as nanoseconds without leading zeros (12.45 for 12.000000045); write unit: {UNPADDED}"
             )
+
+
+def first_line(error: Exception) -> str:
+    """What a library's error says, in one short printable line."""
+    line = next(iter(str(error).splitlines()), "") or type(error).__name__
+    return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_REASON]

@@ -34,6 +34,7 @@ class CsvTable(Table):
         self.path, self.name = path, path.name
         self.units, self.remarks = {}, []
         self._read_columns: dict[str, Array] = {}
+        self._count = 0  # rows, once they are read
         head, rows = self._beginning()
         self.delimiter = _separator(head, rows[0] if rows else "")
         self.names = self._unique(_header_cells(head, rows[0] if rows else "", self.delimiter))
@@ -80,7 +81,9 @@ class CsvTable(Table):
     def texts(self, name: str) -> list[str]:
         """A column (n,) as it is written."""
         i = self.find(name)
-        return [self._checked(row, i, line)[i].strip() for row, line in self._rows()]
+        found = [self._checked(row, i, line)[i].strip() for row, line in self._rows()]
+        self._check_rows(len(found))
+        return found
 
     def place(self, row: int) -> str:
         """The line of a row; of a file with empty lines, as if it had none."""
@@ -167,14 +170,26 @@ class CsvTable(Table):
                     values = np.loadtxt(
                         self.path, delimiter=None if self.delimiter == SPACES else self.delimiter,
                         skiprows=self._skipped, usecols=[self.find(name) for name in names], ndmin=2,
-                        encoding="utf-8-sig", comments=None,
+                        encoding="utf-8-sig", comments=None, quotechar='"',
                     )  # fmt: skip
             except (ValueError, UnicodeDecodeError):
                 continue
-            self._read_columns |= dict(zip(names, values.T, strict=True))
+            self._keep(names, values)
             return
-        values = self._read_rows([self.find(name) for name in wanted])
-        self._read_columns |= dict(zip(wanted, values.T, strict=True))
+        self._keep(wanted, self._read_rows([self.find(name) for name in wanted]))
+
+    def _keep(self, names: Sequence[str], values: Array) -> None:
+        self._check_rows(len(values))
+        self._read_columns |= dict(zip(names, values.T, strict=True))
+
+    def _check_rows(self, count: int) -> None:
+        """Refuse a table that has another number of rows each time it is read."""
+        self._count = self._count or count
+        if count != self._count:
+            raise RecordingError(
+                f'{self.path}: has {self._count} or {count} rows, as a quote (") is open or cells have line '
+                "breaks; write one line for each row"
+            )
 
     def _read_rows(self, index: Sequence[int]) -> Array:
         """Row by row: accepts empty cells and decimal commas, and names the line of an error."""

@@ -104,7 +104,8 @@ def is_unpadded(texts: Sequence[str]) -> bool:
         plain = np.array([float(text) for text in texts])
     except ValueError:
         return False
-    backward = int((np.diff(plain) < 0).sum())
+    with np.errstate(over="ignore", invalid="ignore"):
+        backward = int((np.diff(plain) < 0).sum())
     if backward < LEAST_BACKWARD:
         return False
     padded = [unpadded(text) for text in texts]

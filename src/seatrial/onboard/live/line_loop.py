@@ -5,7 +5,6 @@ By the data's clock a line is due when an input is later than it, and uses the i
 input gives the same output, from a file as on the boat. By the system's clock it is due at its time.
 """
 
-import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.onboard.live.endpoints import Source
+from seatrial.onboard.live.endpoints import Arrived, Source
 from seatrial.onboard.live.protocol import NANO, Event, Reader
 from seatrial.util.errors import LiveError, SeatrialError
 
@@ -60,20 +59,26 @@ class Stream(ABC):
     def use(self, event: Event, now: int) -> Iterator[str]:
         """Output lines of an event; `now` [ns] by the system's clock. Raises SeatrialError."""
 
-    def take(self, text: str, now: int) -> Iterator[str]:
-        """Output lines of an input line; `now` [ns] by the system's clock."""
+    def take(
+        self, text: str, now: int, follow: Callable[[str], None] = lambda _: None
+    ) -> Iterator[str]:
+        """Output lines of an input line; `now` [ns] by the system's clock. `follow`: called if it is valid."""
         self.lines += 1
         if not text.strip() or text.lstrip().startswith("#"):
             return
         try:
-            yield from self.use(self._reader(text), now)
+            event = self._reader(str(text))
+            follow(text)
+            yield from self.use(event, now)
         except SeatrialError as error:
             self._mistake(str(error))
 
     def due(self, now: int) -> Iterator[str]:
         """Lines that are due by `now` [ns]."""
-        if self._due is None or not -RESTART_GAP < now - self._due < RESTART_GAP:
-            self._due = math.ceil(now / self.period) * self.period
+        # the system's clock only goes back where it was set back; stamps may be out of order
+        back = self.period if self.system else RESTART_GAP
+        if self._due is None or not -back <= now - self._due < RESTART_GAP:
+            self._due = -(-now // self.period) * self.period
         while self._due <= now:
             text = self.line(self._due)
             if text is not None:
@@ -90,7 +95,8 @@ class Stream(ABC):
         """Run until the source ends; `between` is called after every read."""
         while not source.ended:
             for text in source.read(self._wait(time.time_ns()) if self.system else None):
-                for line in self.take(text, time.time_ns()):
+                now = text.at if isinstance(text, Arrived) else time.time_ns()
+                for line in self._in_turn(text, now, source):
                     source.write(line)
             between()
             if self.system:
@@ -99,9 +105,16 @@ class Stream(ABC):
         if self.mistakes:
             self.complain(f"{self.mistakes} of {self.lines} lines could not be used")
 
+    def _in_turn(self, text: str, now: int, source: Source) -> Iterator[str]:
+        """Lines that were due before this one arrived, then its own."""
+        if self.system:
+            yield from self.due(now - 1)
+        yield from self.take(text, now, source.follow)
+
     def _wait(self, now: int) -> float:
-        """Seconds until the next line is due by the system's clock."""
-        return self.period / NANO if self._due is None else max(0.0, (self._due - now) / NANO)
+        """Seconds until the next line is due by the system's clock, a period at most."""
+        left = self.period if self._due is None else min(max(0, self._due - now), self.period)
+        return left / NANO
 
     def _mistake(self, words: str) -> None:
         self.mistakes += 1

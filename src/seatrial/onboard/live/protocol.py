@@ -79,7 +79,7 @@ class Reader:
             return Event(kind, _nano(line.at), np.zeros(0))
         if line.t is not None and line.stamp is not None:
             raise LiveError("give t [s] or stamp [ns], not both")
-        stamp = line.stamp if line.t is None else _nano(line.t)
+        stamp = _whole(line.stamp) if line.t is None else _nano(line.t)
         if kind == "pose":
             spread = None if line.covariance is None else np.array(line.covariance)
             return self._pose(stamp, np.array(line.pose), spread)
@@ -133,6 +133,12 @@ def _nano(t: float | None) -> int:
     if t is None or not abs(t) <= LATEST_STAMP:
         raise LiveError(f"t {t}: expected seconds, up to {LATEST_STAMP:.0e}")
     return round(t * NANO)
+
+
+def _whole(stamp: int | None) -> int | None:
+    if stamp is not None and abs(stamp) > LATEST_STAMP * NANO:
+        raise LiveError(f"stamp {str(stamp)[:24]}: expected [ns], up to {LATEST_STAMP * NANO:.0e}")
+    return stamp
 
 
 def _ordered_values(kind: str, got: Values, names: Sequence[str]) -> Array:

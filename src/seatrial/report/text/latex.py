@@ -12,8 +12,8 @@ _LETTERS = {
 
 
 def latex_text(text: str) -> str:
-    """Text escaped for LaTeX."""
-    return "".join(_LETTERS.get(letter, letter) for letter in text)
+    """Text escaped for LaTeX, on one line."""
+    return "".join(_LETTERS.get(c, c) if c.isprintable() else " " for c in text)
 
 
 def latex_number(value: float, digits: int) -> str:

@@ -90,7 +90,7 @@ class Table:
         right = [self.numbers and not words for words in self.wordy[1:]]
         columns = "l" + "".join("r" if r else "l" for r in right)
         lines = [
-            f"% {self.caption}; needs \\usepackage{{booktabs}}",
+            f"% {latex_text(self.caption)}; needs \\usepackage{{booktabs}}",
             rf"\begin{{tabular}}{{{columns}}}",
         ]
         lines += [

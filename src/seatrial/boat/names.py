@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: MIT
+"""The grammar of names in vehicle and model files.
+
+A boat's name is one line of printable text. All other names stand in equations, in keys of files and in other
+programs: they are words. Exports spell and escape both once more (`export/spelling.py`).
+"""
+
+import re
+from collections.abc import Iterable
+
+from seatrial.util.errors import VehicleError
+
+LONGEST_TITLE = 100  # [characters] of a boat's name
+LONGEST_NAME = 64  # [characters] of other names; the longest that ROS, MATLAB and C read are near
+SHOWN = 40  # [characters] of a refused name in the message
+_WORD = re.compile(r"\w(?:[\w./: -]*\w)?")  # bow-thruster, axes.1, port motor, Backbord_Motor
+
+
+def check_title(title: str, source: str) -> None:
+    """Raise VehicleError where a boat's name is not one line of text."""
+    if not title.isprintable() or not title.strip() or len(title) > LONGEST_TITLE:
+        raise VehicleError(
+            f"{source}: name '{_shown(title)}': a boat's name is one line of 1 to {LONGEST_TITLE} printable "
+            "characters"
+        )
+
+
+def check_names(kind: str, names: Iterable[str], source: str) -> None:
+    """Raise VehicleError for a name that is no word. `kind`: input, thruster, force, group, scale."""
+    for name in names:
+        if not _WORD.fullmatch(name) or len(name) > LONGEST_NAME:
+            raise VehicleError(
+                f"{source}: {kind} '{_shown(name)}': a name has 1 to {LONGEST_NAME} letters, digits, and between "
+                "them _ - . / : or spaces"
+            )
+
+
+def _shown(name: str) -> str:
+    return name if len(name) <= SHOWN else f"{name[:SHOWN]}..."

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: MIT
+"""MATLAB files as tables: vectors of one length, structs with a time, Simulink's signals."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from seatrial.io.tables.base import Table
+from seatrial.io.tables.mat_files import Tree, read_variables
+from seatrial.io.tables.stamps import is_date_time
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
+
+TIMES = ("t", "time", "times", "tout", "timestamp", "stamp", "utc", "secs", "datenum")
+CARRIERS = (
+    "signals",
+    "values",
+    "data",
+)  # names of fields that hold a signal, and say nothing of it
+SERIES = {"time", "t", *CARRIERS, "name", "label", "units", "dimensions", "blockname", "title"}
+MOST_PARTS = 32  # columns of a matrix
+LEAST_ROWS = 3
+DATENUM_OF_1970 = 719_529.0  # [days] MATLAB's serial date
+DATENUMS = (693_962.0, 766_645.0)  # [days] the years 1900 to 2099
+DAY = 86_400.0  # [s]
+SAME_TIME = 1e-9  # largest relative difference of two time vectors that are one
+
+Column = Array | list[str]
+
+
+class MatTable(Table):
+    """Vectors of one length out of a MATLAB file."""
+
+    def __init__(self, path: Path, name: str, columns: dict[str, Column]) -> None:
+        self.path, self.name = path, name
+        self.units, self.remarks = {}, []
+        self._columns = {key: self._dated(key, column) for key, column in columns.items()}
+        self.names = list(self._columns)
+
+    def columns(self, wanted: Sequence[str]) -> Array:
+        """The wanted columns (n, len(wanted))."""
+        return np.column_stack([self._numbers(name, strict=True) for name in self._found(wanted)])
+
+    def numbers(self) -> Array:
+        """All columns (n, len(names)); NaN where a cell is not a number."""
+        return np.column_stack([self._numbers(name, strict=False) for name in self.names])
+
+    def cells(self, name: str) -> Array | list[str]:
+        """A column (n,) as numbers, or as text where it holds dates and times."""
+        self.find(name)
+        column = self._columns[name]
+        if isinstance(column, list) and is_date_time(next((c for c in column if c), "")):
+            return column
+        return self._numbers(name, strict=True)
+
+    def texts(self, name: str) -> list[str] | None:
+        """A column (n,) of text; None of numbers."""
+        self.find(name)
+        column = self._columns[name]
+        return column if isinstance(column, list) else None
+
+    def _found(self, wanted: Sequence[str]) -> Sequence[str]:
+        for name in wanted:
+            self.find(name)
+        return wanted
+
+    def _numbers(self, name: str, *, strict: bool) -> Array:
+        column = self._columns[name]
+        if not isinstance(column, list):
+            return column
+        found = np.full(len(column), np.nan)
+        for i, text in enumerate(column):
+            try:
+                found[i] = float(text) if text else np.nan
+            except ValueError:
+                if strict:
+                    raise RecordingError(
+                        f"{self.place(i)}: column '{name}' has '{text[:40]}', expected a number"
+                    ) from None
+        return found
+
+    def _dated(self, name: str, column: Column) -> Column:
+        """MATLAB's serial dates as seconds since 1970."""
+        if isinstance(column, list) or name.rpartition(".")[2].lower() not in TIMES:
+            return column
+        given = column[np.isfinite(column)]
+        if len(given) == 0 or not (DATENUMS[0] < given.min() and given.max() < DATENUMS[1]):
+            return column
+        if np.ptp(given) > 366.0 or np.median(np.abs(np.diff(given))) > 1 / 24:
+            return column
+        self.remarks.append(f"'{name}' has MATLAB's serial dates, read as seconds since 1970")
+        return (column - DATENUM_OF_1970) * DAY
+
+
+def mat_tables(path: Path) -> list[Table]:
+    """The tables of a MATLAB file. Raises RecordingError."""
+    remarks: list[str] = []
+    found = _Found({}, set())
+    _gather(read_variables(path, remarks), (), found)
+    found.join_series()
+    tables = [MatTable(path, name, columns) for name, columns in found.tables.items()]
+    if not tables:
+        more = f": {remarks[0]}" if remarks else ""
+        raise RecordingError(f"{path}: has no vectors of numbers of one length{more}")
+    tables[0].remarks += remarks
+    return list(tables)
+
+
+@dataclass
+class _Found:
+    """Tables by name, and which of them are single signals with their time."""
+
+    tables: dict[str, dict[str, Column]]
+    series: set[str]
+
+    def add(self, name: str, columns: dict[str, Column], *, series: bool) -> None:
+        """Enter a table under a name of its own."""
+        unique, number = name, 1
+        while unique in self.tables:
+            number += 1
+            unique = f"{name}_{number}"
+        self.tables[unique] = columns
+        if series:
+            self.series.add(unique)
+
+    def join_series(self) -> None:
+        """Signals with the same time become one table."""
+        names = [name for name in self.tables if name in self.series]
+        for i, name in enumerate(names):
+            for other in names[i + 1 :]:
+                if name in self.tables and other in self.tables and self._same_time(name, other):
+                    inner = {c: v for c, v in self.tables.pop(other).items() if not _is_time(c)}
+                    kept = self.tables[name]
+                    kept |= {c if c not in kept else f"{other}.{c}": v for c, v in inner.items()}
+
+    def _same_time(self, name: str, other: str) -> bool:
+        one, two = (
+            next(v for c, v in self.tables[n].items() if _is_time(c)) for n in (name, other)
+        )
+        if isinstance(one, list) or isinstance(two, list):
+            return one is two
+        return len(one) == len(two) and bool(np.allclose(one, two, rtol=SAME_TIME, atol=0.0))
+
+
+def _gather(tree: Tree, above: tuple[str, ...], found: _Found) -> None:
+    """The vectors of a struct by length; structs within it that have a time are tables of their own."""
+    own = _own(tree, (), above, found)
+    groups: dict[int, dict[str, Column]] = {}
+    for name, column in own.items():
+        groups.setdefault(len(column), {})[name] = column
+    groups = {n: g for n, g in groups.items() if n >= LEAST_ROWS}
+    whole = {n: g for n, g in groups.items() if len(g) > 1} or groups
+    for columns in whole.values():
+        first = next((c for c in columns if _is_time(c)), next(iter(columns)))
+        name = ".".join(above) if len(whole) == 1 and above else ".".join((*above, first))
+        parts = {key.lower() for key in tree}
+        found.add(name, columns, series=bool(above) and parts <= SERIES and _is_time(first))
+
+
+def _own(
+    tree: Tree, inside: tuple[str, ...], above: tuple[str, ...], found: _Found
+) -> dict[str, Column]:
+    """Vectors of a struct by dotted name, with those of inner structs without a time."""
+    columns: dict[str, Column] = {}
+    for key, value in tree.items():
+        if not isinstance(value, dict):
+            parts = tuple(p for p in (*inside, key) if p.lower() not in CARRIERS)
+            columns |= _vectors(".".join(parts or above[-1:] or (key,)), value)
+        elif _has_time(value):
+            _gather(value, (*above, *inside, key), found)
+        else:
+            columns |= _own(value, (*inside, key), above, found)
+    return columns
+
+
+def _has_time(tree: Tree) -> bool:
+    """Whether a struct has a time and, somewhere, a vector as long."""
+    for key, value in tree.items():
+        if _is_time(key) and not isinstance(value, dict) and len(value) >= LEAST_ROWS:
+            rows = len(value)
+            return any(rows in shape for name, shape in _shapes(tree) if name != key)
+    return False
+
+
+def _shapes(tree: Tree) -> Iterator[tuple[str, tuple[int, ...]]]:
+    """Names and shapes of all vectors below a struct."""
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from _shapes(value)
+        else:
+            yield key, np.shape(value) if not isinstance(value, list) else (len(value),)
+
+
+def _vectors(name: str, value: Array | list[str]) -> dict[str, Column]:
+    """Columns of a vector or of a matrix, whose longer side is the rows."""
+    if isinstance(value, list) or value.ndim == 1:
+        return {name: value}
+    rows = value if value.shape[0] >= value.shape[1] else value.T
+    if rows.shape[1] > MOST_PARTS:
+        return {}
+    return {f"{name}_{i + 1}": column for i, column in enumerate(rows.T)}
+
+
+def _is_time(name: str) -> bool:
+    return name.rpartition(".")[2].lower() in TIMES

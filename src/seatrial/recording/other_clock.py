@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: MIT
+"""Poses and commands whose stamps are of two clocks: another unit, or another time zone."""
+
+import numpy as np
+
+from seatrial.util.frames import Array
+
+FACTORS = (1e3, 1e6, 1e9)  # between s, ms, us and ns
+FACTOR_SLACK = 0.2  # of a factor, by which the lengths may differ from it
+ZONE = 1800.0  # [s] time zones differ by multiples of it
+ZONE_SLACK = 120.0  # [s] between the beginnings of two parts of one recording
+MOST_ZONES = 52  # of 26 h
+
+
+def other_unit(poses: Array, commands: Array) -> str:
+    """What to say where one of the stamps [s] is in another unit; empty: neither is."""
+    lengths = float(np.ptp(poses)), float(np.ptp(commands))
+    if min(lengths) <= 0:
+        return ""
+    ratio = max(lengths) / min(lengths)
+    for factor in FACTORS:
+        if abs(ratio / factor - 1) < FACTOR_SLACK:
+            return (
+                f"by their stamps poses last {lengths[0]:.4g} s and commands {lengths[1]:.4g} s, a factor of "
+                f"{factor:.0f}: one of them is in another unit; name it in the vehicle file (stamp: unit)"
+            )
+    return ""
+
+
+def other_zone(poses: Array, commands: Array) -> str:
+    """What to say where the stamps [s] are whole or half hours apart; empty: they are not."""
+    apart = min(
+        (float(commands[end] - poses[end]) for end in (0, -1)),
+        key=lambda s: abs(s - round(s / ZONE) * ZONE),
+    )
+    zones = round(apart / ZONE)
+    if not 1 <= abs(zones) <= MOST_ZONES or abs(apart - zones * ZONE) > ZONE_SLACK:
+        return ""
+    side = "after" if zones > 0 else "before"
+    return (
+        f"commands are {abs(zones) * ZONE / 3600:g} h {side} the poses: one of them is in another time zone; "
+        "write both by the same clock"
+    )

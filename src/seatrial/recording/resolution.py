@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: MIT
+"""The steps in which coordinates move: numbers that were rounded on their way into the log."""
+
+import numpy as np
+
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
+
+FEW_ROWS = 50
+LEAST_STEPS_PERCENTILE = 10.0  # [%] of the steps between the values that occur: the resolution
+COARSE_SHARE = 0.3  # of the larger range, step of a coordinate from which nothing can be identified
+HELD_SHARE = 0.5  # of the rows that repeat a coordinate while the other moves: its step shows
+RANGE = (5.0, 95.0)  # [%] percentiles of a coordinate
+
+
+def resolution(values: Array) -> float:
+    """The step (>= 0) in which a coordinate (n,) moves: between values that occur, next to each other."""
+    levels = np.unique(values[np.isfinite(values)])
+    if len(levels) < 2:
+        return 0.0
+    return float(np.percentile(np.diff(levels), LEAST_STEPS_PERCENTILE))
+
+
+def coarse_position(name: str, position: Array) -> str:
+    """What to say of positions (n, 2) [m], as logged, that are rounded coarsely; else nothing.
+
+    Raises RecordingError where a step is so large that nothing can be identified from that coordinate.
+    """
+    given = position[np.isfinite(position).all(axis=1)]
+    if len(given) < FEW_ROWS:
+        return ""
+    given = given[np.concatenate([[True], np.any(np.diff(given, axis=0) != 0, axis=1)])]
+    if len(given) < 2:
+        return ""
+    steps = [resolution(given[:, i]) for i in range(2)]
+    ranges = np.ptp(np.percentile(given, RANGE, axis=0), axis=0)
+    held = [float(np.mean(np.diff(given[:, i]) == 0)) for i in range(2)]
+    text = f"x moves in steps of {steps[0]:.2g} m, y in steps of {steps[1]:.2g} m"
+    cause = (
+        "coordinates of a large map lose their digits as 32-bit floats or with few digits printed"
+    )
+    largest = float(ranges.max())
+    moves = [h < 1.0 for h in held]
+    if any(s > COARSE_SHARE * largest and m for s, m in zip(steps, moves, strict=True)) and largest:
+        raise RecordingError(
+            f"{name}: {text}, and the boat moves within {largest:.2g} m: {cause}; log them as 64-bit floats, "
+            "or less a fixed origin"
+        )
+    if any(h > HELD_SHARE and m and s > 0 for h, s, m in zip(held, steps, moves, strict=True)):
+        return (
+            f"{text}, more than the boat moves between two poses: {cause}; standard errors count the "
+            "rounding as noise"
+        )
+    return ""
