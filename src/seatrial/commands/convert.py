@@ -4,7 +4,8 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_salvage, guard, say
+from seatrial.commands.shared import add_salvage, guard
+from seatrial.util.printing import say
 
 
 def add(command: argparse.ArgumentParser) -> None:
