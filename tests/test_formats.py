@@ -2,6 +2,7 @@
 """Logs of autopilots: pymavlink and pyulog read the same numbers; damage is counted, noise refused."""
 
 import struct
+import time
 
 import autopilot_logs
 import numpy as np
@@ -367,3 +368,26 @@ def test_messages_of_a_tlog_that_overtook_each_other_are_put_in_order(tmp_path):
     found = samples(open_log(path), "ATTITUDE", "time_boot_ms", "yaw")
     np.testing.assert_array_equal(found.values, whole.values)
     assert (np.diff(found.stamps) > 0).all()
+
+
+def test_definitions_without_end_are_not_followed(tmp_path):
+    """A log of 100 000 definitions, each another one of the same message, in time."""
+    path = ardupilot(tmp_path / "run.BIN", RUN)
+    more = b"".join(
+        b"\xa3\x95\x80" + struct.pack("<BB4s16s64s", 7, 15, b"ATT", b"Qf", b"TimeUS,Y%d" % i)
+        for i in range(100_000)
+    )
+    path.write_bytes(path.read_bytes() + more)
+    begin = time.process_time()
+    assert open_log(path).topics["GPS"].messages == 100
+    assert time.process_time() - begin < 10.0
+
+
+@pytest.mark.parametrize("name", ["run.BIN", "run.log", "run.tlog"])
+def test_a_log_that_is_mostly_noise_is_refused(tmp_path, name):
+    """A ULog is not: it says where its messages begin again."""
+    path = WRITERS[name](tmp_path / name, RUN)
+    noise = b"\n" * 300_000 if name == "run.log" else b"\xa3\x95" * 2_000_000
+    path.write_bytes(path.read_bytes() + noise)
+    with pytest.raises(RecordingError, match="badly damaged one: of its first"):
+        open_log(path)
