@@ -18,6 +18,7 @@ from autopilot_logs import (
 )
 
 from seatrial.io.formats import is_log, open_log
+from seatrial.io.formats.layout import READ
 from seatrial.io.log import Wanted
 from seatrial.util.errors import FileError, RecordingError
 
@@ -247,6 +248,24 @@ def test_a_damaged_place_costs_what_it_covers(tmp_path, name):
     assert (0.9 if name.endswith("ulg") else 0.97) < kept < 1.0
     topic = max(log.topics.values(), key=lambda t: t.messages)
     assert len(samples(log, topic.name, topic.fields[0]).stamps) >= 0.9 * topic.messages
+
+
+@pytest.mark.parametrize("name", ["run.BIN", "run.ulg", "run.tlog"])
+def test_a_long_hole_is_one_place(tmp_path, name):
+    """Longer than the blocks that are read at once."""
+    path = WRITERS[name](tmp_path / name, trial(seconds=120.0))
+    whole, data = open_log(path), path.read_bytes()
+    hole = b"\x01\x02\x00" * (READ // 2)
+    middle = len(data) // 2
+    path.write_bytes(data[:middle] + hole + data[middle:])
+    if name == "run.ulg":
+        log = open_log(path)
+        assert "in 1 places" in log.remarks[0]
+        kept = sum(t.messages for t in log.topics.values())
+        assert kept > 0.95 * sum(t.messages for t in whole.topics.values())
+    else:
+        with pytest.raises(RecordingError, match="badly damaged"):
+            open_log(path)
 
 
 def test_padding_between_blocks_is_no_loss(tmp_path):
