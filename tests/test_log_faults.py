@@ -4,7 +4,6 @@
 import msgspec
 import numpy as np
 import pytest
-from log_faults import FAULTS
 
 import seatrial
 from seatrial.boat.schema import Column
@@ -14,6 +13,7 @@ from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import RecordingError
+from tests.boats.log_faults import FAULTS, vehicle_for, written
 
 NAMES = ("S1", "S2", "S3")
 HONEST = 3.0  # standard errors
@@ -30,44 +30,6 @@ def trials(mp):
         commands = np.column_stack([1e-9 * trial.command_stamps, trial.command])
         found[name] = (poses[poses[:, 0] >= 0], commands)
     return found
-
-
-def pose_of(fault: str) -> dict[str, object]:
-    """What the vehicle file says of poses in which this fault is known."""
-    psi: dict[str, object] = {"column": "psi"}
-    if fault in ("compass", "latitude_longitude"):
-        psi |= {"unit": "deg", "sign": -1, "offset": 90}
-    pose: dict[str, object] = {"file": "poses.csv", "stamp": {"column": "t"}, "psi": psi}
-    if fault == "unpadded_nanoseconds":
-        pose["stamp"] = {"column": "t", "unit": "s.ns"}
-    if fault == "latitude_longitude":
-        return pose | {"latitude": "lat", "longitude": "lon"}
-    valid = {"valid": "ok"} if fault == "valid_alternating" else {}
-    return pose | {"x": "x", "y": "y"} | valid
-
-
-def vehicle_for(mp, fault: str, **other: object) -> Vehicle:
-    content = mp.to_mapping()
-    content["pose"] = pose_of(fault) | other
-    if fault == "pwm_zero_disarmed":
-        inputs = {n: {"column": n, "offset": 1500, "scale": 400, "off": 0} for n in mp.inputs}
-        content["commands"]["inputs"] = inputs
-    if fault == "unpadded_nanoseconds":
-        content["commands"]["stamp"] = {"column": "t", "unit": "s.ns"}
-    return seatrial.boat.vehicle.vehicle_from(content, "vehicle.yaml")
-
-
-def written(trials, fault: str, folder):
-    """The trials with this fault, as folders of tables."""
-    paths = []
-    for name, (poses, commands) in trials.items():
-        path = folder / name
-        path.mkdir()
-        texts = FAULTS[fault](poses, commands, np.random.default_rng(3))
-        for file, text in zip(("poses.csv", "commands.csv"), texts, strict=True):
-            (path / file).write_text(text)
-        paths.append(path)
-    return paths
 
 
 RIGHT = sorted(set(FAULTS) - {"utm_single_precision", "utm_eight_digits"})

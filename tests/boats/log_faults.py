@@ -5,11 +5,16 @@ Each function takes poses (n, 4) t, x, y, psi and commands (m, 4) t and three in
 poses.csv and of commands.csv.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 
+from seatrial.boat.vehicle import Vehicle, vehicle_from
+
 FAULTS: dict[str, Callable[..., tuple[str, str]]] = {}
+HOME = (63.4016, 10.3149)  # latitude, longitude [deg]
+EARTH, SQUARED = 6378137.0, 0.00669437999  # [m] WGS 84: equatorial radius, eccentricity squared
 INPUTS = ("F_u", "F_v", "F_r")
 
 
@@ -121,9 +126,52 @@ def latitude_longitude(poses, commands, rng):
     """Degrees of latitude and longitude, new on every second row, and a compass."""
     held = poses.copy()
     held[1::2, 1:3] = poses[0 : 2 * (len(poses) // 2) : 2, 1:3]
-    north, east = held[:, 2], held[:, 1]
-    latitude = 63.4016 + north / 111_461.5  # [m] of a degree at this latitude, WGS 84
-    longitude = 10.3149 + east / (111_593.9 * np.cos(np.deg2rad(63.4016)))
+    sine, cosine = np.sin(np.deg2rad(HOME[0])), np.cos(np.deg2rad(HOME[0]))
+    normal = EARTH / np.sqrt(1 - SQUARED * sine**2)
+    meridian = EARTH * (1 - SQUARED) / (1 - SQUARED * sine**2) ** 1.5
+    latitude = HOME[0] + np.rad2deg(held[:, 2] / meridian)
+    longitude = HOME[1] + np.rad2deg(held[:, 1] / (normal * cosine))
     heading = np.mod(90 - np.rad2deg(poses[:, 3]), 360)
     rows = np.column_stack([poses[:, 0], latitude, longitude, heading])
     return table(("t", "lat", "lon", "psi"), rows, "%.12g"), plain(commands)
+
+
+def pose_of(fault: str) -> dict[str, object]:
+    """What the vehicle file says of poses in which this fault is known."""
+    psi: dict[str, object] = {"column": "psi"}
+    if fault in ("compass", "latitude_longitude"):
+        psi |= {"unit": "deg", "sign": -1, "offset": 90}
+    pose: dict[str, object] = {"file": "poses.csv", "stamp": {"column": "t"}, "psi": psi}
+    if fault == "unpadded_nanoseconds":
+        pose["stamp"] = {"column": "t", "unit": "s.ns"}
+    if fault == "latitude_longitude":
+        return pose | {"latitude": "lat", "longitude": "lon"}
+    valid = {"valid": "ok"} if fault == "valid_alternating" else {}
+    return pose | {"x": "x", "y": "y"} | valid
+
+
+def vehicle_for(boat: Vehicle, fault: str, **other: object) -> Vehicle:
+    """The boat's vehicle file for tables with this fault, which it knows."""
+    content = boat.to_mapping()
+    content["pose"] = pose_of(fault) | other
+    if fault == "pwm_zero_disarmed":
+        inputs = {n: {"column": n, "offset": 1500, "scale": 400, "off": 0} for n in boat.inputs}
+        content["commands"]["inputs"] = inputs
+    if fault == "unpadded_nanoseconds":
+        content["commands"]["stamp"] = {"column": "t", "unit": "s.ns"}
+    return vehicle_from(content, "vehicle.yaml")
+
+
+def written(
+    trials: Mapping[str, tuple[np.ndarray, np.ndarray]], fault: str, folder: Path
+) -> list[Path]:
+    """The trials with this fault, as folders of tables."""
+    paths = []
+    for name, (poses, commands) in trials.items():
+        path = folder / name
+        path.mkdir()
+        texts = FAULTS[fault](poses, commands, np.random.default_rng(3))
+        for file, text in zip(("poses.csv", "commands.csv"), texts, strict=True):
+            (path / file).write_text(text)
+        paths.append(path)
+    return paths
