@@ -9,6 +9,7 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
@@ -23,12 +24,12 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=msgspec.Struct)
 DIGITS = 10  # significant digits of numbers in YAML files
-MOST_BYTES = 64_000_000  # of a JSON file
+MOST_BYTES = 64_000_000  # of a YAML or JSON file
 MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file: bounds one that refers to itself
 
 
 class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
-    """YAML 1.2's booleans and floats (1e-3 is a number, `on` is a word); keys are unique."""
+    """YAML 1.2's booleans and numbers (1e-3 is a number, `on` is a word); keys are unique."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Refuse a duplicate key."""
@@ -51,12 +52,17 @@ _Loader.yaml_implicit_resolvers = {
     first: [
         (tag, pattern)
         for tag, pattern in rules
-        if not tag.endswith((":bool", ":float", ":timestamp"))
+        if not tag.endswith((":bool", ":int", ":float", ":timestamp"))
     ]
     for first, rules in _Loader.yaml_implicit_resolvers.items()
 }
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|false|False)$"), list("tTfF")
+)
+_INT = (  # 01500 is 1500: YAML 1.1's 832 is octal, which nobody means
+    "tag:yaml.org,2002:int",
+    re.compile(r"^[-+]?\d{1,300}$|^0o[0-7]{1,100}$|^0x[\da-fA-F]{1,100}$"),
+    list("-+0123456789"),
 )
 _FLOAT = (
     "tag:yaml.org,2002:float",
@@ -65,19 +71,43 @@ _FLOAT = (
     ),
     list("-+.0123456789"),
 )
+_Loader.add_implicit_resolver(*_INT)
 _Loader.add_implicit_resolver(*_FLOAT)
 
 
-def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
-    """A YAML mapping. Raises FileError with file and line."""
+def _whole_number(loader: _Loader, node: yaml.ScalarNode) -> int:
+    """A whole number of YAML 1.2."""
+    text = str(loader.construct_scalar(node))
+    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _whole_number)
+
+
+def yaml_text(path: "Path | Traversable") -> str:
+    """The text of a YAML file. Raises FileError where it is too large or deep."""
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open("rb") as file:
+            raw = b""
+            while len(raw) <= MOST_BYTES and (block := file.read(1 << 20)):
+                raw += block
+        if len(raw) > MOST_BYTES:
+            raise FileError(f"{path}: expected a YAML file below {MOST_BYTES / 1e6:.0f} MB")
+        text = raw.decode("utf-8")
     except FileNotFoundError:
         raise FileError(f"{path}: no such file") from None
     except UnicodeDecodeError:
         raise FileError(f"{path}: is not text; expected a YAML file: is it a recording?") from None
     except OSError as error:
         raise FileError(f"{path}: can't be read ({error.strerror})") from None
+    with suppress(yaml.YAMLError):  # which its reader raises
+        _check_depth(text, path)
+    return text
+
+
+def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
+    """A YAML mapping. Raises FileError with file and line."""
+    text = yaml_text(path)
     try:
         content = yaml.load(text, Loader=_Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
@@ -90,6 +120,17 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
         raise FileError(f"{path}: expected 'key: value' lines, got {type(content).__name__}")
     _check_size(content, path)
     return content
+
+
+def _check_depth(text: str, path: object) -> None:
+    """Raise FileError for deep nesting, by events: the C parser's own recursion ends in a crash."""
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > MOST_DEPTH:
+            where = f"line {event.start_mark.line + 1}" if event.start_mark else "it"
+            raise FileError(f"{path}: {where} is more than {MOST_DEPTH} lists or mappings deep")
 
 
 def _check_size(content: object, path: object) -> None:
@@ -273,6 +314,7 @@ def _text(dumper: yaml.SafeDumper, data: str) -> yaml.Node:
     return dumper.represent_scalar("tag:yaml.org,2002:str", data, style=style)
 
 
+_Dumper.add_implicit_resolver(*_INT)
 _Dumper.add_implicit_resolver(*_FLOAT)  # a word that reads as a number is quoted
 _Dumper.add_representer(list, _flow_list)
 _Dumper.add_representer(tuple, lambda dumper, data: _flow_list(dumper, list(data)))

@@ -18,13 +18,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from seatrial.io.bags.bag import SALVAGE, Bag, DamagedBagError, Message, Topic, merged_topics
+from seatrial.io.bags.budget import chunk_limit, file_limit
 from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
-LARGEST_CHUNK = 1 << 30  # [bytes] uncompressed; rosbag writes 768 KiB plus one message
 LARGEST_HEADER = 1 << 20  # [bytes]
 CHUNK_MARK = b"\x04\0\0\0op=\x05"
 MAPPED_BYTES = 1 << 25  # [bytes] of the file that stay in memory
@@ -94,6 +94,9 @@ class Ros1Bag(Bag):
         self._callers: dict[str, set[str]] = {}  # by topic
         self._counts: Counter[int] = Counter()
         self._chunks: list[Place] = []
+        self._places: set[int] = set()  # of the chunks in the index
+        self._unpacked: dict[int, int] = {}  # [bytes] of chunks by position
+        self._total = 0  # [bytes] of these
         self._released = 0
         self._data = _mapped(path)
         try:
@@ -197,6 +200,9 @@ class Ros1Bag(Bag):
         position = record.u64(b"chunk_pos")
         if position >= len(self._data):
             raise DamagedError("a chunk's position is beyond the end of the file")
+        if position in self._places:
+            raise DamagedError("a chunk is in the index twice")
+        self._places.add(position)
         self._chunks.append(Place(position, frozenset(counts)))
 
     def _scan(self, reason: str) -> None:
@@ -295,8 +301,13 @@ class Ros1Bag(Bag):
         if record.kind != CHUNK:
             raise DamagedError("no chunk there")
         size, how = record.u32(b"size"), record.text(b"compression")
-        if size > LARGEST_CHUNK:
-            raise DamagedError(f"a chunk of {size} bytes")
+        packed = record.end - record.begin
+        if size > chunk_limit(packed):
+            raise DamagedError(f"a chunk of {packed} bytes that would become {size}")
+        self._total += size - self._unpacked.get(position, 0)
+        self._unpacked[position] = size
+        if self._total > file_limit(len(self._data)):
+            raise DamagedError("its chunks would become far more than recordings do")
         content = _decompressed(self._data[record.begin : record.end], how, size)
         if len(content) != size:
             raise DamagedError(f"a chunk has {len(content)} of {size} bytes")
@@ -305,7 +316,8 @@ class Ros1Bag(Bag):
     def _part(self, place: "Place") -> bytes:
         """The readable part of a chunk; an unfinished chunk has no lengths."""
         record = _record(self._data, place.position, len(self._data), whole=False)
-        size = min(record.u32(b"size"), LARGEST_CHUNK) or LARGEST_CHUNK
+        limit = chunk_limit(record.end - record.begin)
+        size = min(record.u32(b"size"), limit) or limit
         raw = self._data[record.begin : place.until]
         return _decompressed(raw, record.text(b"compression"), size, part=True)[:size]
 

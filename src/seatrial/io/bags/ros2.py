@@ -7,8 +7,10 @@ from pathlib import Path
 from typing import NoReturn
 
 from seatrial.io.bags.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.budget import UriPath, bound_rosbags, check_chunks, check_database
 from seatrial.io.bags.wire import plain
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.files import read_yaml, yaml_text
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"
@@ -29,11 +31,16 @@ class Ros2Bag(Bag):
 
         self.path = path
         self.files = storage_files(path)
+        bound_rosbags()
+        for file in self.files:
+            if file.suffix == ".db3":
+                check_database(file)
         try:
-            self._reader: Reader = Reader(path)
+            self._reader: Reader = Reader(UriPath(path))
             self._reader.open()
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(path, error) from None
+        self._check_chunks()
         entries = [
             (c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections
         ]
@@ -46,6 +53,20 @@ class Ros2Bag(Bag):
                 for entry, c in zip(entries, self._reader.connections, strict=True)
             ]
         )
+
+    def _check_chunks(self) -> None:
+        """Raise RecordingError where the chunks of an .mcap become too large."""
+        own = self._reader.storage
+        for file in getattr(own, "storages", [own]):
+            found = [
+                (c.chunk_start_offset, c.compressed_size, c.uncompressed_size)
+                for c in getattr(file, "chunks", [])
+            ]
+            try:
+                check_chunks(self.path, found, sum(f.stat().st_size for f in self.files))
+            except RecordingError:
+                self.close()
+                raise
 
     def close(self) -> None:
         """Close the files."""
@@ -63,6 +84,31 @@ class Ros2Bag(Bag):
                 yield connection.topic, stamp, data
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(self.path, error) from None
+
+
+def unusable_metadata(folder: Path) -> str:
+    """Why a folder's metadata do not describe the files in it; empty where they do.
+
+    A recorder that was stopped hard leaves them empty or of an earlier state.
+    """
+    try:
+        text = yaml_text(folder / METADATA)
+    except FileError:
+        return "can't be read"
+    if not text.strip():
+        return "is empty"
+    try:
+        found = read_yaml(folder / METADATA)["rosbag2_bagfile_information"]
+        listed = {Path(str(name)).name for name in found["relative_file_paths"]}
+        count = int(found["message_count"])
+    except (FileError, KeyError, TypeError, ValueError):
+        return "does not describe a bag"
+    there = {file.name for file in storage_files(folder)}
+    if count == 0:
+        return "counts no message"
+    if unlisted := sorted(there - listed):
+        return f"does not list {plain(', '.join(unlisted[:3]), 200)}"
+    return ""
 
 
 def storage_files(path: Path) -> tuple[Path, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.budget import check_database
 from seatrial.io.bags.unpack import unpacked
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
@@ -31,6 +32,7 @@ class SalvagedDb3(Bag):
 
     def __init__(self, path: Path) -> None:
         self.path, self.files = path, (path,)
+        check_database(path)
         uri = f"{path.resolve().as_uri()}?immutable=1"
         self._base = sqlite3.connect(uri, uri=True)
         self._base.execute("PRAGMA writable_schema = ON")  # needed to open a truncated file

@@ -11,10 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
+from seatrial.io.bags.budget import PIECE, chunk_limit
 from seatrial.io.bags.unpack import (
     LARGEST_MESSAGE,
     LZ4_RATIO,
-    PIECE,
     inflate,
     lz4_decompressor,
     unpacked,
@@ -24,7 +24,6 @@ from seatrial.util.errors import RecordingError
 
 MAGIC = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK, LAST_KIND = 0x03, 0x04, 0x05, 0x06, 0x0F
-LARGEST_CHUNK = 1 << 30  # [bytes]
 MESSAGE_HEADER = 22  # [bytes] channel, sequence, log time, publish time
 CHUNK_HEADER = 40  # [bytes] times, size, checksum, length of the compression's name, length
 # [ns] one day: a candidate message further from the last one is not one
@@ -169,7 +168,7 @@ def _chunk_records(body: bytes, *, part: bool) -> bytes:
     how = _texts(body, 28, 1)[0]
     begin = CHUNK_HEADER + len(how)
     (length,) = struct.unpack_from("<Q", body, begin - 8)
-    if size > LARGEST_CHUNK:
+    if how and size > chunk_limit(length):
         raise ValueError(f"a chunk of {size} bytes")
     raw = body[begin : begin + length]
     if how == "":

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from seatrial.io.bags.bag import SALVAGE, Bag, Message
+from seatrial.io.bags.budget import PIECE, file_limit, room
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 
 if TYPE_CHECKING:
     from backports.zstd import ZstdDecompressor
 
-PIECE = 1 << 16  # [bytes] decompressed at once
 LZ4_RATIO = 256  # largest ratio of lz4
 LARGEST_MESSAGE = 1 << 28  # [bytes]
 ZSTD = b"\x28\xb5\x2f\xfd"  # first bytes of a compressed message; CDR starts with 0
@@ -112,12 +112,20 @@ class UnpackedBag(Bag):
     def _unpack(self, target: Path, *, salvage: bool) -> None:
         """Unpack up to the first damage. Raises RecordingError where that is not the end."""
         packed = zstd_decompressor()
+        size = self.path.stat().st_size
+        left = most = min(file_limit(size), room())
         with self.path.open("rb") as source, target.open("wb") as out:
             for raw in iter(lambda: source.read(PIECE), b""):
                 try:
-                    while raw:
+                    while raw or not (packed.eof or packed.needs_input):
                         packed = zstd_decompressor() if packed.eof else packed
-                        out.write(packed.decompress(raw))
+                        piece = packed.decompress(raw, max_length=PIECE)
+                        left -= out.write(piece)
+                        if left < 0:
+                            raise RecordingError(
+                                f"{self.path}: its {size} bytes become more than {most / 1e6:.0f} MB: more than "
+                                "recordings do, or than the disk of temporary files has room for"
+                            )
                         raw = packed.unused_data if packed.eof else b""  # noqa: PLW2901
                 except _zstd_errors():
                     break

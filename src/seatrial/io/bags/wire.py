@@ -38,6 +38,12 @@ BUILT_IN: dict[str, Any] = {  # types that definitions use without defining them
 }
 MOST_ELEMENTS = 4096  # of a sequence of messages; a longer one is not a pose or a command
 MOST_NESTING = 20  # of messages within messages
+MOST_FIELDS = (
+    10_000  # of a type, its messages' fields included: the usual ones have up to some hundred
+)
+LONGEST_DEFINITION = (
+    1 << 20
+)  # [characters] of a type and all that it uses: the usual ones have some thousand
 PATH = re.compile(r"[A-Za-z_]\w*(?:\[\d+\])*(?:\.[A-Za-z_]\w*(?:\[\d+\])*)*")
 
 
@@ -186,7 +192,7 @@ class Wire:
 
     def paths(self) -> list[str]:
         """Every number in messages of this type, sequences as name[]; for display."""
-        return _numbers(_root(self.type_name), "", self.definitions, 0)
+        return [*_numbers(_root(self.type_name), "", self.definitions)]
 
     def _fields(self, kind: Kind) -> dict[str, Kind]:
         """Fields of a message; none of other kinds."""
@@ -210,7 +216,7 @@ class Wire:
         )
 
     def _inside(self, kind: Kind, seen: str) -> str:
-        found = _numbers(kind, seen, self.definitions, 0)
+        found = [*_numbers(kind, seen, self.definitions)]
         return f"numbers there: {', '.join(found[:12])}" if found else "there are no numbers in it"
 
 
@@ -228,19 +234,21 @@ def described(kind: Kind) -> tuple[str, Any]:
     return "many", (detail[0], detail[1], tag == SEQUENCE)
 
 
-def _numbers(kind: Kind, seen: str, definitions: "Typesdict", depth: int) -> list[str]:
-    tag, detail = described(kind)
-    if tag == "base":
-        return [seen] if detail in PRIMITIVES else []
-    if tag == "many":
-        return _numbers(detail[0], f"{seen}[]", definitions, depth)
-    if depth > MOST_NESTING or detail not in definitions:
-        return []
-    return [
-        path
-        for name, inner in definitions[detail][1]
-        for path in _numbers(inner, f"{seen}.{name}".lstrip("."), definitions, depth + 1)
-    ]
+def _numbers(kind: Kind, seen: str, definitions: "Typesdict") -> Iterator[str]:
+    """Paths of the numbers, depth first; of the first `MOST_FIELDS` fields, as each level may double them."""
+    pending, left = [(kind, seen, 0)], MOST_FIELDS
+    while pending and left > 0:
+        (tag, detail), path, depth = described(pending[-1][0]), *pending.pop()[1:]
+        left -= 1
+        if tag == "base" and detail in PRIMITIVES:
+            yield path
+        elif tag == "many":
+            pending.append((detail[0], f"{path}[]", depth))
+        elif tag == "name" and depth <= MOST_NESTING and detail in definitions:
+            pending += [
+                (inner, f"{path}.{name}".lstrip("."), depth + 1)
+                for name, inner in reversed(definitions[detail][1][:left])
+            ]
 
 
 class _Walk:
@@ -343,6 +351,8 @@ def parse_definition(text: str, type_name: str, *, idl: bool = False) -> "Typesd
     """Message definitions from the text in a bag. Raises WireError."""
     from rosbags.typesys import TypesysError, get_types_from_idl, get_types_from_msg
 
+    if len(text) > LONGEST_DEFINITION:
+        raise WireError(f"the definition of {plain(type_name)} has {len(text)} characters")
     try:
         found: dict[str, Any] = dict(BUILT_IN)
         if not idl:
