@@ -58,6 +58,34 @@ def test_the_documented_vehicle_file_is_valid_but_for_its_alternatives(tmp_path)
     )  # fmt: skip
 
 
+def test_the_documented_vehicle_file_of_several_tables_reads_them(tmp_path):
+    content = load(blocks(ROOT / "docs" / "vehicle.md", "yaml")[2], tmp_path)
+    vehicle = vehicle_from(content, "vehicle.md")
+    t = np.arange(400) * 0.1
+    turned = 0.3 * t + 0.5 * np.sin(0.4 * t)
+    compass = (90 - np.degrees(turned)) % 360
+    folder = tmp_path / "run"
+    folder.mkdir()
+    lat, lon = 63.4016 + 1e-5 * np.sin(0.3 * t), 10.3149 + 2e-5 * np.cos(0.3 * t)
+    for name, head, columns in (
+        ("gps", "secs,nsecs,lat,lon", [np.floor(t), np.round((t % 1) * 1e9), lat, lon]),
+        ("imu", "secs,nsecs,heading,gyro_z", [np.floor(t), np.round((t % 1) * 1e9), compass, 0.3 + 0.2 * np.cos(0.4 * t)]),
+        ("motors", "time,ch1,ch3", [t, np.where(t < 2, 0, 1700), 1300 + 0 * t]),
+    ):  # fmt: skip
+        np.savetxt(
+            folder / f"{name}.csv", np.column_stack(columns), delimiter=",", header=head, comments="",
+            fmt="%.12g",
+        )  # fmt: skip
+    record = seatrial.read(folder, vehicle)
+    heading = np.angle(np.exp(1j * (record.eta[:, 2] - turned[: len(record.t)])))
+    np.testing.assert_allclose(heading, 0.0, atol=1e-6)
+    assert np.abs(record.eta[:, 0]).max() == pytest.approx(
+        1.0, abs=0.02
+    )  # [m] 2e-5 deg of longitude
+    assert record.commands.values[0].tolist() == [0.0, -0.5]
+    assert record.commands.values[-1].tolist() == [0.5, -0.5]
+
+
 def test_the_documented_vehicle_file_for_bags_reads_a_bag(tmp_path):
     content = load(blocks(ROOT / "docs" / "vehicle.md", "yaml")[1], tmp_path)
     vehicle = vehicle_from(content, "vehicle.md")
