@@ -374,7 +374,8 @@ def px4(path: Path, run: Trial, *, seed: int = 1, old: bool = False) -> Path:
         events.append((t, partial(write, *("sensor_combined", t, "6f", 0, 0, rate, 0, 0, -9.81))))
     for t, *command in found.motors:
         if ARMED <= t < run.seconds - DISARMED:
-            control = [*command, *[np.nan] * (12 - count)]
+            stopped = t < ARMED + 0.9 and not any(command)  # armed, nothing commanded yet
+            control = [*([np.nan] * count if stopped else command), *[np.nan] * (12 - count)]
             row = ("actuator_motors", t, "12fH", *control, (1 << count) - 1)
             events.append((t, partial(write, *row)))
     for t, volts in found.battery:

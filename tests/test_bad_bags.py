@@ -165,7 +165,7 @@ def test_a_folder_with_metadata_only_and_a_missing_part_are_told(tmp_path, sent)
     assert "/joy" in {m[0] for m in messages(split, salvage=True)}
 
 
-def test_metadata_that_are_no_metadata(tmp_path, sent):
+def test_metadata_that_do_not_describe_the_files_are_left_out_and_named(tmp_path, sent):
     folder = ros2(tmp_path / "run", sent)
     for text in (
         "",
@@ -177,8 +177,23 @@ def test_metadata_that_are_no_metadata(tmp_path, sent):
         "a: *b",
     ):
         (folder / "metadata.yaml").write_text(text)
-        refused(folder, "damaged.*--salvage")
-        assert len(messages(folder, salvage=True)) == len(sent)
+        assert len(messages(folder)) == len(sent)
+        assert any("metadata.yaml" in r for r in seatrial.read(folder, vehicle()).remarks)
+
+
+def test_stale_metadata_are_left_out_and_named(tmp_path, sent):
+    folder = ros2(tmp_path / "run", sent)
+    content = yaml.safe_load((folder / "metadata.yaml").read_text())
+    own = content["rosbag2_bagfile_information"]
+    for change, words in (
+        ({"message_count": 0, "topics_with_message_count": []}, "counts no message"),
+        ({"relative_file_paths": ["other.mcap"]}, "does not list run.mcap"),
+    ):
+        stale = {"rosbag2_bagfile_information": {**own, **change}}
+        (folder / "metadata.yaml").write_text(yaml.safe_dump(stale))
+        found = seatrial.read(folder, vehicle())
+        assert any(f"metadata.yaml {words}: 1 file is read without it" in r for r in found.remarks)
+        assert len(found.commands.stamps) == 300
 
 
 def test_a_bag_with_fewer_messages_than_it_says_is_not_whole(tmp_path, sent):

@@ -164,7 +164,7 @@ def test_init_names_all_recordings_it_looked_at(pool, tmp_path, capsys):
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
     code, out, _ = run(capsys, "init", *trials, "-o", tmp_path / "v.yaml")
     assert code == 0
-    assert out.startswith("# Proposed by 'seatrial init' from S1-AF, S2-AF, S3-AF.")
+    assert "# Proposed by 'seatrial init' from S1-AF, S2-AF, S3-AF." in out
 
 
 def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """`init` on logs of autopilots: the file it writes reads the truth, by the parameters of the log."""
 
+import re
+from pathlib import Path
+
 import autopilot_logs
 import numpy as np
 import pytest
@@ -184,3 +187,11 @@ def test_the_command_needs_no_axes(logs, tmp_path, capsys):
     assert "consistent with the vehicle file" in capsys.readouterr().out
     assert main(["inspect", str(path)]) == 0
     assert "actuator_motors" in capsys.readouterr().out
+
+
+def test_the_documented_vehicle_file_reads_a_log(logs, tmp_path):
+    page = Path(__file__).resolve().parents[1] / "docs" / "formats.md"
+    (block,) = re.findall(r"^```yaml\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
+    (tmp_path / "vehicle.yaml").write_text(block)
+    vehicle = load_vehicle(tmp_path / "vehicle.yaml")
+    assert inspect([read(logs["twin", "run.BIN"], vehicle)], vehicle).signs.findings == ()

@@ -10,7 +10,7 @@ from survey_boat import TRUTH, boat, driven, even
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
-from seatrial.boat.physics import axis_physics, physics_line
+from seatrial.boat.physics import RUN, axis_physics, physics_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
 from seatrial.inspection.overview import implausible_values
@@ -59,11 +59,14 @@ def test_commands_in_other_units_are_named_by_identify(method):
 
 def test_a_fast_boat_is_not_unstable(mp):
     values = {**TABLE_II["AF"], "X_F": 3.0, "X_u": -0.1, "X_uu": -0.012, "N_ud": 0.0, "N_uu": 0.0}
-    model = make_model(mp, values)
+    assert axis_physics(make_model(mp, values))[0].top_speed == pytest.approx(12.2, abs=0.1)
+
+
+def test_a_craft_without_drag_is_not_unstable_and_one_that_its_drag_drives_is(mp):
+    values = {**TABLE_II["AF"], "X_F": 0.8, "X_u": 0.0, "X_uu": 0.0, "N_ud": 0.0, "N_uu": 0.0}
+    assert axis_physics(make_model(mp, values))[0].top_speed == pytest.approx(0.8 * RUN, rel=0.01)
     with pytest.raises(SeatrialError, match="surge passes 10 m/s"):
-        axis_physics(model)
-    recorded = replace(model, envelope=EnvelopeEntry({"u": (-1.0, 9.0)}, {}))
-    assert axis_physics(recorded)[0].top_speed == pytest.approx(12.2, abs=0.1)
+        axis_physics(make_model(mp, {**values, "X_u": 0.05}))
 
 
 def test_the_top_speed_is_said_with_its_command_where_that_is_not_a_full_one(mp):

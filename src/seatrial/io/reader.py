@@ -16,6 +16,9 @@ from seatrial.io.table import is_table
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.progress import stage
+
+OPENED = 0.4  # of the time of reading an autopilot's log: its messages are counted
 
 
 def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Recording:
@@ -38,7 +41,9 @@ def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iter
             yield BagSignals(bag, vehicle, salvage=salvage)
         return
     if is_log(path):
-        with open_log(path) as log:
+        with stage("", OPENED):
+            log = open_log(path)
+        with log:
             yield LogSignals(log, vehicle)
         return
     if path.is_dir() and not any(path.iterdir()):

@@ -34,8 +34,7 @@ def with_enough_poses(recording: Recording) -> Recording:
     own = rows[valid]
     offsets = (recording.stamps[own] - recording.stamps[own[:, :1]]).astype(np.float64)
     stamps[valid] = recording.stamps[own[:, 0]] + np.rint(offsets.mean(axis=1)).astype(np.int64)
-    eta[valid] = recording.eta[own].mean(axis=1)
-    eta = at_middle(stamps, eta, count)
+    eta[valid] = at_middle(stamps[valid], recording.eta[own].mean(axis=1), count)
     moved = float(stamps[0] - recording.stamps[0]) * 1e-9
     faults = tuple(replace(f, start=f.start - moved, end=f.end - moved) for f in recording.faults)
     text = (

@@ -60,19 +60,22 @@ def beyond_full(name: str, least: float, most: float) -> list[str]:
 def refuse_no_commands(recording: Recording) -> None:
     """Raise RecordingError where an input has values that can not be commands: full command is 1."""
     signal = recording.commands
+    found: list[str] = []
     for name, values in zip(signal.names, signal.values.T, strict=True):
         beyond = np.abs(values) > FAR_BEYOND_FULL
         if not beyond.any():
             continue
         odd, rest = values[beyond], values[~beyond]
         if len(rest) and np.ptp(odd) == 0:
-            raise RecordingError(
-                f"{recording.name}: {name} is {odd[0]:.4g} on {100 * beyond.mean():.2g} % of its rows and "
+            found.append(
+                f"{name} is {odd[0]:.4g} on {100 * beyond.mean():.2g} % of its rows and "
                 f"within {rest.min():.3g} to {rest.max():.3g} on the others; full command is 1. A disarmed "
                 "autopilot writes such a value: state the raw one as off in the vehicle file (off: 0)"
             )
-        least, most = float(values.min()), float(values.max())
-        raise RecordingError(f"{recording.name}: {beyond_full(name, least, most)[0]}")
+            continue
+        found += beyond_full(name, float(values.min()), float(values.max()))
+    if found:
+        raise RecordingError(f"{recording.name}: {'; '.join(found)}")
 
 
 def even_times(recording: Recording) -> Array:

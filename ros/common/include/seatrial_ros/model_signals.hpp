@@ -19,7 +19,9 @@ struct Channel {
   double gain = 1.0;
   double offset = 0.0;
 
-  double value(double raw) const { return gain * raw + offset; }
+  double off = std::nan("");  // raw value that means no command; NaN: none does
+
+  double value(double raw) const { return raw == off ? 0.0 : gain * raw + offset; }
 };
 
 enum class Clock { kHeader, kBag };  // stamps of the messages, or of their arrival
@@ -100,7 +102,8 @@ inline Channel read_channel(const std::optional<Value>& given, const std::string
     split_index(c);
     return c;
   }
-  given->only({"column", "field", "index", "topic", "unit", "sign", "scale", "offset"});
+  given->only({"column", "field", "index", "topic", "file", "stamp", "unit", "sign", "scale",
+               "offset", "off", "nanoseconds", "quaternion"});
   c.field = text_or(*given, "field", "");
   c.topic = text_or(*given, "topic", topic);
   if (const auto index = given->find("index")) {
@@ -122,6 +125,7 @@ inline Channel read_channel(const std::optional<Value>& given, const std::string
   const auto offset = given->find("offset");
   const double per_unit = turn * sign / (scale ? scale->positive() : 1.0);
   const double shift = offset ? offset->number() : 0.0;
+  if (const auto own = given->find("off")) c.off = own->number();
   c.gain = raw_is_si ? per_unit : per_unit * unit;
   c.offset = 0.0 - per_unit * unit * shift;
   return c;
@@ -151,7 +155,10 @@ inline void read_delays(const Value& pose, PoseSource& source) {
 inline PoseSource read_pose_source(const Value& pose, bool from_right_down) {
   using detail::read_channel;
   pose.only({"stamp", "x", "y", "psi", "file", "valid", "topic", "parent", "child", "clock",
-             "lever", "delay", "heading_delay"});
+             "lever", "delay", "heading_delay", "latitude", "longitude", "origin", "yaw_rate"});
+  if (const auto latitude = pose.find("latitude")) {
+    latitude->refuse("expected x and y in metres: name the topic of a pose in the vehicle file");
+  }
   PoseSource source;
   source.topic = detail::text_or(pose, "topic", "");
   source.parent = detail::text_or(pose, "parent", "");

@@ -114,6 +114,7 @@ UNITS = {  # as they end a name, or stand in brackets
     "milliseconds": "ms", "microseconds": "us", "rads": "rad", "degs": "deg", "dps": "deg",
 }  # fmt: skip
 NANOSECOND_WORDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanos", "nanoseconds", "ns")
+PARTS = ("x", "y", "z", "w")  # in brackets
 PER_SECOND = re.compile(r"\s*(?:/\s*s(?:ec)?|\s+s\^?-?1|[_ ]per[_ ]s(?:ec)?)$", re.IGNORECASE)
 BRACKET = re.compile(r"[\[({]\s*([^\[\](){}]*?)\s*[\])}]\s*$")
 CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[^\W\d_A-Za-z]+|\d+")
@@ -139,7 +140,8 @@ def read_name(name: str) -> Named:
         bare = PER_SECOND.sub("", inside)
         unit = UNITS.get(bare.lower(), "")
         rate = bare != inside or inside.lower() in ("dps", "rps")
-        text = text[: bracket.start()]
+        if inside not in PARTS and not inside.isdecimal():  # quat[x], axes[1]
+            text = text[: bracket.start()]
     bare = PER_SECOND.sub("", text)
     rate, text = rate or bare != text, bare
     words = tuple(word.lower() for word in CAMEL.findall(text))

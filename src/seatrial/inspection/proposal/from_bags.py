@@ -4,11 +4,23 @@
 from pathlib import Path
 from typing import Any
 
-from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, Sources, choose, named
+import numpy as np
+
+from seatrial.inspection.proposal.sources import (
+    OPTIONS,
+    Ask,
+    Choices,
+    Recognised,
+    Sources,
+    Sureness,
+    choose,
+    named,
+)
 from seatrial.io.bags.channels import number_fields, tf_frames
-from seatrial.io.bags.contents import Contents, Entry, contents
+from seatrial.io.bags.contents import NUMBER_TYPES, Contents, Entry, contents
 from seatrial.recording.timing import rate_text
 from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Axes
 
 POSE_TOPIC_WORDS = (
     "slam",
@@ -30,16 +42,22 @@ PLANAR_FIELDS = {  # fields of motion in the plane, of messages with more
     "geometry_msgs/msg/TwistStamped": ("twist.linear.x", "twist.linear.y", "twist.angular.z"),
     "mavros_msgs/msg/ManualControl": ("x", "y", "z", "r"),
 }
+RATE_FIELD = "angular_velocity.z"
 FULL_COMMAND = {"mavros_msgs/msg/ManualControl": 1000.0}
 
 
 def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage: bool) -> Sources:
     """Topics of poses and commands by type and name. Raises RecordingError, FileError."""
     found = contents(path, salvage=salvage)
-    chosen = _one(found, "poses", choices.pose, ask, _likely_poses(found.of("poses")))
+    poses = _likely_poses(found.of("poses")) or found.of("positions")
+    chosen = _one(found, "poses", choices.pose, ask, poses)
     pose: dict[str, Any] = {"topic": chosen.topic.name}
+    recognised: tuple[Recognised, ...] = ()
     if chosen.topic.type_name.endswith(("TFMessage", "tfMessage")):
         pose |= _frames(path, chosen.topic.name, choices, salvage=salvage)
+    elif chosen.role == "positions":
+        more, recognised = _geographic(found, chosen, choices)
+        pose |= more
     driving = _one(found, "commands", choices.commands, ask, found.of("commands"))
     siblings = _siblings(found, driving)
     if len(siblings) > 1:  # a topic for each thruster
@@ -60,7 +78,7 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
     }
     return Sources(
         path, name, choices.axes, found.length, pose, commands, channels, notes,
-        FULL_COMMAND.get(driving.topic.type_name),
+        FULL_COMMAND.get(driving.topic.type_name), recognised=recognised,
     )  # fmt: skip
 
 
@@ -113,6 +131,40 @@ def _fields(path: Path, entry: Entry, *, salvage: bool) -> list[str]:
     if not kept:
         raise RecordingError(f"{path}: {entry.topic.name} ({entry.topic.type}) holds no numbers")
     return kept
+
+
+def _geographic(
+    found: Contents, position: Entry, choices: Choices
+) -> tuple[dict[str, Any], tuple[Recognised, ...]]:
+    """Latitude and longitude, the heading of a compass or an IMU, and its yaw rate. Raises RecordingError."""
+    headings = sorted(found.of("headings"), key=lambda e: e.topic.type_name not in NUMBER_TYPES)
+    if not headings:
+        raise RecordingError(
+            f"{found.path}: {position.topic.name} has positions, and no topic has a heading (Imu, a quaternion, "
+            "or a number named heading, hdg or compass); record one"
+        )
+    heading, others = headings[0], tuple(e.topic.name for e in headings[1:])
+    psi: dict[str, Any] = {"topic": heading.topic.name}
+    why = "orientation, psi from east, counter-clockwise (REP-103)"
+    turned = choices.axes == Axes.FRD.value
+    if heading.topic.type_name in NUMBER_TYPES:  # a compass, in degrees from north, clockwise
+        psi |= {"field": "data", "unit": "deg"} | ({} if turned else {"sign": -1, "offset": 90.0})
+        why = "a compass: degrees from north, clockwise"
+    elif turned:
+        psi |= {"sign": -1, "offset": float(np.pi / 2)}
+    pose: dict[str, Any] = {
+        "latitude": {"field": "latitude"}, "longitude": {"field": "longitude"}, "psi": psi,
+    }  # fmt: skip
+    rows = [
+        Recognised("position", position.topic.name, "latitude, longitude", Sureness.CERTAIN),
+        Recognised("heading", heading.topic.name, why, Sureness.LIKELY, others),
+    ]
+    gyros = [e for e in headings if RATE_FIELD in e.topic.wire.paths()]
+    if gyros:
+        sign = {"sign": -1} if turned else {}
+        pose["yaw_rate"] = {"topic": gyros[0].topic.name, "field": RATE_FIELD} | sign
+        rows.append(Recognised("yaw rate", gyros[0].topic.name, RATE_FIELD, Sureness.CERTAIN))
+    return pose, tuple(rows)
 
 
 def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[str, str]:

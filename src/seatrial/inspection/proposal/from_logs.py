@@ -31,10 +31,12 @@ from seatrial.io.formats.known import (
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Axes
+from seatrial.util.progress import stage
 
 LEAST_POSITIONS = 20  # different ones, of a topic that is a position
 LEAST_HEADINGS = 20
 LEAST_FALL = 0.02  # of the battery's voltage, 5th to 95th percentile, for a scale
+OPENED, READ = 0.15, 0.2  # of the time of `init`
 PULSE = (800.0, 2200.0)  # [us]
 LISTED = 20  # topics in a message
 
@@ -74,9 +76,12 @@ class _Candidate:
 
 def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
     """Topics of position, heading, yaw rate and motors. Raises RecordingError, FileError."""
-    with open_log(path) as log:
+    with stage("messages", OPENED):
+        log = open_log(path)
+    with log:
         # 1. All known signals that change, read in one pass.
-        found = _Found(log, _candidates(log))
+        with stage("signals", READ):
+            found = _Found(log, _candidates(log))
         # 2. A position, raw before filtered, and a heading.
         position = _position(found, choices, ask)
         heading = _best(found, HEADINGS, "heading", LEAST_HEADINGS)

@@ -32,7 +32,7 @@ MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change mos
 PWM = (900.0, 2100.0)  # [us] range of servo pulses
 PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us] neutral, and neutral to full
 MOST_TRIM = 60.0  # [us] of a neutral pulse width from the centre
-LEAST_REST_SHARE = 0.05  # of the rows, at one pulse width: that of rest
+LEAST_REST_SHARE = 0.02  # of the rows, at one pulse width: that of rest
 OFF_VALUES = (0.0, 65535.0)  # [us] of outputs that are not driven
 OVERSHOOT = 1.05  # of full command, up to which a value still belongs to it
 USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
@@ -280,11 +280,11 @@ def _scale(values: Array, full: float | None = None) -> dict[str, float]:
 
 def _neutral(pulses: Array) -> float:
     """The pulse width of a boat at rest: the most frequent one near the usual centre."""
-    widths, counts = np.unique(np.round(pulses), return_counts=True)
-    k = int(counts.argmax())
-    frequent = counts[k] >= LEAST_REST_SHARE * len(pulses)
-    near = abs(float(widths[k]) - PWM_CENTRE) <= MOST_TRIM
-    return float(widths[k]) if frequent and near else PWM_CENTRE
+    near = np.round(pulses[np.abs(pulses - PWM_CENTRE) <= MOST_TRIM])
+    widths, counts = np.unique(near, return_counts=True)
+    if len(widths) == 0 or counts.max() < LEAST_REST_SHARE * len(pulses):
+        return PWM_CENTRE
+    return float(widths[counts.argmax()])
 
 
 def _thrusters(found: Channels) -> Parts:

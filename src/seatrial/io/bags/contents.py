@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.opening import open_bag
-from seatrial.io.bags.poses import pose_paths
+from seatrial.io.bags.poses import orientation_paths, pose_paths
 from seatrial.io.bags.tf import is_tf
 from seatrial.io.bags.wire import WireError
 from seatrial.recording.clocks import clock_verdicts
@@ -25,6 +25,9 @@ COMMAND_TYPES = (
     "std_msgs/msg/Int16MultiArray", "std_msgs/msg/UInt16MultiArray", "mavros_msgs/msg/RCOut",
     "mavros_msgs/msg/RCIn", "mavros_msgs/msg/OverrideRCIn", "mavros_msgs/msg/ManualControl",
 )  # fmt: skip
+POSITION_TYPES = ("sensor_msgs/msg/NavSatFix",)
+NUMBER_TYPES = ("std_msgs/msg/Float32", "std_msgs/msg/Float64")
+HEADING_WORDS = ("heading", "compass", "hdg")
 COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator")
 # [bytes] of a header's time: after ROS 1's sequence number, after CDR's first four
 STAMP_OFFSET = 4
@@ -35,7 +38,7 @@ class Entry:
     """One topic."""
 
     topic: Topic
-    role: str  # poses, commands, or empty
+    role: str  # poses, positions, headings, commands, or empty
     stream: Stream
 
 
@@ -95,12 +98,13 @@ def contents_text(found: Contents) -> str:
     ]
     streams = [entry.stream for entry in found.entries if entry.role and entry.stream.count > 1]
     lines += [f"  => {remark}" for remark in (*found.remarks, *clock_verdicts(streams))]
-    for role in ("poses", "commands"):
-        if not found.of(role):
+    placed = bool(found.of("poses") or (found.of("positions") and found.of("headings")))
+    for role, is_there in (("poses", placed), ("commands", bool(found.of("commands")))):
+        if not is_there:
             lines.append(
                 f"  => no topic looks like {role}; see docs/recording.md for what to record"
             )
-    if found.of("poses") and found.of("commands"):
+    if placed and found.of("commands"):
         lines.append(
             f"  => seatrial init {found.path} -o vehicle.yaml writes a vehicle file to start from"
         )
@@ -156,16 +160,21 @@ def _begins_with_header(topic: Topic) -> bool:
 
 
 def _role(topic: Topic) -> str:
-    """The probable role of a topic."""
+    """The probable role of a topic: that of the first kind it is of."""
     try:
         wire = topic.wire
     except WireError:
         return ""
-    if topic.type_name in COMMAND_TYPES:
-        return "commands"
-    if is_tf(topic):
-        return "" if topic.name.endswith("_static") else "poses"
-    if pose_paths(wire) is not None:
-        return "poses"
-    words = f"{topic.name} {topic.type}".lower()
-    return "commands" if any(w in words for w in COMMAND_WORDS) and wire.paths() else ""
+    name = topic.name.lower()
+    commanded = any(word in f"{name} {topic.type.lower()}" for word in COMMAND_WORDS)
+    compass = topic.type_name in NUMBER_TYPES and any(word in name for word in HEADING_WORDS)
+    kinds = (
+        (topic.type_name in POSITION_TYPES, "positions"),
+        (compass, "headings"),
+        (topic.type_name in COMMAND_TYPES, "commands"),
+        (is_tf(topic), "" if name.endswith("_static") else "poses"),
+        (pose_paths(wire) is not None, "poses"),
+        (bool(orientation_paths(wire)), "headings"),
+        (commanded and bool(wire.paths()), "commands"),
+    )
+    return next((role for is_one, role in kinds if is_one), "")

@@ -7,7 +7,14 @@ from pathlib import Path
 
 from seatrial.io.bags.bag import Bag, Message, merged_topics
 from seatrial.io.bags.ros1 import Ros1Bag
-from seatrial.io.bags.ros2 import METADATA, SUFFIXES, Ros2Bag, by_number, storage_files
+from seatrial.io.bags.ros2 import (
+    METADATA,
+    SUFFIXES,
+    Ros2Bag,
+    by_number,
+    storage_files,
+    unusable_metadata,
+)
 from seatrial.io.bags.salvage_db3 import SalvagedDb3
 from seatrial.io.bags.salvage_mcap import SalvagedMcap
 from seatrial.io.bags.unpack import UnpackedBag
@@ -59,7 +66,8 @@ def open_bag(path: Path, *, salvage: bool = False) -> Bag:
 
 
 def _open_folder(path: Path, *, salvage: bool) -> Bag:
-    if (path / METADATA).exists():
+    unusable = unusable_metadata(path) if (path / METADATA).exists() else ""
+    if (path / METADATA).exists() and not unusable:
         try:
             return _checked(path) if salvage else Ros2Bag(path)
         except RecordingError:
@@ -76,14 +84,19 @@ def _open_folder(path: Path, *, salvage: bool) -> Bag:
         for part in parts:
             part.close()
         raise
-    return parts[0] if len(parts) == 1 else SplitBag(path, parts)
+    bag = parts[0] if len(parts) == 1 else SplitBag(path, parts)
+    if unusable:
+        read = f"{METADATA} {unusable}: {len(files)} {'file is' if len(files) == 1 else 'files are'} read without"
+        bag.remarks = (*bag.remarks, f"{read} it")
+    return bag
 
 
 def _open_file(path: Path, *, salvage: bool) -> Bag:
     if path.name.endswith(ROS1):
         return Ros1Bag(path, salvage=salvage)
     folder = path.parent
-    if (folder / METADATA).exists() and storage_files(folder) == (path,) and not salvage:
+    described = (folder / METADATA).exists() and storage_files(folder) == (path,)
+    if described and not salvage and not unusable_metadata(folder):
         return Ros2Bag(folder)  # its metadata state the compression
     if path.suffix == ".zstd":
         return UnpackedBag(path, lambda file: _open_file(file, salvage=salvage), salvage=salvage)

@@ -11,7 +11,7 @@ from seatrial.io.bags.bounded_rosbags import UriPath, bound_rosbags
 from seatrial.io.bags.budget import check_chunks, check_database
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.files import yaml_text
+from seatrial.util.files import read_yaml, yaml_text
 
 SUFFIXES = (".mcap", ".db3")
 METADATA = "metadata.yaml"
@@ -33,8 +33,6 @@ class Ros2Bag(Bag):
         self.path = path
         self.files = storage_files(path)
         bound_rosbags()
-        if path.is_dir():
-            _check_metadata(path / METADATA)
         for file in self.files:
             if file.suffix == ".db3":
                 check_database(file)
@@ -89,12 +87,29 @@ class Ros2Bag(Bag):
             raise _explained(self.path, error) from None
 
 
-def _check_metadata(path: Path) -> None:
-    """Raise RecordingError where it is too large or deep for rosbags' parser."""
+def unusable_metadata(folder: Path) -> str:
+    """Why a folder's metadata do not describe the files in it; empty where they do.
+
+    A recorder that was stopped hard leaves them empty or of an earlier state.
+    """
     try:
-        yaml_text(path)
-    except FileError as error:
-        raise RecordingError(str(error)) from None
+        text = yaml_text(folder / METADATA)
+    except FileError:
+        return "can't be read"
+    if not text.strip():
+        return "is empty"
+    try:
+        found = read_yaml(folder / METADATA)["rosbag2_bagfile_information"]
+        listed = {Path(str(name)).name for name in found["relative_file_paths"]}
+        count = int(found["message_count"])
+    except (FileError, KeyError, TypeError, ValueError):
+        return "does not describe a bag"
+    there = {file.name for file in storage_files(folder)}
+    if count == 0:
+        return "counts no message"
+    if unlisted := sorted(there - listed):
+        return f"does not list {plain(', '.join(unlisted[:3]), 200)}"
+    return ""
 
 
 def storage_files(path: Path) -> tuple[Path, ...]:

@@ -10,13 +10,17 @@ from seatrial.io.formats import open_log
 from seatrial.io.formats.known import role
 from seatrial.io.log import Log, Wanted
 from seatrial.recording.timing import Clock, Stream, describe, rate_text
+from seatrial.util.progress import stage
 
+OPENED = 0.4  # of the time
 MOST_FIELDS = 8  # of a topic, listed
 
 
 def log_contents(path: Path) -> tuple[str, dict[str, Any]]:
     """The topics as text and as JSON. Raises RecordingError, FileError."""
-    with open_log(path) as log:
+    with stage("", OPENED):
+        log = open_log(path)
+    with log:
         streams, length = _streams(log)
         return _text(log, streams, length), {
             "path": str(path),

@@ -77,9 +77,11 @@ class Columns:
     def samples(self) -> LogSamples:
         """All that was collected."""
         self._decode()
-        stamps = [np.empty(0, np.int64), *self.stamps]
-        values = [np.empty((0, len(self.fields))), *self.values]
-        return LogSamples(self.topic, np.concatenate(stamps), np.concatenate(values), self.dropped)
+        stamps = np.concatenate([np.empty(0, np.int64), *self.stamps])
+        self.stamps = []  # so that memory holds one copy
+        values = np.concatenate([np.empty((0, len(self.fields))), *self.values])
+        self.values = []
+        return LogSamples(self.topic, stamps, values, self.dropped)
 
     def _decode(self) -> None:
         layout, block = self.layout, self.block

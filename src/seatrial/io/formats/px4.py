@@ -9,10 +9,12 @@ is sought.
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from struct import Struct
 from typing import BinaryIO
+
+import numpy as np
 
 from seatrial.io.formats.layout import READ, Columns, Layout, Place, topic_name
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
@@ -29,6 +31,7 @@ CODES = {
     "uint32_t": "<I", "int64_t": "<q", "uint64_t": "<Q", "float": "<f", "double": "<d", "bool": "<B",
 }  # fmt: skip
 TEXT = "char"
+MOTORS = "actuator_motors"
 MOST_FIELDS, MOST_DEPTH = 4000, 8  # of a topic; of formats in formats
 MOST_IN_ALL = 100_000  # fields of all topics
 MOST_FORMATS, MOST_TOPICS, MOST_PARAMETERS = 4000, 4000, 20_000
@@ -76,7 +79,14 @@ class Px4Log(Log):
             self.require(each.topic, each.fields, "wanted")
         columns = [Columns(each.topic, each.fields) for each in wanted]
         _Walk(self.path, columns)
-        return [each.samples() for each in columns]
+        return [_stopped(each.samples()) for each in columns]
+
+
+def _stopped(found: LogSamples) -> LogSamples:
+    """NaN of a motor output means a stopped motor: no thrust, not an unknown one."""
+    if found.topic.partition("[")[0] != MOTORS:
+        return found
+    return replace(found, values=np.nan_to_num(found.values, nan=0.0))
 
 
 class _Walk:

@@ -18,7 +18,7 @@ MATRIX, COMPRESSED = 14, 15  # types of elements
 CELL, STRUCT, OBJECT, SPARSE, FUNCTION, OPAQUE = 1, 2, 3, 5, 16, 17  # classes of matrices
 KNOWN_CLASSES = range(1, 18)
 CHAR, FIRST_NUMERIC, LAST_NUMERIC = 4, 6, 15
-UINT32, INT32, NAME_TYPES = 6, 5, (1, 2)  # types of flags, dimensions, names
+FLAG_TYPE, SIZE_TYPES, NAME_TYPES = 6, (5, 6), (1, 2, 16)
 NUMBER_TYPES = (1, 2, 3, 4, 5, 6, 7, 9, 12, 13)
 TEXT_TYPES = (*NUMBER_TYPES, 16, 17, 18)  # with UTF-8, 16 and 32
 COMPLEX = 0x08  # of the flags' second byte
@@ -101,7 +101,7 @@ def _inner(content: memoryview, at: int, end: int, budget: _Budget) -> list[tupl
             raise _Damaged(f"more than {MOST_ELEMENTS} elements")
         kind, begin, size, at = _element(content, at, end, budget.order)
         parts.append((kind, begin, size))
-    if len(parts) < 2 or parts[0][0] != UINT32 or parts[0][2] != 8:
+    if len(parts) < 2 or parts[0][0] != FLAG_TYPE or parts[0][2] != 8:
         raise _Damaged("a variable without a head")
     little = budget.order == "<"
     kind = content[parts[0][1] + (0 if little else 3)]
@@ -116,7 +116,7 @@ def _inner(content: memoryview, at: int, end: int, budget: _Budget) -> list[tupl
 
 def _check_parts(kinds: list[int], kind: int, data: int) -> None:
     """Refuse elements of another type than a variable of this class has: a library may end on them."""
-    if len(kinds) < 3 or kinds[1] != INT32 or kinds[2] not in NAME_TYPES:
+    if len(kinds) < 3 or kinds[1] not in SIZE_TYPES or kinds[2] not in NAME_TYPES:
         raise _Damaged("a variable without dimensions or a name")
     rest = kinds[3:]
     if FIRST_NUMERIC <= kind <= LAST_NUMERIC or kind in (CHAR, SPARSE):

@@ -143,19 +143,16 @@ class ParquetTable(Table):
         except MemoryError:
             raise RecordingError(f"{self.path}: needs more memory than there is") from None
         except OSError as error:
-            reason = error.strerror or first_line(error)
-            raise RecordingError(f"{self.path}: can't be read ({reason})") from None
+            if error.strerror is None:  # of a damaged head
+                raise RecordingError(self._damaged(error)) from None
+            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
         except (
-            pa.ArrowException,
-            ValueError,
-            KeyError,
-            IndexError,
-            TypeError,
-            OverflowError,
-        ) as error:
-            raise RecordingError(
-                f"{self.path}: is not a Parquet file, or damaged ({first_line(error)})"
-            ) from None
+            pa.ArrowException, ValueError, KeyError, IndexError, TypeError, OverflowError,
+        ) as error:  # fmt: skip
+            raise RecordingError(self._damaged(error)) from None
+
+    def _damaged(self, error: Exception) -> str:
+        return f"{self.path}: is not a Parquet file, or damaged ({first_line(error)})"
 
 
 def _leaves(schema: "pa.Schema") -> Iterator[tuple[str, "pa.DataType"]]:
