@@ -11,7 +11,8 @@ from seatrial.util.printing import say
 from seatrial.util.progress import stage
 
 TERMS_NOT_CHOSEN = (
-    "structure: auto: {length:.0f} s are too short to choose terms. The model has drag and thrust of every axis. "
+    "structure: auto: {length:.0f} s are too short to choose terms. The model has drag, thrust and free added "
+    "mass of every axis. "
     "Record 20 s for each parameter, or write the terms in the vehicle file"
 )
 

@@ -28,6 +28,7 @@ from seatrial.identification.selection.terms import (
     choose_structure,
     missing_term_findings,
 )
+from seatrial.identification.selection.terms.candidates import candidate_tiers, new_to
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
@@ -137,8 +138,9 @@ def with_chosen_terms(
 ) -> tuple[Vehicle, Selection | None]:
     """A vehicle with `structure: auto` and its chosen terms, and the reasons.
 
-    A prior has terms already. Recordings that are too short to choose leave the terms that every boat has; then
-    the reasons are None, as with a prior. Every method estimates the terms that output-error chooses.
+    A prior has terms already. Recordings that are too short to choose leave the terms that every boat has, with
+    free added mass: where that has no effect its error says so. Then the reasons are None, as with a prior.
+    Every method estimates the terms that output-error chooses.
     """
     if prior is not None:
         return vehicle.with_terms(prior.structure.terms), None
@@ -147,7 +149,8 @@ def with_chosen_terms(
     except IdentificationError as error:
         raise _explained(error, recordings, vehicle) from None
     if found is None:
-        return vehicle.with_terms(vehicle.structure.terms), None
+        added = new_to(vehicle.structure, candidate_tiers(vehicle)[0])
+        return vehicle.with_terms((*vehicle.structure.terms, *added)), None
     return found.vehicle, found
 
 

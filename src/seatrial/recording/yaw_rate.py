@@ -18,7 +18,7 @@ MOST_RATE = (
 )
 INTERVAL = 1.0  # [s] least time over which the integrated rate is compared with the heading
 FEWEST_INTERVALS = 8
-TURNS = 0.1  # [rad/s] RMS of the yaw rate, from which on its gain is known well enough to refuse it
+TURNS = 0.1  # [rad/s] by which the yaw rate varies, from which on its gain is known well enough to refuse it
 GAIN = 0.25  # of 1, by which the heading over the integrated rate may differ
 LARGEST_RATE = 1e4  # [rad/s] more than any gyro measures, also in a wrong unit
 LEAST_DEVIATION = 1e-5  # [rad/s] of the noise: less is a simulated gyro
@@ -96,7 +96,7 @@ def _gain_and_bias(recording: Recording, t: Array, r: Array) -> tuple[float | No
         rest = np.abs(turned - x @ found)
         near = rest <= 4.0 * MAD_TO_SD * float(np.median(rest)) + 1e-9
         x, turned, length, summed = x[near], turned[near], length[near], summed[near]
-    if float(np.sqrt(np.mean((summed / length) ** 2))) < TURNS and abs(found[0]) < 10.0:
+    if float(np.std(summed / length)) < TURNS and abs(found[0]) < 10.0:
         return None, float(np.sum(summed - turned) / np.sum(length))
     return float(found[0]), float(np.sum(summed - turned) / np.sum(length))
 

@@ -24,7 +24,12 @@ from seatrial.identification.selection.terms.cross_validation import HALF_NAMES,
 from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
-from seatrial.identification.selection.terms.significance import blocks_of, enough_blocks, freedom
+from seatrial.identification.selection.terms.significance import (
+    TooShortError,
+    blocks_of,
+    enough_blocks,
+    freedom,
+)
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
 from seatrial.recording.excitation import find_roles
@@ -87,7 +92,10 @@ def choose_structure(
     search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON, say)
     say("the terms that every boat has")
     begin = begun_at(first_maximum(together, vehicle))
-    return _selection(search, begin, begin.terms, parts, one_boat=True, asked=())
+    try:
+        return _selection(search, begin, begin.terms, parts, one_boat=True, asked=())
+    except TooShortError:  # candidates and stages are further parameters
+        return None
 
 
 def _selection(

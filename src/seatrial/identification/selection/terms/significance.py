@@ -40,6 +40,10 @@ class Repeats:
     ratio: float  # spread over its expectation: about 1 where repeats agree
 
 
+class TooShortError(IdentificationError):
+    """Recordings that are too short to test terms."""
+
+
 def t_chance(t: float, freedom: int) -> float:
     """Two-sided p-value of Student's t (Wallace, 1959, to 1e-3 of z)."""
     size = np.sqrt(freedom * np.log1p(t * t / freedom)) * (8 * freedom + 1) / (8 * freedom + 3)
@@ -60,7 +64,7 @@ def freedom(blocks: int, fitted: int) -> int:
     """Degrees of freedom of blocks of `BLOCK` [s]. Raises where there are too few."""
     left = blocks - fitted
     if left < fitted:
-        raise IdentificationError(
+        raise TooShortError(
             f"{blocks * BLOCK:.0f} s in all, in blocks of {BLOCK:.0f} s, are too short to test terms of "
             f"{fitted} parameters or more; give recordings of {2 * fitted * BLOCK:.0f} s or more together"
         )
