@@ -55,6 +55,8 @@ AUTOPILOTS = {
     "run.ulg": autopilot_logs.px4,
     "run.tlog": autopilot_logs.telemetry,
 }
+LONG_LOG = 200_000  # [bytes]
+SHORT_LOGS = 9  # for each of two minutes, of which `init` can propose a file
 PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file
 
 
@@ -116,8 +118,9 @@ def log_seeds() -> dict[str, list[Data]]:
             path = write(Path(name) / file, autopilot_logs.trial())
             text = init(path, choices=Choices(axes="forward-right-down")).text
             PROPOSED[file] = vehicle_from(yaml.safe_load(text), file)
-            write(path, autopilot_logs.trial(seconds=12.0))
             found.append({file: path.read_bytes()})
+            write(path, autopilot_logs.trial(seconds=12.0))
+            found += SHORT_LOGS * [{file: path.read_bytes()}]
     return {"log": found}
 
 
@@ -327,7 +330,8 @@ def _log(path: Path) -> str:
         (samples,) = log.read([Wanted(topic.name, topic.fields)])
         assert len(samples.stamps) + samples.dropped <= topic.messages
         assert samples.values.shape == (len(samples.stamps), len(topic.fields))
-    if path.stat().st_size % 7 == 0:
+    size = path.stat().st_size
+    if size % 7 == 0 or (size > LONG_LOG and size % 2 == 0):
         init(path, choices=Choices(axes="forward-right-down"))
         return "proposed"
     seatrial.read(path, PROPOSED[path.name])

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from seatrial.io.bags import budget
+from seatrial.io.bags import bounded_rosbags, budget
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.ros1 import Ros1Bag
 from seatrial.io.bags.salvage_mcap import MAGIC
@@ -344,5 +344,5 @@ def test_a_bag_of_large_chunks_is_read(tmp_path):
     size = 50_000_000
     packed_part = os.urandom(size // 10) + bytes(size - size // 10)
     packed = zstd_compress(packed_part)
-    found = budget._whole(zstd_decompressor(), packed)
+    found = bounded_rosbags._whole(zstd_decompressor(), packed)
     assert found == packed_part

@@ -2,6 +2,7 @@
 """Logs of autopilots: pymavlink and pyulog read the same numbers; damage is counted, noise refused."""
 
 import struct
+import time
 
 import autopilot_logs
 import numpy as np
@@ -17,6 +18,7 @@ from autopilot_logs import (
 )
 
 from seatrial.io.formats import is_log, open_log
+from seatrial.io.formats.layout import READ
 from seatrial.io.log import Wanted
 from seatrial.util.errors import FileError, RecordingError
 
@@ -248,6 +250,24 @@ def test_a_damaged_place_costs_what_it_covers(tmp_path, name):
     assert len(samples(log, topic.name, topic.fields[0]).stamps) >= 0.9 * topic.messages
 
 
+@pytest.mark.parametrize("name", ["run.BIN", "run.ulg", "run.tlog"])
+def test_a_long_hole_is_one_place(tmp_path, name):
+    """Longer than the blocks that are read at once."""
+    path = WRITERS[name](tmp_path / name, trial(seconds=120.0))
+    whole, data = open_log(path), path.read_bytes()
+    hole = b"\x01\x02\x00" * (READ // 2)
+    middle = len(data) // 2
+    path.write_bytes(data[:middle] + hole + data[middle:])
+    if name == "run.ulg":
+        log = open_log(path)
+        assert "in 1 places" in log.remarks[0]
+        kept = sum(t.messages for t in log.topics.values())
+        assert kept > 0.95 * sum(t.messages for t in whole.topics.values())
+    else:
+        with pytest.raises(RecordingError, match="badly damaged"):
+            open_log(path)
+
+
 def test_padding_between_blocks_is_no_loss(tmp_path):
     """Flash chips are written in pages."""
     path = ardupilot(tmp_path / "run.BIN", RUN)
@@ -367,3 +387,26 @@ def test_messages_of_a_tlog_that_overtook_each_other_are_put_in_order(tmp_path):
     found = samples(open_log(path), "ATTITUDE", "time_boot_ms", "yaw")
     np.testing.assert_array_equal(found.values, whole.values)
     assert (np.diff(found.stamps) > 0).all()
+
+
+def test_definitions_without_end_are_not_followed(tmp_path):
+    """A log of 100 000 definitions, each another one of the same message, in time."""
+    path = ardupilot(tmp_path / "run.BIN", RUN)
+    more = b"".join(
+        b"\xa3\x95\x80" + struct.pack("<BB4s16s64s", 7, 15, b"ATT", b"Qf", b"TimeUS,Y%d" % i)
+        for i in range(100_000)
+    )
+    path.write_bytes(path.read_bytes() + more)
+    begin = time.process_time()
+    assert open_log(path).topics["GPS"].messages == 100
+    assert time.process_time() - begin < 10.0
+
+
+@pytest.mark.parametrize("name", ["run.BIN", "run.log", "run.tlog"])
+def test_a_log_that_is_mostly_noise_is_refused(tmp_path, name):
+    """A ULog is not: it says where its messages begin again."""
+    path = WRITERS[name](tmp_path / name, RUN)
+    noise = b"\n" * 300_000 if name == "run.log" else b"\xa3\x95" * 2_000_000
+    path.write_bytes(path.read_bytes() + noise)
+    with pytest.raises(RecordingError, match="badly damaged one: of its first"):
+        open_log(path)

@@ -95,6 +95,7 @@ def test_damage_ends_in_a_recording_or_in_one_line(kind, first, count):
     if kind == "log":  # most damage costs a few messages, which are counted
         assert summary["outcomes"]["read"] > 0.3 * count
         assert summary["outcomes"]["refused"] > 0.02 * count
+        assert summary["outcomes"]["proposed"] > 0.01 * count
 
 
 def test_a_case_can_be_had_again():

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: MIT
 """Names in vehicle and model files: what is a name, and what is refused in one line."""
 
+from importlib import resources
+
 import export_names
+import msgspec
 import pytest
 
 import seatrial
 from seatrial.boat.vehicle import load_vehicle, vehicle_from
 from seatrial.commands.cli import main
-from seatrial.util.errors import StructureError, VehicleError
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import FileError, StructureError, VehicleError
 from seatrial.util.files import dump_yaml, read_yaml
 
 ODD = [
@@ -134,3 +138,49 @@ def test_a_models_names_are_checked_as_a_vehicles(tmp_path, capsys, kind):
     assert shown.count("\n") == 1
     assert "one line of 1 to 100" in shown if kind == "vehicle" else "a name has 1 to 64" in shown
     assert not out.exists()
+
+
+OUTSIDE = [
+    "/etc/passwd",
+    "../poses.csv",
+    "a/../../b.csv",
+    "..",
+    "\\\\host\\a.csv",
+    "C:\\a.csv",
+    "C:a.csv",
+    "..\\a.csv",
+    "a\x00b",
+]
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("place", ["pose", "commands", "x", "input", "scale"])
+def test_a_file_is_one_of_the_recordings_folder(place, name):
+    own = content()
+    if place == "x":
+        own["pose"]["x"] = {"column": "x", "file": name}
+    elif place == "input":
+        own["commands"]["inputs"]["F_u"] = {"column": "x", "file": name}
+    elif place == "scale":
+        own["scales"] = {"speed": {"column": {"column": "n", "file": name}, "reference": 1.0}}
+    else:
+        own[place]["file"] = name
+    with pytest.raises(VehicleError, match="is not in the recording's folder; give a name in it"):
+        vehicle_from(own, "boat.yaml")
+
+
+@pytest.mark.parametrize("name", ["poses.csv", "logs/poses.csv", "a..b.csv", "..a.csv", "100%.csv"])
+def test_files_in_the_folder_are_named(name):
+    own = content()
+    own["pose"]["file"] = name
+    assert vehicle_from(own, "boat.yaml").file.pose.file == name
+
+
+@pytest.mark.parametrize("name", ["../S1", "/tmp/S1", "a/b", "", ".hidden", "a\nb", "x" * 70])
+def test_a_trial_is_a_name_of_files(tmp_path, name):
+    plan = read_yaml(resources.files("seatrial") / "data" / "plans" / "clean.yaml")
+    trial = next(iter(load_plan("clean").trials.values()))
+    plan["trials"] = {name: msgspec.to_builtins(trial)}
+    (tmp_path / "plan.yaml").write_text(dump_yaml(plan))
+    with pytest.raises(FileError, match=r"plan\.yaml: trial '"):
+        load_plan(tmp_path / "plan.yaml")

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <tuple>
+#include <type_traits>
 #include <vector>
 
 #include "arrays.hpp"
@@ -76,11 +77,18 @@ OnboardModel make_onboard(const Boat& boat, const Chain& chain, const Vector& q,
 }
 
 template <class P, class T>
-int give_pose(P& self, T t, const Vector& eta, std::optional<Matrix> covariance) {
+int give_pose(P& self, T t, const Vector& eta, std::optional<Matrix> covariance, int parts) {
+  require(parts > kNoPart && parts <= kWholePose, "parts: position 1, heading 2, both 3");
   require(eta.shape(0) == kPose, "eta: x, y, psi");
   require(!covariance || (covariance->shape(0) == kPose && covariance->shape(1) == kPose),
           "covariance: 3 x 3");
-  return static_cast<int>(self.pose(t, eta.data(), covariance ? covariance->data() : nullptr));
+  const double* spread = covariance ? covariance->data() : nullptr;
+  const auto measured = static_cast<Parts>(parts);
+  if constexpr (std::is_same_v<P, Predictor>) {
+    return static_cast<int>(self.pose(t, eta.data(), spread, nullptr, measured));
+  } else {
+    return static_cast<int>(self.pose(t, eta.data(), spread, measured));
+  }
 }
 
 template <class P, class T>
@@ -150,7 +158,8 @@ void bind_predictor(nb::module_& m) {
       .def(
           "scale", [](Predictor& self, double t, Vector v) { return give_row(self, t, v, true); },
           "t"_a, "values"_a)
-      .def("pose", &give_pose<Predictor, double>, "t"_a, "eta"_a, "covariance"_a = nb::none())
+      .def("pose", &give_pose<Predictor, double>, "t"_a, "eta"_a, "covariance"_a = nb::none(),
+           "parts"_a = static_cast<int>(kWholePose))
       .def(
           "at", [](Predictor& self, double t) { return answer(self.at(t)); }, "t"_a)
       .def("forget", &Predictor::forget)
@@ -186,7 +195,7 @@ void bind_odometer(nb::module_& m) {
           [](Odometer& self, std::int64_t t, Vector v) { return give_row(self, t, v, true); },
           "stamp"_a, "values"_a)
       .def("pose", &give_pose<Odometer, std::int64_t>, "stamp"_a, "eta"_a,
-           "covariance"_a = nb::none())
+           "covariance"_a = nb::none(), "parts"_a = static_cast<int>(kWholePose))
       .def(
           "look", [](Odometer& self, std::int64_t t) { return answer(self.look(t)); }, "stamp"_a)
       .def("at", &publish, "stamp"_a)

@@ -8,6 +8,8 @@ programs: they are words. Exports spell and escape both once more (`export/spell
 import re
 from collections.abc import Iterable
 
+import msgspec
+
 from seatrial.util.errors import VehicleError
 
 LONGEST_TITLE = 100  # [characters] of a boat's name
@@ -33,6 +35,27 @@ def check_names(kind: str, names: Iterable[str], source: str) -> None:
                 f"{source}: {kind} '{_shown(name)}': a name has 1 to {LONGEST_NAME} letters, digits, and between "
                 "them _ - . / : or spaces"
             )
+
+
+def check_files(entry: object, source: str) -> None:
+    """Raise VehicleError where a `file` somewhere in an entry is not below the recording's folder."""
+    if isinstance(entry, dict):
+        for value in entry.values():
+            check_files(value, source)
+    elif isinstance(entry, msgspec.Struct):
+        check_files(msgspec.structs.asdict(entry), source)
+        name = getattr(entry, "file", None)
+        if name is not None:
+            check_file(name, source)
+
+
+def check_file(name: str, source: str) -> None:
+    """Raise VehicleError for a path out of a folder, on any system."""
+    parts = re.split(r"[/\\]", name)
+    if ".." in parts or re.match("[A-Za-z]:", name) or name.startswith(("/", "\\")) or "\0" in name:
+        raise VehicleError(
+            f"{source}: file '{_shown(name)}' is not in the recording's folder; give a name in it"
+        )
 
 
 def _shown(name: str) -> str:

@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat import structure
 from seatrial.boat.actuators import ESTIMATE, STAGES, ChainReader, Constants, stated
 from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
-from seatrial.boat.names import check_names, check_title
+from seatrial.boat.names import check_files, check_names, check_title
 from seatrial.boat.physical_library import base_terms
 from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
 from seatrial.boat.structure import Force, Structure, Term
@@ -355,6 +355,8 @@ class Vehicle:
             ("chain group", [group.name for group in file.chain if group.name]),
         ):
             check_names(kind, names, self.source)
+        for entry in (file.pose, file.commands, file.scales):
+            check_files(entry, self.source)
 
     @cached_property
     def _reader(self) -> ChainReader:

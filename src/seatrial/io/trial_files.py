@@ -51,12 +51,13 @@ def write_trial(trial: Trial, out: Path, kind: str = "csv") -> Path:
     """One trial below `out`: a folder of tables or a bag; its truth in `out`/truth. Returns it."""
     path = out / (trial.name if kind == "csv" else f"{trial.name}.{kind}")
     tables = _tables(trial.vehicle)
+    # the truth first: a folder that has it was simulated, also where it was interrupted
+    _write_truth(trial, out / TRUTH / f"{trial.name}.csv")
     with noted(out, out / TRUTH / DIGESTS, [path / x for x in tables] if kind == "csv" else [path]):
         if kind == "csv":
             _write_tables(trial, path)
         else:
             _write_trial_bag(trial, path)
-    _write_truth(trial, out / TRUTH / f"{trial.name}.csv")
     return path
 
 
@@ -154,12 +155,12 @@ def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> 
     """Vehicle file for the trials, the plan, and the true model."""
     suffix = SUFFIX[vehicle.scheme]
     path = out / f"vehicle{suffix}.yaml"
-    with noted(out, out / TRUTH / DIGESTS, [path]):
-        write_text(path, dump_yaml(vehicle.to_mapping()))
     write_text(
         out / TRUTH / "plan.yaml",
         dump_yaml({"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}),
     )
+    with noted(out, out / TRUTH / DIGESTS, [path]):
+        write_text(path, dump_yaml(vehicle.to_mapping()))
     save(truth, out / TRUTH / f"model{suffix}.yaml")
     return path
 

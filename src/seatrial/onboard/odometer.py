@@ -16,12 +16,16 @@ from numpy.typing import ArrayLike
 from seatrial import _core
 from seatrial.boat.model import Model, load
 from seatrial.onboard.predictor import (
+    HEADING,
     POSE,
+    POSITION,
     Estimate,
     Running,
     Taken,
+    heading_part,
     onboard_model,
     pose_covariance,
+    position_part,
     row_of,
 )
 from seatrial.util.frames import Array, frozen_array
@@ -86,6 +90,16 @@ class Odometer(Running):
         return Taken(
             self._core.pose(_within(stamp), row_of(eta, "pose", POSE), pose_covariance(covariance))
         )
+
+    def position(self, stamp: int, xy: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
+        """A position (2,) of the measured point without a heading, and its covariance (2, 2), if known."""
+        part = position_part(xy, covariance, self.model)
+        return Taken(self._core.pose(_within(stamp), *part, POSITION))
+
+    def heading(self, stamp: int, psi: float, deviation: float | None = None) -> Taken:
+        """A heading [rad] without a position, and its standard deviation [rad], if known."""
+        part = heading_part(psi, deviation, self.model)
+        return Taken(self._core.pose(_within(stamp), *part, HEADING))
 
     def look(self, stamp: int) -> Estimate:
         """Motion at any stamp within the window, now, or up to 60 s ahead; changes no state."""

@@ -122,6 +122,9 @@ def onboard_model(
         raise ModelError(f"{model.name}: can't be run on board: {error}") from None
 
 
+POSITION, HEADING = _core.POSITION_PART, _core.HEADING_PART
+
+
 class Running:
     """A filter that runs: a copy has its own state; a pickle would be without."""
 
@@ -189,6 +192,21 @@ class Predictor(Running):
         """
         return Taken(self._core.pose(t, row_of(eta, "pose", POSE), pose_covariance(covariance)))
 
+    def position(self, t: float, xy: ArrayLike, covariance: ArrayLike | None = None) -> Taken:
+        """A position (2,) x, y [m] stamped t [s], of a sensor without a heading, such as GNSS.
+
+        covariance: (2, 2) [m] squared; by default the model's pose noise. Motion is known when a heading was
+        used, too.
+        """
+        return Taken(self._core.pose(t, *position_part(xy, covariance, self.model), POSITION))
+
+    def heading(self, t: float, psi: float, deviation: float | None = None) -> Taken:
+        """A heading [rad] stamped t [s], of a compass or a second antenna.
+
+        deviation: standard deviation [rad]; by default the model's pose noise.
+        """
+        return Taken(self._core.pose(t, *heading_part(psi, deviation, self.model), HEADING))
+
     def at(self, t: float) -> Estimate:
         """Motion at t [s]: within the window, now, or up to 60 s ahead of the newest input."""
         return Estimate.of(self._core.at(t))
@@ -206,6 +224,30 @@ def pose_covariance(covariance: ArrayLike | None) -> Array | None:
     if spread.shape != (3, 3):
         raise PredictorError(f"pose: covariance of shape {spread.shape}; expected (3, 3)")
     return spread
+
+
+def position_part(
+    xy: ArrayLike, covariance: ArrayLike | None, model: Model
+) -> tuple[Array, Array | None]:
+    """A pose and its covariance for the core, of which the position counts. Raises PredictorError."""
+    eta = np.append(row_of(xy, "position", POSE[:2]), 0.0)
+    if covariance is None:
+        return eta, None
+    spread = np.ascontiguousarray(covariance, dtype=float)
+    if spread.shape != (2, 2):
+        raise PredictorError(f"position: covariance of shape {spread.shape}; expected (2, 2)")
+    whole = np.diag([0.0, 0.0, model.noise.heading**2])
+    whole[:2, :2] = spread
+    return eta, whole
+
+
+def heading_part(psi: float, deviation: float | None, model: Model) -> tuple[Array, Array | None]:
+    """The same, of which the heading counts."""
+    eta = np.array([0.0, 0.0, psi])
+    if deviation is None:
+        return eta, None
+    position = model.noise.position**2
+    return eta, np.diag([position, position, float(deviation) ** 2])
 
 
 def _start_deviation(model: Model) -> Array:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The plan of simulated trials: plant, sensor, operator and trials in one file."""
 
+import re
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -13,6 +14,7 @@ from seatrial.util.files import convert, expect_format, read_yaml
 
 PLAN_FORMAT = "plan 1"
 DEEPEST_BASE = 5  # plans that are based on each other: more is a cycle
+TRIAL = re.compile(r"\w[\w. -]{0,63}")  # a name of files
 Range = tuple[float, float]
 
 
@@ -113,7 +115,13 @@ class PlanFile(Strict, frozen=True):
 
 def load_plan(path: str | Path) -> PlanFile:
     """A plan from a file, or a bundled one by its name."""
-    return convert(_resolved(path, 0), PlanFile, path)
+    plan = convert(_resolved(path, 0), PlanFile, path)
+    for name in plan.trials:
+        if not TRIAL.fullmatch(name):
+            raise FileError(
+                f"{path}: trial '{name[:40]}': its files have this name: 1 to 64 letters, digits, _ - . or spaces"
+            )
+    return plan
 
 
 def with_seed(plan: PlanFile, seed: int) -> PlanFile:

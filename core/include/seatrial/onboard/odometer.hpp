@@ -52,9 +52,10 @@ class BasicOdometer {
   }
 
   /// x, y [m], psi [rad] of the measured point, stamped [ns]; covariance (3 x 3, row by row) or,
-  /// null, the model's pose noise.
-  Taken pose(std::int64_t stamp, const double* eta, const double* covariance = nullptr) {
-    return take(stamp, Source::kPose, eta, covariance);
+  /// null, the model's pose noise. parts: kPositionPart or kHeadingPart alone.
+  Taken pose(std::int64_t stamp, const double* eta, const double* covariance = nullptr,
+             Parts parts = kWholePose) {
+    return take(stamp, Source::kPose, eta, covariance, parts);
   }
 
   /// Motion at any stamp [ns] within reach; `odom` is not integrated.
@@ -107,6 +108,7 @@ class BasicOdometer {
   struct Recent {
     Source source = Source::kCommand;
     bool own_noise = false;  // with a covariance
+    Parts parts = kWholePose;
     std::int64_t stamp = 0;
     double values[kMaxCommands] = {};
     double covariance[kCells] = {};
@@ -126,7 +128,8 @@ class BasicOdometer {
     return 1e-9 * static_cast<double>(stamp - origin_);
   }
 
-  Taken take(std::int64_t stamp, Source source, const double* values, const double* covariance) {
+  Taken take(std::int64_t stamp, Source source, const double* values, const double* covariance,
+             Parts parts = kWholePose) {
     if (!begun_ && usable(stamp)) {
       origin_ = stamp;
       begun_ = true;
@@ -135,6 +138,7 @@ class BasicOdometer {
     in.source = source;
     in.stamp = stamp;
     std::copy(values, values + width(source), in.values);
+    in.parts = parts;
     in.own_noise = covariance != nullptr;
     if (in.own_noise) std::copy(covariance, covariance + kCells, in.covariance);
     const Taken taken = give(in);
@@ -157,9 +161,11 @@ class BasicOdometer {
     if (in.source == Source::kCommand) return predictor_.command(t, in.values);
     if (in.source == Source::kScale) return predictor_.scale(t, in.values);
     const double* covariance = in.own_noise ? in.covariance : nullptr;
-    if (lever_[0] == 0.0 && lever_[1] == 0.0) return predictor_.pose(t, in.values, covariance);
-    if (model().position_delay != model().heading_delay) {  // the heading is of another time
-      return predictor_.pose(t, in.values, covariance, lever_);
+    // a heading of another time, or none: the predictor turns the lever by its own
+    const bool none = lever_[0] == 0.0 && lever_[1] == 0.0;
+    const bool other = model().position_delay != model().heading_delay || in.parts != kWholePose;
+    if (none || other) {
+      return predictor_.pose(t, in.values, covariance, none ? nullptr : lever_, in.parts);
     }
     double origin[kPose];
     double spread[kCells];

@@ -32,12 +32,14 @@ class BasicPredictor {
 
   /// A pose x, y [m], psi [rad] stamped t [s], with its covariance (3 x 3, row by row) or, null,
   /// the model's pose noise. Position and heading are older than the stamp by the model's delays.
-  /// lever: forward, left [m] of the measured point, where the two delays differ.
+  /// lever: forward, left [m] of the measured point, where the heading is of another time or
+  /// unknown. parts: kPositionPart or kHeadingPart of sensors with stamps of their own.
   Taken pose(double t, const double* eta, const double* covariance = nullptr,
-             const double* lever = nullptr) {
+             const double* lever = nullptr, Parts parts = kWholePose) {
     Input in;
     in.kind = Kind::kPose;
     in.time = t;
+    in.pose.parts = parts;
     if (!numbers(eta, 2, kFarthest) || !std::isfinite(eta[2])) return refuse(Taken::kNotNumber);
     std::copy(eta, eta + 2, in.pose.eta);
     in.pose.eta[2] = wrap(eta[2]);
@@ -187,7 +189,9 @@ class BasicPredictor {
   /// A pose at its time, or its position and heading each at its own.
   Taken put_pose(const Input& in) {
     const double late[2] = {model().position_delay, model().heading_delay};
-    if (late[0] == late[1]) return buffer_.put_pose(in.time - late[0], in.pose);
+    if (late[0] == late[1] || in.pose.parts != kWholePose) {
+      return buffer_.put_pose(in.time - late[has(in.pose.parts, 0) ? 0 : 1], in.pose);
+    }
     PoseSample position = in.pose;
     PoseSample heading = in.pose;
     position.parts = kPositionPart;

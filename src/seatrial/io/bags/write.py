@@ -6,6 +6,7 @@ in the varying fields.
 """
 
 import heapq
+import os
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,6 +18,7 @@ import numpy as np
 from seatrial.io.bags.definitions import standard_definitions
 from seatrial.io.bags.wire import Shape, Wire, described, short_type
 from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.files import sync_folder
 from seatrial.util.frames import Array, Stamps
 
 if TYPE_CHECKING:
@@ -61,7 +63,11 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
-            _write(Path(folder) / path.stem, kind, topics).replace(path)
+            made = _write(Path(folder) / path.stem, kind, topics)
+            with made.open("rb") as file:
+                os.fsync(file.fileno())
+            made.replace(path)
+        sync_folder(path.parent)
     except OSError as error:
         raise FileError(f"{path}: can't be written ({error.strerror})") from None
     return path

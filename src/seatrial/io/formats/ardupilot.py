@@ -65,6 +65,7 @@ class _Walk:
         self.instances: dict[int, list[int]] = {}  # counts by type, of each instance
         self.totals: Counter[tuple[str, int]] = Counter()  # messages by name and instance
         self.unsound: set[str] = set()
+        self.in_step = True  # whether the last bytes are a message
         self.lost, self.places = 0, 0  # [bytes] that are no message, runs of them
         self.passed = 0  # [bytes] that are messages, of settled formats
         self.current: dict[int, Format] = {}
@@ -102,7 +103,7 @@ class _Walk:
     def _pass(self, data: bytes, *, ended: bool) -> int:
         """Pass all messages that are whole; returns where the next one begins."""
         sizes, seen, visits = self.sizes, self.seen, self.visits
-        at, end, in_step = 0, len(data), True
+        at, end, in_step = 0, len(data), self.in_step
         last = end if ended else end - LONGEST - len(HEAD)
         while at < last:
             if data[at : at + 2] == HEAD and at + 2 < end:
@@ -123,6 +124,7 @@ class _Walk:
                 in_step = False
                 self._refuse_noise()
             at = after
+        self.in_step = in_step
         return at
 
     def _refuse_noise(self) -> None:

@@ -15,7 +15,7 @@ from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.progress import reach
 
 LONGEST_LINE = 4096  # [bytes]
-MOST_FORMATS = 1000
+BAD_LINES = 100_000  # after which a file that is less than half messages is no log
 EVERY = 1 << 16  # [lines] between two reports of progress
 INSTANCE = re.compile(r"\[(\d+)\]$")
 
@@ -30,10 +30,10 @@ class ArduPilotTextLog(Log):
         self._definitions = Definitions()
         self._counts: Counter[tuple[str, int]] = Counter()
         self._late = False  # whether lines stand before their definition
-        strange = sum(map(self._take, self._lines()))
+        strange = self._count()
         if strange or self._late:
             self._counts.clear()
-            strange = sum(map(self._take, self._lines()))
+            strange = self._count()
         self.topics = self._definitions.topics(self._counts)
         self.parameters = self._definitions.parameters
         if not self.topics:
@@ -53,6 +53,21 @@ class ArduPilotTextLog(Log):
             for column in by_name.get(line.split(",", 1)[0], ()):
                 column.add(line, formats[column.name])
         return [column.samples() for column in columns]
+
+    def _count(self) -> int:
+        """Count messages; returns how many lines are none."""
+        strange = empty = 0
+        for number, line in enumerate(self._lines(), 1):
+            if line:
+                strange += self._take(line)
+            else:
+                empty += 1
+            if strange + empty > BAD_LINES and 2 * (strange + empty) > number:
+                raise RecordingError(
+                    f"{self.path}: no ArduPilot log, or a badly damaged one: of its first {number} lines "
+                    f"{strange + empty} are no message"
+                )
+        return strange
 
     def _lines(self) -> Iterator[str]:
         try:
@@ -74,8 +89,7 @@ class ArduPilotTextLog(Log):
             if name == "FMT":
                 columns = tuple(texts[4:]) if texts[4:] != [""] else ()
                 found = Format(int(texts[0]), texts[2], int(texts[1]), texts[3], columns)
-                if len(self._definitions.formats) < MOST_FORMATS:
-                    self._definitions.define(found)
+                self._definitions.define(found)
                 return 0
             found = self._named(name)
             if len(texts) < len(found.columns):
@@ -90,7 +104,7 @@ class ArduPilotTextLog(Log):
             i = found.instance
             self._counts[name, 0 if i is None else int(texts[i])] += 1
         except (KeyError, ValueError, OverflowError, IndexError):
-            return int(bool(line))
+            return 1
         return 0
 
     def _named(self, name: str) -> Format:

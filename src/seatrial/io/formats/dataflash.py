@@ -22,6 +22,7 @@ ONE_BYTE = "bBM"
 PREFIXES = {1e-1: "d", 1e-2: "c", 1e-3: "m", 1e-6: "u", 1e-9: "n"}
 STAMPS = {"TimeUS": 1000, "TimeMS": 1_000_000, "T": 1_000_000}  # [ns] of one; T: of an old GPS
 DEFINING = ("FMT", "FMTU", "UNIT", "MULT", "PARM")  # no topics
+MOST_CHANGES = 2000  # definitions of a log; later ones are not followed
 MOST_PARAMETERS = 20_000
 Key = tuple[int, str, int, str, tuple[str, ...]]
 Stated = dict[Key, tuple[str, str]]  # units and multipliers of formats
@@ -106,6 +107,8 @@ class Format:
 class Definitions:
     """What a log has defined so far. `stated`: units, also those of an earlier pass."""
 
+    changes: int = 0  # new or other formats
+
     formats: dict[int, Format] = field(default_factory=dict)
     stated: Stated = field(default_factory=dict)
     unit_names: dict[str, str] = field(default_factory=dict)
@@ -116,8 +119,9 @@ class Definitions:
     def define(self, found: Format) -> Format | None:
         """The format of an FMT with its units; None: the same as before."""
         before = self.formats.get(found.number)
-        if before is not None and before.key == found.key:
+        if (before is not None and before.key == found.key) or self.changes >= MOST_CHANGES:
             return None
+        self.changes += 1
         units, multipliers = self.stated.get(found.key, ("", ""))
         return self._keep(replace(found, units=units, multipliers=multipliers))
 
@@ -135,7 +139,9 @@ class Definitions:
         elif name == "FMTU":
             found = self.formats.get(int(values["FmtType"]))
             stated = str(values["UnitIds"]), str(values["MultIds"])
-            if found is not None and (found.units, found.multipliers) != stated:
+            other = found is not None and (found.units, found.multipliers) != stated
+            if found is not None and other and self.changes < MOST_CHANGES:
+                self.changes += 1
                 self.stated[found.key] = stated
                 return self._keep(replace(found, units=stated[0], multipliers=stated[1]))
         return None

@@ -178,6 +178,7 @@ class _Walk:
         self.offsets: dict[Source, int] = {}  # [ns] least of arrival minus time since boot
         self.unknown: Counter[int] = Counter()
         self.messages, self.checksum = messages(), mcrf4xx
+        self.in_step = True  # whether the last bytes are a message
         self.lost, self.places, self.passed = 0, 0, 0  # [bytes], runs of them, [bytes] of frames
         try:
             with path.open("rb") as file:
@@ -222,7 +223,7 @@ class _Walk:
 
     def _pass(self, data: bytes, *, ended: bool) -> int:
         """Pass all records that are whole; returns where the next one begins."""
-        at, end, in_step = 0, len(data), True
+        at, end, in_step = 0, len(data), self.in_step
         last = end if ended else end - LONGEST
         while at < last:
             size = self._record(data, at, end)
@@ -239,6 +240,7 @@ class _Walk:
                     f"{self.path}: no MAVLink log, or a badly damaged one: of its first "
                     f"{self.passed + self.lost} bytes {self.lost} are no message"
                 )
+        self.in_step = in_step
         return at
 
     def _record(self, data: bytes, at: int, end: int) -> int:

@@ -102,6 +102,7 @@ class _Walk:
         self.parameters: dict[str, float] = {}
         self.unsound: set[str] = set()
         self.lost, self.places, self.unequal = 0, 0, 0  # [bytes], runs; data of a wrong size
+        self.losing = False  # whether the last bytes are no message
         self.dropouts, self.dropped = 0, 0  # and their length [ms]
         self.ends: list[int] = []  # offsets behind which data was appended
         try:
@@ -174,6 +175,7 @@ class _Walk:
             self.unequal += 1
             return
         topic.count += 1
+        self.losing = False
         for each in topic.columns:
             each.add(data[at : at + topic.layout.size], topic.layout)
 
@@ -193,7 +195,8 @@ class _Walk:
 
     def _lose(self, data: bytes) -> None:
         self.lost += len(data)
-        self.places += bool(data)
+        self.places += bool(data) and not self.losing
+        self.losing |= bool(data)
 
     # Definitions #
 

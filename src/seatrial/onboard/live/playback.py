@@ -10,6 +10,7 @@ from seatrial.boat.model import Model
 from seatrial.onboard.live.line_loop import RATE
 from seatrial.onboard.live.protocol import NANO
 from seatrial.onboard.odometer import Odometer, Odometry
+from seatrial.onboard.predictor import HEADING, POSITION
 from seatrial.recording.recording import Recording
 
 
@@ -24,6 +25,10 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
         *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),
         *((int(stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
     ]
+    beside, parts = recording.beside, recording.parts
+    if beside is not None:
+        turned = np.flatnonzero(beside.parts == HEADING)
+        moments += [(int(beside.stamps[i]) + round(NANO * heading), 3, int(i)) for i in turned]
     if recording.scales is not None:
         moments += [(int(t), 1, i) for i, t in enumerate(recording.scales.stamps)]
     period = round(NANO / rate)
@@ -38,5 +43,9 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
             odometer.command(stamp, recording.commands.values[i])
         elif kind == 1 and recording.scales is not None:
             odometer.scale(stamp, recording.scales.values[i])
+        elif kind == 3 and beside is not None:
+            odometer.heading(stamp, float(beside.values[i]))
+        elif parts is not None and parts[i] == POSITION:
+            odometer.position(stamp, recording.eta[i, :2])
         else:
             odometer.pose(stamp, recording.eta[i])

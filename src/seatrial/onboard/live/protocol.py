@@ -18,8 +18,9 @@ from seatrial.util.frames import POSE_SIGNS, SYMBOLS, Array, Axes
 LINE_FORMATS = ("json", "csv")
 NANO = 1_000_000_000
 LATEST_STAMP = 4e9  # [s] largest stamp that fits nanoseconds in 64 bits
-Kind = Literal["pose", "command", "scale", "at", "reload"]
-KINDS: tuple[Kind, ...] = ("pose", "command", "scale", "at", "reload")
+Kind = Literal["pose", "position", "heading", "command", "scale", "at", "reload"]
+KINDS: tuple[Kind, ...] = ("pose", "position", "heading", "command", "scale", "at", "reload")
+PARTS = {"position": POSE[:2], "heading": POSE[2:]}  # of a pose: what a line of CSV has
 Values = list[float] | dict[str, float]
 Row = tuple[float, float, float]
 
@@ -31,6 +32,8 @@ class Line(Strict, frozen=True):
     stamp: int | None = None  # [ns], instead of t
     pose: Row | None = None
     covariance: tuple[Row, Row, Row] | None = None
+    position: tuple[float, float] | None = None  # of a sensor without a heading
+    heading: float | None = None  # of one without a position
     command: Values | None = None
     scale: Values | None = None
     at: float | None = None
@@ -85,6 +88,10 @@ class Reader:
             return self._pose(stamp, np.array(line.pose), spread)
         if kind == "reload":
             return Event(kind, stamp, np.zeros(0))
+        if kind in ("position", "heading"):
+            return self._part(
+                kind, stamp, np.atleast_1d(np.array(getattr(line, kind), dtype=float))
+            )
         if kind == "command":
             return self._signal(kind, stamp, line.command)
         return self._signal("scale", stamp, line.scale)
@@ -105,6 +112,12 @@ class Reader:
                 )
             spread = np.reshape(values[3:], (3, 3)) if len(values) > 3 else None
             return self._pose(stamp, np.array(values[:3]), spread)
+        if kind in PARTS:
+            if len(values) != len(PARTS[kind]) or len(values) != len(numbers):
+                raise LiveError(
+                    f"{kind}: expected t, {', '.join(PARTS[kind])}; got {text.strip()[:80]}"
+                )
+            return self._part(kind, stamp, np.array(values))
         if kind == "command":
             return self._signal("command", stamp, values)
         if kind == "scale":
@@ -120,6 +133,11 @@ class Reader:
         return Event(
             "pose", stamp, eta * flip, None if spread is None else spread * np.outer(flip, flip)
         )
+
+    def _part(self, kind: str, stamp: int | None, values: Array) -> Event:
+        if kind == "position":
+            return Event("position", stamp, values * self._flip[:2])
+        return Event("heading", stamp, values * self._flip[2:])
 
     def _signal(
         self, kind: Literal["command", "scale"], stamp: int | None, got: Values | None

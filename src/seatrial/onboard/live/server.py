@@ -47,6 +47,10 @@ class Live(Stream):
             yield from self.due(stamp - 1)  # from the inputs before this one
         if event.kind == "pose":
             taken = self.odometer.pose(stamp, event.values, event.covariance)
+        elif event.kind == "position":
+            taken = self.odometer.position(stamp, event.values)
+        elif event.kind == "heading":
+            taken = self.odometer.heading(stamp, float(event.values[0]))
         elif event.kind == "command":
             taken = self.odometer.command(stamp, event.values)
         else:
