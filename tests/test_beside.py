@@ -181,3 +181,16 @@ def test_a_recording_cut_keeps_what_was_measured_beside(drive):
     inside = (whole.beside.stamps >= part.stamps[0]) & (whole.beside.stamps <= part.stamps[-1])
     assert len(part.beside.stamps) == pytest.approx(int(inside.sum()), abs=2)
     assert replace(part).beside is part.beside
+
+
+def test_a_steady_turn_shows_no_gain_of_a_gyro():
+    """Its bias is found: gain and bias can't be told apart, and are not refused."""
+    t = np.arange(0, 60, 0.1)
+    rng = np.random.default_rng(0)
+    eta = np.column_stack([np.sin(0.3 * t), np.cos(0.3 * t), 0.3 * t + rng.normal(0, 0.01, len(t))])
+    commands = Signal(("F_u",), stamps_of(t), np.sin(t)[:, None])
+    recording = make_recording("turn", stamps_of(t), eta, commands)
+    g = np.arange(0.5, 59, 0.05)
+    rates = 0.3 + 0.05 + rng.normal(0, 0.01, len(g))
+    beside = with_yaw_rate(recording, stamps_of(g), rates, "pose: yaw_rate").beside
+    assert float(np.mean(beside.values)) == pytest.approx(0.3, abs=2e-3)
