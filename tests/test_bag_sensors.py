@@ -68,7 +68,7 @@ def test_init_finds_position_heading_and_yaw_rate(tmp_path, run, axes, compass):
     expected = np.diff(true[:, :2], axis=0)  # north, east
     got = forward[:, ::-1] if axes == "forward-left-up" else forward * [1, -1]
     assert np.nanstd(got - expected) < 0.04
-    assert (recording.beside.parts == 4).any() is np.bool_(not compass)
+    assert (recording.asynchronous.parts == 4).any() is np.bool_(not compass)
 
 
 def test_the_topics_are_listed_with_what_they_could_be(tmp_path, run):

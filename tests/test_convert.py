@@ -41,7 +41,7 @@ def same(found, expected, exact=True):
         assert mine.names == its.names
         np.testing.assert_array_equal(mine.stamps, its.stamps)
         close(mine.values, its.values, **more)
-    np.testing.assert_array_equal(found.beside.stamps, expected.beside.stamps)
+    np.testing.assert_array_equal(found.asynchronous.stamps, expected.asynchronous.stamps)
 
 
 @pytest.mark.parametrize("name", WRITERS)

@@ -52,7 +52,7 @@ def test_position_and_heading_are_each_used_where_they_are_new(mp, trials, fault
     recording = seatrial.read(written(trials, fault, tmp_path)[0], vehicle)
     rows = len(trials["S1"][0])
     assert len(recording.t) == (rows + 1) // 2
-    assert len(recording.beside.stamps) == rows // 2
+    assert len(recording.asynchronous.stamps) == rows // 2
     assert any("two rates" in remark for remark in recording.remarks)
 
 

@@ -11,7 +11,7 @@ import seatrial
 from seatrial.onboard.live import Reader, replay
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Health, Predictor, Taken
-from seatrial.recording.beside import joined
+from seatrial.recording.asynchronous import joined
 from seatrial.recording.recording import make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
@@ -132,7 +132,7 @@ def test_a_replay_uses_each_where_it_is_new(boat):
     poses = joined(stamps[0], xy, stamps[1], psi)
     recording = make_recording(
         "both", poses.stamps, poses.eta, trial.recording.commands,
-        parts=poses.parts, beside=poses.beside,
+        parts=poses.parts, asynchronous=poses.asynchronous,
     )  # fmt: skip
     rows = list(replay(model, recording, 10.0))
     predictor = Predictor(model)

@@ -50,9 +50,9 @@ Out2 moved2(const std::vector<T>& from, std::size_t width) {
 
 constexpr double kLongestDelay = 4.0;  // [s]
 
-/// Measurements beside the poses: time [s], Parts, value [rad or rad/s], deviation of rates
+/// Asynchronous measurements: time [s], Parts, value [rad or rad/s], deviation of rates
 /// [rad/s].
-using Beside = std::tuple<Vector, Flags, Vector, double>;
+using Asynchronous = std::tuple<Vector, Flags, Vector, double>;
 
 /// Poses of one recording, and its start.
 struct Series {
@@ -63,12 +63,13 @@ struct Series {
   std::vector<signed char> use;
   std::vector<double> velocities;
   std::vector<Parts> parts;
-  std::vector<double> beside_time;
-  std::vector<double> beside_value;
-  std::vector<Parts> beside_parts;
+  std::vector<double> asynchronous_time;
+  std::vector<double> asynchronous_value;
+  std::vector<Parts> asynchronous_parts;
 
   Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity, std::optional<Matrix> afresh,
-         double position_delay, std::optional<Flags> measured, std::optional<Beside> beside) {
+         double position_delay, std::optional<Flags> measured,
+         std::optional<Asynchronous> asynchronous) {
     const std::size_t n = t.shape(0);
     require(n > 1 && e.shape(0) == n && e.shape(1) == kPose && u.shape(0) == n,
             "eta: n x 3, use: n");
@@ -90,7 +91,7 @@ struct Series {
       take_parts(*measured, kWholePose, parts);
       poses.parts = parts.data();
     }
-    if (beside) take_beside(*beside);
+    if (asynchronous) take_asynchronous(*asynchronous);
   }
   Series(const Series&) = delete;
   Series& operator=(const Series&) = delete;
@@ -103,28 +104,29 @@ struct Series {
     }
   }
 
-  void take_beside(const Beside& beside) {
-    const auto& [t, kinds, values, deviation] = beside;
+  void take_asynchronous(const Asynchronous& asynchronous) {
+    const auto& [t, kinds, values, deviation] = asynchronous;
     const std::size_t m = t.shape(0);
-    require(kinds.shape(0) == m && values.shape(0) == m, "beside: time, parts, value: one each");
-    beside_time.assign(t.data(), t.data() + m);
-    beside_value.assign(values.data(), values.data() + m);
-    take_parts(kinds, kRatePart, beside_parts);
+    require(kinds.shape(0) == m && values.shape(0) == m,
+            "asynchronous: time, parts, value: one each");
+    asynchronous_time.assign(t.data(), t.data() + m);
+    asynchronous_value.assign(values.data(), values.data() + m);
+    take_parts(kinds, kRatePart, asynchronous_parts);
     bool rates = false;
     for (std::size_t i = 0; i < m; ++i) {
-      require(beside_parts[i] == kHeadingPart || beside_parts[i] == kRatePart ||
-                  beside_parts[i] == kNoPart,
-              "beside: heading 2, rate 4, or none 0");
-      require(beside_time[i] >= (i == 0 ? time[0] : beside_time[i - 1]),
-              "beside: times that rise from the first pose's");
-      require(std::isfinite(beside_value[i]), "beside: finite values");
-      rates = rates || beside_parts[i] == kRatePart;
+      require(asynchronous_parts[i] == kHeadingPart || asynchronous_parts[i] == kRatePart ||
+                  asynchronous_parts[i] == kNoPart,
+              "asynchronous: heading 2, rate 4, or none 0");
+      require(asynchronous_time[i] >= (i == 0 ? time[0] : asynchronous_time[i - 1]),
+              "asynchronous: times that rise from the first pose's");
+      require(std::isfinite(asynchronous_value[i]), "asynchronous: finite values");
+      rates = rates || asynchronous_parts[i] == kRatePart;
     }
-    require(!rates || deviation > 0.0, "beside: a positive deviation of the rates");
-    poses.n_beside = static_cast<int>(m);
-    poses.beside_time = beside_time.data();
-    poses.beside_value = beside_value.data();
-    poses.beside_parts = beside_parts.data();
+    require(!rates || deviation > 0.0, "asynchronous: a positive deviation of the rates");
+    poses.n_asynchronous = static_cast<int>(m);
+    poses.asynchronous_time = asynchronous_time.data();
+    poses.asynchronous_value = asynchronous_value.data();
+    poses.asynchronous_parts = asynchronous_parts.data();
     poses.rate_deviation = deviation;
   }
 };
@@ -330,9 +332,9 @@ void bind_filter(nb::module_& m) {
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
       .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>, double,
-                    std::optional<Flags>, std::optional<Beside>>(),
+                    std::optional<Flags>, std::optional<Asynchronous>>(),
            "time"_a, "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none(),
-           "position_delay"_a = 0.0, "parts"_a = nb::none(), "beside"_a = nb::none());
+           "position_delay"_a = 0.0, "parts"_a = nb::none(), "asynchronous"_a = nb::none());
   m.attr("EFFECTS") = kEffects;
   m.attr("POSITION_PART") = static_cast<int>(kPositionPart);
   m.attr("HEADING_PART") = static_cast<int>(kHeadingPart);

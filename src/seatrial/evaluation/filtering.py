@@ -26,7 +26,7 @@ from seatrial.boat.noise_parameters import (
 from seatrial.boat.noise_scoring import Linearised, fitted_noise
 from seatrial.boat.structure import Row
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.beside import used_beside
+from seatrial.recording.asynchronous import used_asynchronous
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
@@ -100,22 +100,21 @@ def filter_series(recording: Recording) -> _core.Series:
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
         np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh,
-        recording.position_delay, recording.parts, _beside(recording, use),
+        recording.position_delay, recording.parts, _asynchronous(recording, use),
     )  # fmt: skip
 
 
-def _beside(
+def _asynchronous(
     recording: Recording, use: NDArray[np.int8]
 ) -> tuple[Array, NDArray[np.int8], Array, float] | None:
-    """Times [s], parts, values and the rates' deviation of what was measured beside the poses."""
-    if recording.beside is None:
+    """Times [s], parts, values and the rates' deviation of the asynchronous measurements."""
+    if recording.asynchronous is None:
         return None
-    beside = recording.beside.between(recording.stamps)
+    measured = recording.asynchronous.between(recording.stamps)
     lost = (*USE_AFTER.values(), _core.USE_BEGINNING)
-    parts = np.where(used_beside(beside, recording.stamps, use, lost), beside.parts, 0)
-    return (
-        recording.seconds(beside.stamps), parts.astype(np.int8), beside.values, beside.rate_deviation
-    )  # fmt: skip
+    used = used_asynchronous(measured, recording.stamps, use, lost)
+    parts = np.where(used, measured.parts, 0).astype(np.int8)
+    return recording.seconds(measured.stamps), parts, measured.values, measured.rate_deviation
 
 
 def _restarts(

@@ -10,8 +10,8 @@ from seatrial.boat.schema import Column
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.poses import POSE_UNITS, heading_of, in_plane, of_origin
 from seatrial.io.signals import (
-    Answer,
-    Asked,
+    Request,
+    Rows,
     Signals,
     checked_unit,
     grouped,
@@ -19,8 +19,8 @@ from seatrial.io.signals import (
     scaled,
     signal_of,
 )
+from seatrial.recording.asynchronous import Poses, joined
 from seatrial.recording.averaging import with_enough_poses
-from seatrial.recording.beside import Poses, joined
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording
@@ -35,11 +35,11 @@ HEADING = "psi"
 
 def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     """A recording in forward-left-up axes. Raises RecordingError."""
-    # 1. What the vehicle file asks, by topic or table.
-    asked = questions(signals, vehicle)
+    # 1. The signals of the vehicle file, by topic or table.
+    wanted = requests(signals, vehicle)
     # 2. All of it in one pass.
-    answers = signals.answer(asked)
-    found = list(zip(asked, answers, strict=True))
+    read = signals.read(wanted)
+    found = list(zip(wanted, read, strict=True))
     driven, factors = _by_role(found, "commands"), _by_role(found, "scales")
     # 3. Poses of the boat's origin at the times that they left with, commands and scales as signals.
     given = [*_by_role(found, "poses"), *_by_role(found, "headings")]
@@ -53,28 +53,28 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         merged(inputs, vehicle.inputs),
         scales=_finite(merged([signal_of(*s) for s in factors], vehicle.scales)) if factors else None,
         marked_valid=given[0][1].marked_valid, timeout=vehicle.file.command_timeout,
-        sources=[Source(file) for file in signals.files], streams=[a.stream for a in answers],
+        sources=[Source(file) for file in signals.files], streams=[rows.stream for rows in read],
         remarks=[*signals.remarks, *bursts], doubts=doubts, position_delay=position - heading, parts=known.parts,
-        beside=None if known.beside is None else known.beside.shifted(-round(1e9 * heading)),
+        asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),
     )  # fmt: skip
     recording = with_enough_poses(recording)
     # 4. Yaw rates of a gyro, their bias removed.
-    for one, answer in _by_role(found, "yaw rates"):
-        r = scaled(answer.values[:, 0], one.columns[0])
+    for one, rows in _by_role(found, "yaw rates"):
+        r = scaled(rows.values[:, 0], one.columns[0])
         r = -r if vehicle.axes is Axes.FRD else r
         recording = with_yaw_rate(
-            recording, stamps_of_headings(answer.stamps, heading), r, one.wheres[0]
+            recording, stamps_of_headings(rows.stamps, heading), r, one.wheres[0]
         )
     return recording
 
 
-def questions(signals: Signals, vehicle: Vehicle) -> list[Asked]:
-    """What the vehicle file asks of a log: poses, headings, yaw rates, commands, scales. Raises RecordingError."""
-    values = [*_asked_commands(signals, vehicle), *_asked_scales(signals, vehicle)]
-    return [*_asked_poses(signals, vehicle), *_asked_rates(signals, vehicle), *values]
+def requests(signals: Signals, vehicle: Vehicle) -> list[Request]:
+    """Signals of the vehicle file: poses, headings, yaw rates, commands, scales. Raises RecordingError."""
+    values = [*_requested_commands(signals, vehicle), *_requested_scales(signals, vehicle)]
+    return [*_requested_poses(signals, vehicle), *_requested_rates(signals, vehicle), *values]
 
 
-def _asked_poses(signals: Signals, vehicle: Vehicle) -> list[Asked]:
+def _requested_poses(signals: Signals, vehicle: Vehicle) -> list[Request]:
     """Position and heading: of one place, or the position's before the heading's."""
     spec = vehicle.file.pose
     columns = dict(signals.pose_columns(vehicle))
@@ -98,11 +98,11 @@ def _asked_poses(signals: Signals, vehicle: Vehicle) -> list[Asked]:
     return [first, _in_role(more[0], "headings")]
 
 
-def _in_role(asked: Asked, role: str) -> Asked:
-    return replace(asked, role=role)
+def _in_role(request: Request, role: str) -> Request:
+    return replace(request, role=role)
 
 
-def _asked_rates(signals: Signals, vehicle: Vehicle) -> list[Asked]:
+def _requested_rates(signals: Signals, vehicle: Vehicle) -> list[Request]:
     spec = vehicle.file.pose
     if spec.yaw_rate is None:
         return []
@@ -111,50 +111,50 @@ def _asked_rates(signals: Signals, vehicle: Vehicle) -> list[Asked]:
     return grouped(signals, "yaw rates", {"yaw_rate": column}, spec, f"{vehicle.source}: pose")
 
 
-def _asked_commands(signals: Signals, vehicle: Vehicle) -> list[Asked]:
+def _requested_commands(signals: Signals, vehicle: Vehicle) -> list[Request]:
     spec = vehicle.file.commands
     columns = {name: as_column(c) for name, c in spec.inputs.items()}
-    return _asked_values(signals, vehicle, "commands", columns, "commands: inputs")
+    return _requested_values(signals, vehicle, "commands", columns, "commands: inputs")
 
 
-def _asked_scales(signals: Signals, vehicle: Vehicle) -> list[Asked]:
+def _requested_scales(signals: Signals, vehicle: Vehicle) -> list[Request]:
     columns = {name: as_column(s.column) for name, s in vehicle.file.scales.items()}
-    return _asked_values(signals, vehicle, "scales", columns, "scales")
+    return _requested_values(signals, vehicle, "scales", columns, "scales")
 
 
-def _asked_values(
+def _requested_values(
     signals: Signals, vehicle: Vehicle, role: str, columns: dict[str, Column], where: str
-) -> list[Asked]:
+) -> list[Request]:
     for name, column in columns.items():
         checked_unit(column, f"{vehicle.source}: {where}: {name}")
     return grouped(signals, role, columns, vehicle.file.commands, f"{vehicle.source}: {where}")
 
 
-def _by_role(found: Sequence[tuple[Asked, Answer]], role: str) -> list[tuple[Asked, Answer]]:
-    return [(asked, answer) for asked, answer in found if asked.role == role]
+def _by_role(found: Sequence[tuple[Request, Rows]], role: str) -> list[tuple[Request, Rows]]:
+    return [(request, rows) for request, rows in found if request.role == role]
 
 
 def _without_waits(
-    found: Sequence[tuple[Asked, Answer]],
-) -> tuple[list[tuple[Asked, Answer]], list[str]]:
+    found: Sequence[tuple[Request, Rows]],
+) -> tuple[list[tuple[Request, Rows]], list[str]]:
     """Poses and headings with the stamps that they left with, and what was found."""
     changed, texts = [], []
-    for asked, answer in found:
-        stamps, text = on_even_clock(answer.stamps)
-        changed.append((asked, replace(answer, stamps=stamps)))
+    for request, rows in found:
+        stamps, text = on_even_clock(rows.stamps)
+        changed.append((request, replace(rows, stamps=stamps)))
         texts += [text] if text else []
     return changed, texts
 
 
 def _poses(
-    found: Sequence[tuple[Asked, Answer]], vehicle: Vehicle, name: str
+    found: Sequence[tuple[Request, Rows]], vehicle: Vehicle, name: str
 ) -> tuple[Poses, list[str]]:
     """Poses of the boat's origin, forward-left-up, at the stamps of the log, and doubts about them."""
-    asked, answer = found[0]
-    columns, raw = asked.columns, answer.values
+    request, rows = found[0]
+    columns, raw = request.columns, rows.values
     if len(raw) == 0:
-        raise RecordingError(f"{asked.place}: no row has a pose")
-    if asked.names[0] in GEOGRAPHIC:
+        raise RecordingError(f"{request.place}: no row has a pose")
+    if request.names[0] in GEOGRAPHIC:
         position = in_plane(raw[:, :2], columns[:2], vehicle)
     else:
         position = np.column_stack([scaled(raw[:, i], columns[i]) for i in range(2)])
@@ -162,16 +162,16 @@ def _poses(
     doubts = [doubt] if doubt else []
     if len(found) == 1:
         eta = np.column_stack([position, heading_of(raw[:, 2], columns[2])])
-        return Poses(answer.stamps, of_origin(eta, vehicle, answer.stamps)), doubts
+        return Poses(rows.stamps, of_origin(eta, vehicle, rows.stamps)), doubts
     compass, turned = found[1]
     both = joined(
-        answer.stamps, position, turned.stamps, heading_of(turned.values[:, 0], compass.columns[0])
+        rows.stamps, position, turned.stamps, heading_of(turned.values[:, 0], compass.columns[0])
     )
-    beside = both.beside
-    if beside is not None and vehicle.axes is Axes.FRD:
-        beside = beside.mirrored()
-    eta = of_origin(both.eta, vehicle, answer.stamps)
-    return Poses(answer.stamps, eta, both.parts, beside), doubts
+    asynchronous = both.asynchronous
+    if asynchronous is not None and vehicle.axes is Axes.FRD:
+        asynchronous = asynchronous.mirrored()
+    eta = of_origin(both.eta, vehicle, rows.stamps)
+    return Poses(rows.stamps, eta, both.parts, asynchronous), doubts
 
 
 def _signed(signal: Signal, signs: dict[str, float]) -> Signal:

@@ -16,12 +16,12 @@ import numpy as np
 
 from seatrial.boat.schema import Column, PoseSource
 from seatrial.boat.vehicle import Vehicle, vehicle_from
-from seatrial.io.assemble import questions
+from seatrial.io.assemble import requests
 from seatrial.io.bags.write import BAG_FORMATS, BagTopic, write_bag
 from seatrial.io.formats import is_log, open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import open_signals, recording_name
-from seatrial.io.signals import Answer, Asked
+from seatrial.io.signals import Request, Rows
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, write_text
 from seatrial.util.frames import Array, Stamps
@@ -39,10 +39,10 @@ GEOGRAPHIC = ("latitude", "longitude")
 
 @dataclass(frozen=True)
 class _Signal:
-    """A question, its answer, and the table or topic that they become."""
+    """A request, its rows, and the table or topic that they become."""
 
-    asked: Asked
-    answer: Answer
+    request: Request
+    rows: Rows
     name: str
 
 
@@ -64,11 +64,11 @@ def convert(
                 "topics as tables"
             )
         return _all_topics(path, out)
-    # 1. What the vehicle file asks, as it was logged.
+    # 1. The signals of the vehicle file, as logged.
     with open_signals(path, vehicle, salvage=salvage) as signals, stage("reading", 0.5):
-        asked = questions(signals, vehicle)
-        answers = signals.answer(asked)
-    found = _named(zip(asked, answers, strict=True))
+        request = requests(signals, vehicle)
+        rows = signals.read(request)
+    found = _named(zip(request, rows, strict=True))
     # 2. A table or a topic for each place that it was in.
     with stage("writing"):
         return (_as_bag if bag else _as_tables)(found, out, vehicle)
@@ -86,13 +86,13 @@ def _guard(path: Path, out: Path, *, bag: bool) -> None:
         raise FileError(f"{out}: is the log itself")
 
 
-def _named(pairs: Iterable[tuple[Asked, Answer]]) -> list[_Signal]:
+def _named(pairs: Iterable[tuple[Request, Rows]]) -> list[_Signal]:
     """Names by role; a second place of a role gets a number."""
     found: list[_Signal] = []
-    for asked, answer in pairs:
-        role = NAMES.get(asked.role, asked.role)
-        taken = sum(s.asked.role == asked.role for s in found)
-        found.append(_Signal(asked, answer, role if not taken else f"{role}_{taken + 1}"))
+    for request, rows in pairs:
+        role = NAMES.get(request.role, request.role)
+        taken = sum(s.request.role == request.role for s in found)
+        found.append(_Signal(request, rows, role if not taken else f"{role}_{taken + 1}"))
     return found
 
 
@@ -101,26 +101,26 @@ def _named(pairs: Iterable[tuple[Asked, Answer]]) -> list[_Signal]:
 
 def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
     written = []
-    parts = any(int(np.abs(s.answer.stamps).max(initial=0)) > EXACT for s in found)
+    parts = any(int(np.abs(s.rows.stamps).max(initial=0)) > EXACT for s in found)
     for signal in over(found):
-        names, values = list(signal.asked.names), [signal.answer.values]
-        if signal.answer.marked_valid is not None:
+        names, values = list(signal.request.names), [signal.rows.values]
+        if signal.rows.marked_valid is not None:
             names.append(VALID)
-            values.append(signal.answer.marked_valid[:, None].astype(np.float64))
+            values.append(signal.rows.marked_valid[:, None].astype(np.float64))
         table = out / f"{signal.name}.csv"
-        write_table(table, names, signal.answer.stamps, np.column_stack(values), parts=parts)
+        write_table(table, names, signal.rows.stamps, np.column_stack(values), parts=parts)
         written.append(table)
     content = vehicle.to_mapping()
     for key in ("pose", "commands"):
         stamp = {"column": STAMP, "nanoseconds": REST} if parts else {"column": STAMP, "unit": "ns"}
         content[key] = _without_places(content[key]) | {"stamp": stamp}
     content["pose"]["file"], content["commands"]["file"] = "poses.csv", "commands.csv"
-    if any(s.answer.marked_valid is not None for s in found):
+    if any(s.rows.marked_valid is not None for s in found):
         content["pose"]["valid"] = VALID
     for signal in found:
-        for name, column in zip(signal.asked.names, signal.asked.columns, strict=True):
+        for name, column in zip(signal.request.names, signal.request.columns, strict=True):
             entry = _entry(column) | {"column": name, "file": f"{signal.name}.csv"}
-            _enter(content, signal.asked, name, entry)
+            _enter(content, signal.request, name, entry)
     return [*written, _write_vehicle(out / "vehicle.yaml", content)]
 
 
@@ -138,11 +138,11 @@ def _without_places(source: dict[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in source.items() if k not in places}
 
 
-def _enter(content: dict[str, Any], asked: Asked, name: str, entry: dict[str, Any]) -> None:
+def _enter(content: dict[str, Any], request: Request, name: str, entry: dict[str, Any]) -> None:
     """Put a column where the vehicle file has it."""
-    if asked.role == "commands":
+    if request.role == "commands":
         content["commands"]["inputs"][name] = entry
-    elif asked.role == "scales":
+    elif request.role == "scales":
         content["scales"][name] = content["scales"][name] | {"column": entry}
     else:
         content["pose"][name] = entry
@@ -215,35 +215,35 @@ def _as_bag(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]
         }
     topics = []
     for signal in found:
-        stamps, values = signal.answer.stamps, signal.answer.values
-        if signal.answer.marked_valid is not None:
-            stamps, values = stamps[signal.answer.marked_valid], values[signal.answer.marked_valid]
+        stamps, values = signal.rows.stamps, signal.rows.values
+        if signal.rows.marked_valid is not None:
+            stamps, values = stamps[signal.rows.marked_valid], values[signal.rows.marked_valid]
         order = np.argsort(stamps, kind="stable")
         stamps, values = stamps[order], values[order]
-        entries = [_entry(column) for column in signal.asked.columns]
-        if signal.asked.names == GEOGRAPHIC:  # others read it, too: degrees
+        entries = [_entry(column) for column in signal.request.columns]
+        if signal.request.names == GEOGRAPHIC:  # others read it, too: degrees
             values = np.column_stack([
                 c.sign * (x - c.offset) / c.scale
-                for x, c in zip(values.T, signal.asked.columns, strict=True)
+                for x, c in zip(values.T, signal.request.columns, strict=True)
             ])  # fmt: skip
             entries = [{}, {}]
-        type_name, fields = _message(signal.asked)
+        type_name, fields = _message(signal.request)
         topic = f"/{signal.name}"
         columns = dict(zip(fields, values.T, strict=True))
         topics.append(BagTopic(topic, type_name, stamps, stamps, columns))
-        for name, entry, field in zip(signal.asked.names, entries, fields, strict=True):
-            _enter(content, signal.asked, name, entry | {"field": field, "topic": topic})
+        for name, entry, field in zip(signal.request.names, entries, fields, strict=True):
+            _enter(content, signal.request, name, entry | {"field": field, "topic": topic})
     content["pose"]["topic"], content["commands"]["topic"] = "/poses", "/commands"
     written = write_bag(out, topics)
     return [written, _write_vehicle(out.with_name(f"{recording_name(out)}.yaml"), content)]
 
 
-def _message(asked: Asked) -> tuple[str, tuple[str, ...]]:
+def _message(request: Request) -> tuple[str, tuple[str, ...]]:
     """The message that a signal becomes, and its fields."""
-    if not isinstance(asked.spec, PoseSource):
-        fields = tuple(f"data[{i}]" for i in range(len(asked.names)))
+    if not isinstance(request.spec, PoseSource):
+        fields = tuple(f"data[{i}]" for i in range(len(request.names)))
         return "std_msgs/msg/Float64MultiArray", fields
-    if asked.names == GEOGRAPHIC:
+    if request.names == GEOGRAPHIC:
         return "sensor_msgs/msg/NavSatFix", GEOGRAPHIC
-    count = len(asked.names)
+    count = len(request.names)
     return "geometry_msgs/msg/Vector3Stamped", VECTOR[-1:] if count == 1 else VECTOR[:count]

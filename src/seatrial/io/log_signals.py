@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from seatrial.boat.schema import Column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.log import Log, Wanted
-from seatrial.io.signals import Answer, Asked, Signals, Spec, field_path, of_columns
+from seatrial.io.signals import Request, Rows, Signals, Spec, field_path, of_columns
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import RecordingError
 
@@ -32,18 +32,18 @@ class LogSignals(Signals):
         """The path to a column's field in a message."""
         return field_path(column)
 
-    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
-        """All answers, in one pass."""
-        for one in asked:
+    def read(self, requests: Sequence[Request]) -> list[Rows]:
+        """The rows of each request, in one pass."""
+        for one in requests:
             self._log.require(one.place, one.paths, one.wheres[0])
-        samples = self._log.read([Wanted(one.place, one.paths) for one in asked])
+        samples = self._log.read([Wanted(one.place, one.paths) for one in requests])
         dropped = [f"{s.dropped} unreadable messages of {s.topic}" for s in samples if s.dropped]
         self.remarks = (*self._log.remarks, *dropped)
         found = []
-        for one, own in zip(asked, samples, strict=True):
+        for one, own in zip(requests, samples, strict=True):
             if not len(own.stamps):
                 raise RecordingError(f"{self.path}: no message of {one.place} could be read")
             kind = self._log.topics[one.place].type
             stream = describe(one.role, one.place, kind, clock=Clock.LOG, stamps=own.stamps)
-            found.append(Answer(own.stamps, of_columns(own.values, one.columns), stream))
+            found.append(Rows(own.stamps, of_columns(own.values, one.columns), stream))
         return found

@@ -33,7 +33,7 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
 
 @contextmanager
 def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iterator[Signals]:
-    """What answers the vehicle file's questions, for any log. Raises RecordingError, FileError."""
+    """The signals of any log. Raises RecordingError, FileError."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
     if is_bag(path):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a vehicle file asks of a log, signal by signal, and the contract of what answers it."""
+"""Signals that a vehicle file names, and the contract of a log that reads them."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ Spec = PoseSource | CommandSource
 
 
 @dataclass(frozen=True)
-class Asked:
+class Request:
     """Columns of one role that have one place in the log, and so one stamp."""
 
     role: str  # poses, headings, yaw rates, commands, scales
@@ -33,8 +33,8 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Answer:
-    """Rows of one question, in the order of the log."""
+class Rows:
+    """Rows of one request, in the order of the log."""
 
     stamps: Stamps  # (n,) [ns]
     values: Array  # (n, names) raw; of a quaternion its yaw [rad]
@@ -43,7 +43,7 @@ class Answer:
 
 
 class Signals(ABC):
-    """A log that answers questions; one for tables, bags and logs of autopilots each."""
+    """A log as signals; one class each for tables, bags and logs of autopilots."""
 
     path: Path
     files: Sequence[Path]
@@ -58,8 +58,8 @@ class Signals(ABC):
         """The column's name in a table, or its path in a message."""
 
     @abstractmethod
-    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
-        """All answers, in one pass. Raises RecordingError."""
+    def read(self, requests: Sequence[Request]) -> list[Rows]:
+        """The rows of each request, in one pass. Raises RecordingError."""
 
     def pose_columns(self, vehicle: Vehicle) -> Mapping[str, Column]:
         """Columns x, y and psi; a bag finds what its usual messages hold."""
@@ -74,14 +74,14 @@ def field_path(column: Column) -> str:
 
 def grouped(
     signals: Signals, role: str, columns: Mapping[str, Column], spec: Spec, where: str
-) -> list[Asked]:
+) -> list[Request]:
     """The columns by place, in their order. where: key of the vehicle file above them."""
     found: dict[tuple[str, str], list[str]] = {}
     for name, column in columns.items():
         place = signals.place(column, spec, f"{where}: {name}")
         found.setdefault((place, column.stamp), []).append(name)
     return [
-        Asked(
+        Request(
             role, place, tuple(names), tuple(columns[n] for n in names),
             tuple(f"{where}: {n}" for n in names), spec,
             tuple(p for n in names for p in columns[n].quaternion or (signals.path_of(columns[n]),)),
@@ -114,11 +114,11 @@ def of_columns(raw: Array, columns: Sequence[Column]) -> Array:
     return np.column_stack(found)
 
 
-def signal_of(asked: Asked, answer: Answer) -> Signal:
+def signal_of(request: Request, rows: Rows) -> Signal:
     """Rows with rising stamps, in command units. Raises RecordingError where the stamps show another clock."""
-    keep = rising(answer.stamps)
-    values = [scaled(answer.values[keep, i], column) for i, column in enumerate(asked.columns)]
-    return Signal(asked.names, answer.stamps[keep], np.column_stack(values))
+    keep = rising(rows.stamps)
+    values = [scaled(rows.values[keep, i], column) for i, column in enumerate(request.columns)]
+    return Signal(request.names, rows.stamps[keep], np.column_stack(values))
 
 
 def merged(signals: Sequence[Signal], names: tuple[str, ...]) -> Signal:

@@ -49,11 +49,11 @@ def with_delays(recording: Recording, position: float, heading: float) -> Record
     """The recording with positions and headings that are older by these times [s]."""
     if position == heading == 0.0:
         return recording
-    beside = recording.beside
+    asynchronous = recording.asynchronous
     return replace(
         recording,
         stamps=stamps_of_headings(recording.stamps, heading),
-        beside=None if beside is None else beside.shifted(-round(1e9 * heading)),
+        asynchronous=None if asynchronous is None else asynchronous.shifted(-round(1e9 * heading)),
         position_delay=recording.position_delay + position - heading,
     )
 

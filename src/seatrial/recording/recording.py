@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.beside import Beside, split_rates
+from seatrial.recording.asynchronous import Asynchronous, split_rates
 from seatrial.recording.pose_faults import (
     COMMANDS_UNKNOWN,
     Fault,
@@ -101,7 +101,7 @@ class Recording:
     offset: float = 0.0  # [s] cut off at its start
     position_delay: float = 0.0  # [s] by which positions are older than headings of the same stamp
     parts: NDArray[np.int8] | None = None  # (n,) measured parts of each pose; None: all are whole
-    beside: Beside | None = None  # headings and yaw rates with stamps of their own
+    asynchronous: Asynchronous | None = None  # headings and yaw rates with stamps of their own
 
     def __post_init__(self) -> None:
         for name, dtype in (
@@ -213,9 +213,11 @@ class Recording:
             valid=self.valid[keep],
             segment=self.segment[keep],
             parts=None if self.parts is None else self.parts[keep],
-            beside=None
-            if self.beside is None
-            else self.beside.kept((self.beside.stamps >= begin) & (self.beside.stamps < stop)),
+            asynchronous=None
+            if self.asynchronous is None
+            else self.asynchronous.kept(
+                (self.asynchronous.stamps >= begin) & (self.asynchronous.stamps < stop)
+            ),
             commands=self.commands.cut(begin, stop),
             scales=None if self.scales is None else self.scales.cut(begin, stop),
             faults=kept,
@@ -264,13 +266,13 @@ def make_recording(
     doubts: Sequence[str] = (),
     position_delay: float = 0.0,
     parts: NDArray[np.int8] | None = None,
-    beside: Beside | None = None,
+    asynchronous: Asynchronous | None = None,
 ) -> Recording:
     """A recording from raw poses: heading unwrapped, faults detected and masked.
 
     stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. position_delay [s]: positions are
     older than headings by it, whose time is the stamp's. Commands are unknown after
-    `timeout` seconds without any, and while one is not a number. parts (n,), beside: of sensors with
+    `timeout` seconds without any, and while one is not a number. parts (n,), asynchronous: of sensors with
     stamps of their own; without them the rows themselves show what is new.
     """
     if len(stamps) < 2:
@@ -281,8 +283,12 @@ def make_recording(
         stamps, eta, parts = fresh.stamps, fresh.eta, fresh.parts
         remarks = [*remarks, *fresh.remarks]
         marked_valid = None if marked_valid is None else marked_valid[fresh.rows]
-        if fresh.beside is not None:
-            beside = fresh.beside if beside is None else fresh.beside.joined(beside)
+        if fresh.asynchronous is not None:
+            asynchronous = (
+                fresh.asynchronous
+                if asynchronous is None
+                else fresh.asynchronous.joined(asynchronous)
+            )
     # 2. Faults of the poses.
     found = examine(name, stamps, eta, marked_valid)
     t = found.t
@@ -308,7 +314,7 @@ def make_recording(
         name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
         found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
         tuple(sources), tuple(streams), tuple(remarks), tuple(doubts), position_delay=position_delay,
-        parts=None if parts is None else parts[kept], beside=beside,
+        parts=None if parts is None else parts[kept], asynchronous=asynchronous,
     )  # fmt: skip
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial import _core
+from seatrial.recording.asynchronous import Asynchronous
 from seatrial.recording.averaging import at_middle
-from seatrial.recording.beside import Beside
 from seatrial.recording.pose_faults import MAD_TO_SD
 from seatrial.recording.recording import Recording, rising
 from seatrial.util.errors import RecordingError
@@ -44,15 +44,19 @@ def with_yaw_rate(recording: Recording, stamps: Stamps, rates: Array, where: str
     gain, bias = _gain_and_bias(recording, t, r)
     if gain is not None and abs(gain - 1.0) > GAIN:
         raise RecordingError(f"{recording.name}: {where} {_said(gain)}")
-    return replace(recording, beside=_joined(recording, t, r - bias))
+    return replace(recording, asynchronous=_joined(recording, t, r - bias))
 
 
-def _joined(recording: Recording, t: Array, r: Array) -> Beside:
-    beside = Beside(
+def _joined(recording: Recording, t: Array, r: Array) -> Asynchronous:
+    asynchronous = Asynchronous(
         recording.origin + np.rint(1e9 * t).astype(np.int64),
         np.full(len(t), _core.RATE_PART, dtype=np.int8), r, _deviation(r),
     )  # fmt: skip
-    return beside if recording.beside is None else recording.beside.joined(beside)
+    return (
+        asynchronous
+        if recording.asynchronous is None
+        else recording.asynchronous.joined(asynchronous)
+    )
 
 
 def _averaged(t: Array, r: Array) -> tuple[Array, Array]:

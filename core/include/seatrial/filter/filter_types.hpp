@@ -42,7 +42,7 @@ enum Use : signed char {
   kBeginning = 4,  // the first after a gap in the commands: the filter restarts
 };
 
-/// Poses of one recording, and what sensors with stamps of their own measured beside them.
+/// Poses of one recording, and asynchronous measurements: of sensors with stamps of their own.
 struct PoseSeries {
   int n = 0;
   const double* time = nullptr;      // (n) [s], rising
@@ -51,11 +51,13 @@ struct PoseSeries {
   const double* velocity = nullptr;  // (n, 3) [m/s, m/s, rad/s] of those that are kBeginning
   double position_delay = 0.0;       // [s] the known part of the effect
   const Parts* parts = nullptr;      // (n) measured parts of each pose; null: all are whole
-  int n_beside = 0;
-  const double* beside_time = nullptr;   // (n_beside) [s], rising, from the first pose on
-  const double* beside_value = nullptr;  // (n_beside) heading [rad] or yaw rate [rad/s]
-  const Parts* beside_parts = nullptr;   // (n_beside) kHeadingPart, kRatePart, or kNoPart
-  double rate_deviation = 0.0;           // [rad/s] standard deviation of the yaw rates' white noise
+  int n_asynchronous = 0;
+  const double* asynchronous_time =
+      nullptr;  // (n_asynchronous) [s], rising, from the first pose on
+  const double* asynchronous_value = nullptr;  // (n_asynchronous) heading [rad] or yaw rate [rad/s]
+  const Parts* asynchronous_parts =
+      nullptr;                  // (n_asynchronous) kHeadingPart, kRatePart, or kNoPart
+  double rate_deviation = 0.0;  // [rad/s] standard deviation of the yaw rates' white noise
 };
 
 /// A prediction from one pose to the next, to repeat it with other noise. Long recordings have

@@ -21,7 +21,7 @@ namespace detail {
 
 /// Keeps a pose's innovation. Of a pose in two parts the weight is the lesser.
 inline void keep(const Innovation& seen, const PoseUpdate& update, FilterRun& out) {
-  if (update.beside >= 0) return;
+  if (update.asynchronous >= 0) return;
   const auto at = static_cast<std::size_t>(update.pose);
   float* to = &out.spread[at * 6];
   for (int i = 0; i < kPose; ++i) {
@@ -51,7 +51,7 @@ void keep(const LikelihoodFilter<N>& filter, int k, FilterRun& out) {
 template <int N>
 bool allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, const PoseUpdate& next,
                 double t) {
-  if (next.beside >= 0) return false;
+  if (next.asynchronous >= 0) return false;
   const auto at = static_cast<std::ptrdiff_t>(next.pose) * kPose;
   const signed char use = poses.use[next.pose];
   if (use == kJumped) filter.loosen(poses.eta + at, t, next.parts);
@@ -62,17 +62,17 @@ bool allow_jump(LikelihoodFilter<N>& filter, const PoseSeries& poses, const Pose
   return filter.loosen_if_likelier(poses.eta + at, t, next.parts);
 }
 
-/// The pose of an update, or what was measured beside the poses.
+/// The pose of an update, or an asynchronous measurement.
 struct Measured {
-  double beside[kPose] = {0.0, 0.0, 0.0};
+  double asynchronous[kPose] = {0.0, 0.0, 0.0};
   Seen seen;
 
   Measured(const PoseSeries& poses, const PoseUpdate& next)
       : seen{poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, next.parts,
              poses.rate_deviation} {
-    if (next.beside < 0) return;
-    beside[2] = poses.beside_value[next.beside];
-    seen.eta = beside;
+    if (next.asynchronous < 0) return;
+    asynchronous[2] = poses.asynchronous_value[next.asynchronous];
+    seen.eta = asynchronous;
   }
   Measured(const Measured&) = delete;
   Measured& operator=(const Measured&) = delete;

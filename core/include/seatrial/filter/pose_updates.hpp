@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The order in which the filter uses the measurements of a recording. Where position and heading of
-// one stamp are of two times, or other sensors measured beside the poses, each is an update of its
+// one stamp are of two times, or other sensors measured asynchronously, each is an update of its
 // own, at its time. Host side: uses heap.
 #pragma once
 #include <algorithm>
@@ -10,13 +10,13 @@
 
 namespace seatrial::detail {
 
-/// One update: parts of a pose, or a measurement beside the poses.
+/// One update: parts of a pose, or a measurement at a time of its own.
 struct PoseUpdate {
-  int pose = 0;              // of a measurement beside them: the latest pose
+  int pose = 0;              // of an asynchronous measurement: the latest pose
   Parts parts = kWholePose;  // none: the filter only stops there
   bool first = true;         // of its pose
   bool keeps = true;         // the state after it is that of its pose
-  int beside = -1;           // of a measurement beside the poses: which one
+  int asynchronous = -1;     // which asynchronous measurement; -1: a pose
 };
 
 /// All updates, rising in time. What is not used has one, too: the filter stops at its time, so
@@ -27,7 +27,7 @@ class PoseUpdates {
     n_ = poses.n;
     time_ = poses.time;
     const double late[2] = {effects.position_delay, effects.heading_delay};
-    if (late[0] == late[1] && poses.n_beside == 0) {
+    if (late[0] == late[1] && poses.n_asynchronous == 0) {
       if (late[0] == 0.0) return;
       own_time_.assign(poses.time, poses.time + poses.n);
       for (double& t : own_time_) t -= late[0];
@@ -64,7 +64,8 @@ class PoseUpdates {
       PoseUpdate update;
     };
     std::vector<Timed> all;
-    all.reserve(2 * static_cast<std::size_t>(poses_.n) + static_cast<std::size_t>(poses_.n_beside));
+    all.reserve(2 * static_cast<std::size_t>(poses_.n) +
+                static_cast<std::size_t>(poses_.n_asynchronous));
     for (int k = 0; k < poses_.n; ++k) {
       const double t = poses_.time[k];
       const Parts parts = measured(k);
@@ -79,10 +80,10 @@ class PoseUpdates {
       all.push_back({t - late[1], {k, heading, !two || late[0] < late[1]}});
     }
     int latest = 0;
-    for (int i = 0; i < poses_.n_beside; ++i) {
-      const double t = poses_.beside_time[i];
+    for (int i = 0; i < poses_.n_asynchronous; ++i) {
+      const double t = poses_.asynchronous_time[i];
       while (latest + 1 < poses_.n && poses_.time[latest + 1] <= t) ++latest;
-      all.push_back({t - late[1], {latest, poses_.beside_parts[i], false, false, i}});
+      all.push_back({t - late[1], {latest, poses_.asynchronous_parts[i], false, false, i}});
     }
     std::stable_sort(all.begin(), all.end(), [](const Timed& a, const Timed& b) {
       return a.time != b.time ? a.time < b.time : later(a.update) < later(b.update);
@@ -95,9 +96,9 @@ class PoseUpdates {
     }
   }
 
-  /// Of two updates of one time the position's is the first, and one beside the poses the last.
+  /// Of two updates of one time the position's is the first, and an asynchronous one the last.
   static int later(const PoseUpdate& update) {
-    return update.beside >= 0 ? 2 : update.keeps ? 1 : 0;
+    return update.asynchronous >= 0 ? 2 : update.keeps ? 1 : 0;
   }
 
   const PoseSeries& poses_;

@@ -89,8 +89,10 @@ def _turned(problem: Problem, by: float) -> Problem:
 def without_offset(recording: Recording, by: float) -> Recording:
     """The recording with headings less by so much [rad]."""
     less = np.array([0.0, 0.0, by])
-    beside = None if recording.beside is None else recording.beside.turned(-by)
-    return replace(recording, eta=recording.eta - less, raw=recording.raw - less, beside=beside)
+    asynchronous = None if recording.asynchronous is None else recording.asynchronous.turned(-by)
+    return replace(
+        recording, eta=recording.eta - less, raw=recording.raw - less, asynchronous=asynchronous
+    )
 
 
 def _cost(problem: Problem, at: Point) -> float:

@@ -188,7 +188,7 @@ def at_even_stamps(recording: Recording) -> Recording:
     stamps = recording.origin + np.round(1e9 * even).astype(np.int64)
     return replace(
         recording, stamps=stamps, eta=eta, raw=eta, valid=inside, segment=segment[place],
-        parts=None, beside=None,
+        parts=None, asynchronous=None,
     )  # fmt: skip
 
 

@@ -11,7 +11,7 @@ from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, Samples, collect
 from seatrial.io.bags.poses import chosen_stamps, of_one_frame, usual_columns
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose
-from seatrial.io.signals import Answer, Asked, Signals, Spec, field_path, of_columns
+from seatrial.io.signals import Request, Rows, Signals, Spec, field_path, of_columns
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Mask
@@ -52,10 +52,10 @@ class BagSignals(Signals):
         """The path to a column's field in a message."""
         return field_path(column)
 
-    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
-        """All answers, in one pass; transforms in one of their own."""
-        turned = [self._is_transforms(one) for one in asked]
-        plain = [one for one, is_turned in zip(asked, turned, strict=True) if not is_turned]
+    def read(self, requests: Sequence[Request]) -> list[Rows]:
+        """The rows of each request, in one pass; transforms in one of their own."""
+        turned = [self._is_transforms(one) for one in requests]
+        plain = [one for one, is_turned in zip(requests, turned, strict=True) if not is_turned]
         wanted = [self._collector(one) for one in plain]
         with stage("", COMMANDS_READ if any(turned) else ALL_READ):
             samples = collect(self._bag, wanted)
@@ -66,36 +66,36 @@ class BagSignals(Signals):
         # removed from the list one by one, so that ten hours of samples are in memory once
         return [
             self._from_transforms(one) if is_turned else self._from_samples(one, samples.pop(0))
-            for one, is_turned in zip(asked, turned, strict=True)
+            for one, is_turned in zip(requests, turned, strict=True)
         ]
 
-    def _is_transforms(self, asked: Asked) -> bool:
-        return asked.role in ("poses", "headings") and is_tf(self._bag.topics[asked.place])
+    def _is_transforms(self, request: Request) -> bool:
+        return request.role in ("poses", "headings") and is_tf(self._bag.topics[request.place])
 
-    def _collector(self, asked: Asked) -> Collector:
-        topic = self._bag.topics[asked.place]
+    def _collector(self, request: Request) -> Collector:
+        topic = self._bag.topics[request.place]
         texts: tuple[str, ...] = ()
-        if asked.role == "poses":
+        if request.role == "poses":
             wire = topic.wire
             texts = tuple(f for f in FRAME_FIELDS if wire.has_text(f))
         return Collector(
-            topic, asked.paths, str(self.path), text_paths=texts, salvage=self._salvage
+            topic, request.paths, str(self.path), text_paths=texts, salvage=self._salvage
         )
 
-    def _from_samples(self, asked: Asked, samples: Samples) -> Answer:
-        topic = self._bag.topics[asked.place]
-        stamps, clock = chosen_stamps(samples, asked.spec.clock)
+    def _from_samples(self, request: Request, samples: Samples) -> Rows:
+        topic = self._bag.topics[request.place]
+        stamps, clock = chosen_stamps(samples, request.spec.clock)
         keep: Mask = np.ones(len(stamps), dtype=bool)
-        if isinstance(asked.spec, PoseSource) and asked.role == "poses":
-            keep = of_one_frame(samples, asked.spec, str(self.path))
+        if isinstance(request.spec, PoseSource) and request.role == "poses":
+            keep = of_one_frame(samples, request.spec, str(self.path))
         stream = describe(
-            asked.role, topic.name, topic.type, clock=clock, stamps=stamps[keep],
+            request.role, topic.name, topic.type, clock=clock, stamps=stamps[keep],
             arrival=samples.arrival[keep], publishers=topic.publishers,
         )  # fmt: skip
-        return Answer(stamps[keep], of_columns(samples.values[keep], asked.columns), stream)
+        return Rows(stamps[keep], of_columns(samples.values[keep], request.columns), stream)
 
-    def _from_transforms(self, asked: Asked) -> Answer:
-        spec, topic = self._vehicle.file.pose, self._bag.topics[asked.place]
+    def _from_transforms(self, request: Request) -> Rows:
+        spec, topic = self._vehicle.file.pose, self._bag.topics[request.place]
         if spec.parent is None or spec.child is None:
             raise RecordingError(
                 f"{self._vehicle.source}: pose: topic {topic.name} carries transforms: name parent and child, "
@@ -103,10 +103,10 @@ class BagSignals(Signals):
             )
         found = tf_pose(self._bag, topic.name, spec.parent, spec.child, salvage=self._salvage)
         stream = describe(
-            asked.role, topic.name, f"{topic.type} {spec.parent} -> {spec.child}", clock=Clock.HEADER,
+            request.role, topic.name, f"{topic.type} {spec.parent} -> {spec.child}", clock=Clock.HEADER,
             stamps=found.stamps, arrival=found.arrival,
         )  # fmt: skip
         eta = np.column_stack([found.values[:, :2], yaw(found.values[:, 3:])])
         # undefined before the first and after the last transform of the path
         known = np.isfinite(eta).all(axis=1)
-        return Answer(found.stamps[known], eta[known], stream)
+        return Rows(found.stamps[known], eta[known], stream)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from seatrial.boat.schema import Column, PoseSource
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.io.signals import Answer, Asked, Signals, Spec, of_columns, scaled
+from seatrial.io.signals import Request, Rows, Signals, Spec, of_columns, scaled
 from seatrial.io.table import Table, open_tables
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import FileError, RecordingError
@@ -61,48 +61,48 @@ class TableSignals(Signals):
         """The column's name."""
         return column.column
 
-    def answer(self, asked: Sequence[Asked]) -> list[Answer]:
-        """All answers."""
+    def read(self, requests: Sequence[Request]) -> list[Rows]:
+        """The rows of each request."""
         roles: dict[str, set[str]] = {}
-        for one in asked:
+        for one in requests:
             roles.setdefault(one.place, set()).add(one.role)
-        self.files = list(dict.fromkeys(self._tables[one.place].path for one in asked))
-        found = [self._answer(one, mixed=len(roles[one.place]) > 1) for one in over(asked)]
+        self.files = list(dict.fromkeys(self._tables[one.place].path for one in requests))
+        found = [self._read(one, mixed=len(roles[one.place]) > 1) for one in over(requests)]
         self.remarks = [r for table in self._tables.values() for r in table.remarks]
         return found
 
-    def _answer(self, asked: Asked, *, mixed: bool) -> Answer:
-        """Rows of one question; in a table of several signals those that have any of its numbers."""
-        table = self._tables[asked.place]
-        stamp = as_column(asked.spec.stamp)
-        if asked.columns[0].stamp:
-            own = asked.columns[0].stamp  # in the unit of the others
+    def _read(self, request: Request, *, mixed: bool) -> Rows:
+        """Rows of one request; in a table of several signals those that have any of its numbers."""
+        table = self._tables[request.place]
+        stamp = as_column(request.spec.stamp)
+        if request.columns[0].stamp:
+            own = request.columns[0].stamp  # in the unit of the others
             stamp = msgspec.structs.replace(stamp, column=own, nanoseconds="")
-        key = "pose" if isinstance(asked.spec, PoseSource) else "commands"
+        key = "pose" if isinstance(request.spec, PoseSource) else "commands"
         self._check_named(stamp, f"{self._source}: {key}: stamp", table)
-        for column, where in zip(asked.columns, asked.wheres, strict=True):
+        for column, where in zip(request.columns, request.wheres, strict=True):
             self._check_named(column, where, table)
         valid = (
-            asked.spec.valid
-            if asked.role == "poses" and isinstance(asked.spec, PoseSource)
+            request.spec.valid
+            if request.role == "poses" and isinstance(request.spec, PoseSource)
             else None
         )
-        raw = table.columns([*asked.paths, *([valid] if valid else [])])
-        n = len(asked.paths)
+        raw = table.columns([*request.paths, *([valid] if valid else [])])
+        n = len(request.paths)
         given: Mask = np.ones(len(raw), dtype=bool)
         if mixed:
             given = np.asarray(~np.isnan(raw[:, :n]).all(axis=1))
             raw = raw[given]
         if len(raw) == 0:
-            what = "a pose" if asked.role == "poses" else ", ".join(asked.names)
+            what = "a pose" if request.role == "poses" else ", ".join(request.names)
             raise RecordingError(f"{table.path}: no row has {what}")
         rows = np.flatnonzero(given)
-        values = of_columns(raw[:, :n], asked.columns)
-        if asked.role in ("commands", "scales"):
-            self._check_finite(table, asked, values, rows)
+        values = of_columns(raw[:, :n], request.columns)
+        if request.role in ("commands", "scales"):
+            self._check_finite(table, request, values, rows)
         stamps = table.stamps(stamp, given)
-        return Answer(
-            stamps, values, describe(asked.role, table.name, "table", clock=Clock.COLUMN, stamps=stamps),
+        return Rows(
+            stamps, values, describe(request.role, table.name, "table", clock=Clock.COLUMN, stamps=stamps),
             raw[:, n] > 0.5 if valid else None,
         )  # fmt: skip
 
@@ -113,13 +113,15 @@ class TableSignals(Signals):
             raise RecordingError(f"{where} has no column; {table.path} has {names}")
 
     @staticmethod
-    def _check_finite(table: Table, asked: Asked, values: Array, rows: NDArray[np.intp]) -> None:
+    def _check_finite(
+        table: Table, request: Request, values: Array, rows: NDArray[np.intp]
+    ) -> None:
         """Raise RecordingError where a command has no number: a table says on which line."""
-        good = [np.isfinite(scaled(values[:, i], c)) for i, c in enumerate(asked.columns)]
+        good = [np.isfinite(scaled(values[:, i], c)) for i, c in enumerate(request.columns)]
         bad = np.argwhere(~np.column_stack(good))
         if len(bad):
             row, which = (int(i) for i in bad[0])
             raise RecordingError(
-                f"{table.place(int(rows[row]))}: '{asked.columns[which].column}' is empty or not finite; "
+                f"{table.place(int(rows[row]))}: '{request.columns[which].column}' is empty or not finite; "
                 "write a number, or remove the line"
             )

@@ -25,10 +25,12 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
         *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),
         *((int(stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
     ]
-    beside, parts = recording.beside, recording.parts
-    if beside is not None:
-        turned = np.flatnonzero(beside.parts == HEADING)
-        moments += [(int(beside.stamps[i]) + round(NANO * heading), 3, int(i)) for i in turned]
+    asynchronous, parts = recording.asynchronous, recording.parts
+    if asynchronous is not None:
+        turned = np.flatnonzero(asynchronous.parts == HEADING)
+        moments += [
+            (int(asynchronous.stamps[i]) + round(NANO * heading), 3, int(i)) for i in turned
+        ]
     if recording.scales is not None:
         moments += [(int(t), 1, i) for i, t in enumerate(recording.scales.stamps)]
     period = round(NANO / rate)
@@ -43,8 +45,8 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
             odometer.command(stamp, recording.commands.values[i])
         elif kind == 1 and recording.scales is not None:
             odometer.scale(stamp, recording.scales.values[i])
-        elif kind == 3 and beside is not None:
-            odometer.heading(stamp, float(beside.values[i]))
+        elif kind == 3 and asynchronous is not None:
+            odometer.heading(stamp, float(asynchronous.values[i]))
         elif parts is not None and parts[i] == POSITION:
             odometer.position(stamp, recording.eta[i, :2])
         else:

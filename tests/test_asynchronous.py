@@ -9,8 +9,8 @@ import pytest
 import seatrial
 from seatrial import _core
 from seatrial.evaluation.filtering import run_filter
+from seatrial.recording.asynchronous import joined, split_rates
 from seatrial.recording.averaging import with_enough_poses
-from seatrial.recording.beside import joined, split_rates
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.recording.resolution import coarse_position, resolution
@@ -40,7 +40,7 @@ def test_rows_of_one_rate_stay_as_they_are():
     eta = np.column_stack([t, np.sin(t), 0.1 * t])
     found = split_rates(stamps_of(t), eta)
     np.testing.assert_array_equal(found.eta, eta)
-    assert found.parts is None and found.beside is None and found.remarks == ()
+    assert found.parts is None and found.asynchronous is None and found.remarks == ()
 
 
 def test_a_few_empty_cells_are_faults_and_no_second_rate():
@@ -57,7 +57,7 @@ def test_headings_between_positions_are_beside_and_interpolated_at_them():
     )
     np.testing.assert_allclose(poses.eta[:, 2], tp, atol=1e-9)
     assert set(poses.parts.tolist()) == {_core.POSITION_PART}
-    assert len(poses.beside.stamps) == len(th)
+    assert len(poses.asynchronous.stamps) == len(th)
 
 
 def test_no_heading_is_interpolated_over_a_hole():
@@ -79,7 +79,7 @@ def test_the_filter_uses_headings_beside_the_poses(mp, drive):
     both = joined(stamps_of(t), noisy, stamps_of(fast), turn)
     commands = drive.recording.commands
     whole = make_recording(
-        "both", both.stamps, both.eta, commands, parts=both.parts, beside=both.beside
+        "both", both.stamps, both.eta, commands, parts=both.parts, asynchronous=both.asynchronous
     )
     alone = make_recording("alone", both.stamps, both.eta, commands)
     noise = np.array([0.01, 0.02, 0.05, 0.2, 1e-3, 1e-3, 1.0, 0, 0, 1, 0], dtype=float)
@@ -98,10 +98,12 @@ def gyro(drive, *, factor=1.0, bias=0.02, noise=0.01, rate=50.0):
 
 def test_the_bias_of_a_gyro_is_removed_and_its_noise_found(drive):
     stamps, r = gyro(drive)
-    beside = with_yaw_rate(drive.recording, stamps, r, "pose: yaw_rate").beside
-    true = truth_at(drive, 1e-9 * beside.stamps)[:, 5]
-    assert abs(float(np.mean(beside.values - true))) < 5e-4
-    assert beside.rate_deviation == pytest.approx(float(np.std(beside.values - true)), rel=0.2)
+    asynchronous = with_yaw_rate(drive.recording, stamps, r, "pose: yaw_rate").asynchronous
+    true = truth_at(drive, 1e-9 * asynchronous.stamps)[:, 5]
+    assert abs(float(np.mean(asynchronous.values - true))) < 5e-4
+    assert asynchronous.rate_deviation == pytest.approx(
+        float(np.std(asynchronous.values - true)), rel=0.2
+    )
 
 
 @pytest.mark.parametrize(
@@ -178,9 +180,11 @@ def test_a_recording_cut_keeps_what_was_measured_beside(drive):
     stamps, r = gyro(drive)
     whole = with_yaw_rate(drive.recording, stamps, r, "pose: yaw_rate")
     part = whole.cut(20.0, 30.0)
-    inside = (whole.beside.stamps >= part.stamps[0]) & (whole.beside.stamps <= part.stamps[-1])
-    assert len(part.beside.stamps) == pytest.approx(int(inside.sum()), abs=2)
-    assert replace(part).beside is part.beside
+    inside = (whole.asynchronous.stamps >= part.stamps[0]) & (
+        whole.asynchronous.stamps <= part.stamps[-1]
+    )
+    assert len(part.asynchronous.stamps) == pytest.approx(int(inside.sum()), abs=2)
+    assert replace(part).asynchronous is part.asynchronous
 
 
 def test_a_steady_turn_shows_no_gain_of_a_gyro():
@@ -192,5 +196,5 @@ def test_a_steady_turn_shows_no_gain_of_a_gyro():
     recording = make_recording("turn", stamps_of(t), eta, commands)
     g = np.arange(0.5, 59, 0.05)
     rates = 0.3 + 0.05 + rng.normal(0, 0.01, len(g))
-    beside = with_yaw_rate(recording, stamps_of(g), rates, "pose: yaw_rate").beside
-    assert float(np.mean(beside.values)) == pytest.approx(0.3, abs=2e-3)
+    asynchronous = with_yaw_rate(recording, stamps_of(g), rates, "pose: yaw_rate").asynchronous
+    assert float(np.mean(asynchronous.values)) == pytest.approx(0.3, abs=2e-3)

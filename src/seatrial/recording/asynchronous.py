@@ -2,7 +2,7 @@
 """Position, heading and yaw rate of different rates: each is used where it is new.
 
 The rows of a recording are its positions, each with the heading of its time. Headings that no position
-has, and yaw rates of a gyro, are measured beside them; the filter takes all in order of time.
+has, and yaw rates of a gyro, are asynchronous measurements; the filter takes all in order of time.
 """
 
 from collections.abc import Sequence
@@ -24,8 +24,8 @@ WHOLE = _core.POSITION_PART | _core.HEADING_PART
 
 
 @dataclass(frozen=True)
-class Beside:
-    """Measurements beside the poses."""
+class Asynchronous:
+    """Asynchronous measurements: headings and yaw rates with stamps of their own."""
 
     stamps: Stamps  # (m,) [ns], rising
     parts: NDArray[np.int8]  # (m,) HEADING_PART or RATE_PART of the core
@@ -36,34 +36,34 @@ class Beside:
         for name, dtype in (("stamps", np.int64), ("parts", np.int8), ("values", np.float64)):
             object.__setattr__(self, name, frozen_array(getattr(self, name), dtype))
 
-    def kept(self, keep: Mask) -> "Beside":
+    def kept(self, keep: Mask) -> "Asynchronous":
         """Those of a mask (m,)."""
         return replace(
             self, stamps=self.stamps[keep], parts=self.parts[keep], values=self.values[keep]
         )
 
-    def between(self, stamps: Stamps) -> "Beside":
+    def between(self, stamps: Stamps) -> "Asynchronous":
         """Those between the first and the last pose, at stamps (n,)."""
         return self.kept((self.stamps > stamps[0]) & (self.stamps < stamps[-1]))
 
-    def shifted(self, nanoseconds: int) -> "Beside":
+    def shifted(self, nanoseconds: int) -> "Asynchronous":
         """With later stamps."""
         return replace(self, stamps=self.stamps + nanoseconds)
 
-    def turned(self, angle: float) -> "Beside":
+    def turned(self, angle: float) -> "Asynchronous":
         """With headings that are larger by an angle [rad]."""
         heading = self.parts == _core.HEADING_PART
         return replace(self, values=self.values + angle * heading)
 
-    def mirrored(self) -> "Beside":
+    def mirrored(self) -> "Asynchronous":
         """With headings and rates of the opposite sense."""
         return replace(self, values=-self.values)
 
-    def joined(self, other: "Beside") -> "Beside":
+    def joined(self, other: "Asynchronous") -> "Asynchronous":
         """Both, in order of time."""
         stamps = np.concatenate([self.stamps, other.stamps])
         order = np.argsort(stamps, kind="stable")
-        return Beside(
+        return Asynchronous(
             stamps[order],
             np.concatenate([self.parts, other.parts])[order],
             np.concatenate([self.values, other.values])[order],
@@ -78,7 +78,7 @@ class Poses:
     stamps: Stamps  # (n,) [ns], as recorded
     eta: Array  # (n, 3) x, y [m], psi [rad]; NaN where unknown
     parts: NDArray[np.int8] | None = None  # (n,) measured parts; None: all are whole
-    beside: Beside | None = None
+    asynchronous: Asynchronous | None = None
     rows: NDArray[np.int64] = field(
         default_factory=lambda: np.zeros(0, np.int64)
     )  # (n,) of the log
@@ -110,14 +110,14 @@ def joined(
     after = np.clip(np.searchsorted(seconds, wanted, side="left"), 1, len(seconds) - 1)
     heading[(steps[after - 1] > hole) & ~matched] = np.nan
     heading[matched] = psi[own[matched]]
-    # the others are beside
+    # the others are asynchronous
     rest = np.ones(len(at), dtype=bool)
     rest[own[matched]] = False
     parts = np.where(matched, WHOLE, _core.POSITION_PART).astype(np.int8)
     kinds = np.full(int(rest.sum()), _core.HEADING_PART, dtype=np.int8)
     return Poses(
         position_stamps, np.column_stack([positions, heading]), parts,
-        Beside(at[rest], kinds, psi[rest]) if rest.any() else None,
+        Asynchronous(at[rest], kinds, psi[rest]) if rest.any() else None,
     )  # fmt: skip
 
 
@@ -164,10 +164,12 @@ def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) ->
     return replace(found, rows=first, remarks=tuple(remarks))
 
 
-def used_beside(beside: Beside, stamps: Stamps, use: NDArray[np.int8], lost: Sequence[int]) -> Mask:
+def used_asynchronous(
+    asynchronous: Asynchronous, stamps: Stamps, use: NDArray[np.int8], lost: Sequence[int]
+) -> Mask:
     """Which (m,) of those between poses lie between two that the filter uses.
 
     stamps, use (n,): of the poses. lost: uses before which the pose is lost (a gap, a jump).
     """
-    after = np.searchsorted(stamps, beside.stamps, side="right")
+    after = np.searchsorted(stamps, asynchronous.stamps, side="right")
     return np.asarray((use[after - 1] != 0) & (use[after] != 0) & ~np.isin(use[after], lost))
