@@ -2,6 +2,7 @@
 """Findings as values: each kind through a file and back, what is refused, and the text of each."""
 
 import copy
+import io
 import pickle
 import string
 from dataclasses import replace
@@ -88,8 +89,9 @@ def test_a_name_is_the_same_after_a_file_whatever_it_is(name, kind):
     class Stored:
         """A file that is not on disk."""
 
-        def read_text(self, encoding: str) -> str:
-            return text.encode(encoding).decode(encoding)
+        def open(self, mode: str) -> io.BytesIO:
+            assert mode == "rb"
+            return io.BytesIO(text.encode("utf-8"))
 
     assert convert(read_yaml(Stored()), EstimatorEntry, "file") == entry
     assert finding_text(finding).isprintable()

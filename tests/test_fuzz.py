@@ -91,7 +91,8 @@ def test_damage_ends_in_a_recording_or_in_one_line(kind, first, count):
         plain = outcomes["read"] / (outcomes["read"] + outcomes["refused"])
         salvaged = outcomes["salvaged"] / (outcomes["salvaged"] + outcomes["salvage refused"])
         assert 0.02 < plain < 0.5
-        assert salvaged > 1.5 * plain
+        # a .db3 is also read without its metadata, where they are damaged
+        assert salvaged > (1.0 if kind == "db3" else 1.5) * plain
     if kind == "log":  # most damage costs a few messages, which are counted
         assert summary["outcomes"]["read"] > 0.3 * count
         assert summary["outcomes"]["refused"] > 0.02 * count

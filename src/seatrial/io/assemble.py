@@ -153,7 +153,7 @@ def _poses(
     request, rows = found[0]
     columns, raw = request.columns, rows.values
     if len(raw) == 0:
-        raise RecordingError(f"{request.place}: no row has a pose")
+        raise RecordingError(f"{name}: 0 poses: no row of {request.place} has one")
     if request.names[0] in GEOGRAPHIC:
         position = in_plane(raw[:, :2], columns[:2], vehicle)
     else:

@@ -135,13 +135,13 @@ class Recording:
 
     @cached_property
     def period(self) -> float:
-        """Median time between usable poses [s]."""
-        return float(np.median(np.diff(self.t[self.valid])))
+        """Median time between poses [s]."""
+        return float(np.median(np.diff(self.t)))
 
     @cached_property
     def usual_step(self) -> float:
-        """90th percentile [s] of the time between usable poses: the period of regular stamps."""
-        return usual_step(np.diff(self.t[self.valid]))
+        """90th percentile [s] of the time between poses: the period of regular stamps."""
+        return usual_step(np.diff(self.t))
 
     @property
     def duration(self) -> float:

@@ -21,6 +21,7 @@ WINDOW = (
     1.2  # [s] of one quadratic: long against pose noise, short against the boat's time constants
 )
 MOST_TURN = 2.0  # [rad] within a window, of a craft that spins: else forces average out in it
+SPINS = 4.0  # [rad] within a usual window, from which on a craft spins
 TURN_SPAN = 0.1  # [s] over which its yaw rate is seen
 STRIDE = 0.2  # [s] between the windows' centres
 MOST_STRETCH = 1.3  # times the nominal length; a longer window (dropped poses) is not used
@@ -91,7 +92,7 @@ def _turning_window(t: Array, psi: Array) -> float:
         return WINDOW
     rate = np.abs(psi[apart:] - psi[:-apart]) / (t[apart:] - t[:-apart])
     fast = float(np.percentile(rate, 90))
-    return min(WINDOW, MOST_TURN / fast) if fast > 0 else WINDOW
+    return MOST_TURN / fast if fast * WINDOW > SPINS else WINDOW
 
 
 def _quadratics(s: Array, values: Array) -> Array:
