@@ -8,7 +8,8 @@ import pytest
 
 import seatrial
 from seatrial import _core
-from seatrial.evaluation.filtering import run_filter
+from seatrial.boat.noise_parameters import OUTLIER
+from seatrial.evaluation.filtering import filter_pass, run_filter
 from seatrial.recording.asynchronous import joined, split_rates
 from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
@@ -198,3 +199,47 @@ def test_a_steady_turn_shows_no_gain_of_a_gyro():
     rates = 0.3 + 0.05 + rng.normal(0, 0.01, len(g))
     asynchronous = with_yaw_rate(recording, stamps_of(g), rates, "pose: yaw_rate").asynchronous
     assert float(np.mean(asynchronous.values)) == pytest.approx(0.3, abs=2e-3)
+
+
+@pytest.mark.parametrize("coloured", [False, True])
+def test_a_heading_of_the_same_time_counts_as_that_of_a_whole_pose(mp, drive, coloured):
+    """Sequential updates of independent sensors equal the joint one: likelihood, gradient, smoothed states."""
+    model = plant_model(load_plan("clean"), mp)
+    recording = drive.recording.cut(20.0, 60.0)
+    t, eta = recording.t, recording.eta
+    n = len(t)
+    noise = np.array([5e-4, 3e-3, 1e-3, 1e-2, 1e-2, 1e-2, 1.0, 0, 0, 1, 0], dtype=float)
+    if coloured:
+        noise[7:10] = 1e-3, 2e-3, 0.5
+    begin = np.concatenate([eta[0], np.zeros(3)])
+    use, velocity = np.ones(n, dtype=np.int8), np.array([0.3, 0.3, 1.0])
+    whole = _core.Series(t, eta, use, begin, velocity)
+    kinds = np.full(n, _core.HEADING_PART, dtype=np.int8)
+    places = np.full(n, _core.POSITION_PART, dtype=np.int8)
+    parted = _core.Series(
+        t, eta, use, begin, velocity, None, 0.0, places, (t, kinds, np.ascontiguousarray(eta[:, 2]), 0.0)
+    )  # fmt: skip
+    one, two = (filter_pass(model, recording, series, noise) for series in (whole, parted))
+    assert two.cost == pytest.approx(one.cost, rel=1e-9)
+    np.testing.assert_allclose(two.gradient, one.gradient, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(two.information, one.information, rtol=1e-6)
+    joint, sequential = (
+        np.asarray(_core.smoothed(run, series, noise, OUTLIER)[0])
+        for run, series in ((one, whole), (two, parted))
+    )
+    np.testing.assert_allclose(sequential, joint, atol=2e-6)
+
+
+def test_a_yaw_rate_pulls_the_smoothed_one_towards_it(mp, drive):
+    model = plant_model(load_plan("clean"), mp)
+    stamps, r = gyro(drive, bias=0.0, noise=1e-3)
+    eta = drive.pose + np.random.default_rng(4).normal(0, 0.02, drive.pose.shape)
+    plain = make_recording("noisy", drive.pose_stamps, eta, drive.recording.commands)
+    recording = with_yaw_rate(plain, stamps, r, "pose: yaw_rate")
+    noise = np.array([0.02, 0.02, 0.05, 0.5, 1e-2, 1e-2, 1.0, 0, 0, 1, 0], dtype=float)
+    errors = []
+    for one in (plain, recording):
+        found = run_filter(model, one, noise)
+        state = np.asarray(_core.smoothed(found.run, found.series, noise, OUTLIER)[0])
+        errors.append(float(np.sqrt(np.mean((state[:, 5] - truth_at(drive, one.t)[:, 5]) ** 2))))
+    assert errors[1] < 0.2 * errors[0]
