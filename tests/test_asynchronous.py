@@ -120,6 +120,15 @@ def test_another_sense_unit_or_axis_of_a_gyro_is_named(drive, factor, words):
         with_yaw_rate(drive.recording, *gyro(drive, factor=factor, bias=0.0), "pose: yaw_rate")
 
 
+@pytest.mark.parametrize("noise", [1e-3, 0.3])
+def test_a_gyro_of_another_axis_is_refused(drive, noise):
+    """Also a still one: as a yaw rate it would say that the boat does not turn."""
+    stamps, _ = gyro(drive)
+    roll = np.random.default_rng(2).normal(0, noise, len(stamps))
+    with pytest.raises(RecordingError, match="does not follow the heading: it is of another axis"):
+        with_yaw_rate(drive.recording, stamps, roll, "pose: yaw_rate")
+
+
 def test_a_gyro_makes_the_coefficients_of_yaw_surer(mp, drive):
     vehicle = mp
     trials = {t.name[:2]: t for t in simulate(with_seed(load_plan("clean"), 3), mp)}

@@ -31,7 +31,7 @@ class LogTopic:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Fields that are asked of one topic."""
+    """Fields to be read of one topic."""
 
     topic: str
     fields: tuple[str, ...]
@@ -59,7 +59,7 @@ class Log(ABC):
 
     @abstractmethod
     def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """The samples asked for, in the order of `wanted`, in one pass and bounded memory.
+        """The samples, in the order of `wanted`, in one pass and bounded memory.
 
         Raises RecordingError where a topic or field is unknown (by `require`).
         """

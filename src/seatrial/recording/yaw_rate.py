@@ -18,7 +18,9 @@ MOST_RATE = (
 )
 INTERVAL = 1.0  # [s] least time over which the integrated rate is compared with the heading
 FEWEST_INTERVALS = 8
-TURNS = 0.1  # [rad/s] by which the yaw rate varies, from which on its gain is known well enough to refuse it
+TURNS = 0.1  # [rad/s] by which the heading's rate varies, from which on it can judge a gyro
+MOST_UNEXPLAINED = 0.5  # of the spread of the heading's rate, that the gyro may leave
+OUTLIER_SPREADS = 4.0  # of an interval from the others: the heading jumped
 GAIN = 0.25  # of 1, by which the heading over the integrated rate may differ
 LARGEST_RATE = 1e4  # [rad/s] more than any gyro measures, also in a wrong unit
 LEAST_DEVIATION = 1e-5  # [rad/s] of the noise: less is a simulated gyro
@@ -41,7 +43,7 @@ def with_yaw_rate(recording: Recording, stamps: Stamps, rates: Array, where: str
             f"{recording.name}: {where} has {int(inside.sum())} yaw rates during the poses; leave it out"
         )
     t, r = _averaged(recording.seconds(stamps), rates)
-    gain, bias = _gain_and_bias(recording, t, r)
+    gain, bias = _gain_and_bias(*_turns(recording, t, r))
     if gain is not None and abs(gain - 1.0) > GAIN:
         raise RecordingError(f"{recording.name}: {where} {_said(gain)}")
     return replace(recording, asynchronous=_joined(recording, t, r - bias))
@@ -71,9 +73,8 @@ def _averaged(t: Array, r: Array) -> tuple[Array, Array]:
     return middle, at_middle(np.rint(1e9 * middle).astype(np.int64), means[:, None], count)[:, 0]
 
 
-def _gain_and_bias(recording: Recording, t: Array, r: Array) -> tuple[float | None, float]:
-    """Heading over integrated rate, None where the boat hardly turned; and the bias [rad/s]."""
-    # heading and integrated rate over intervals without a gap in either
+def _turns(recording: Recording, t: Array, r: Array) -> tuple[Array, Array, Array]:
+    """Heading turned [rad], integrated rate [rad] and length [s] (k,) of intervals without a gap in either."""
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(t))])
     gap = np.concatenate(
         [[0], np.cumsum(np.diff(t) > 4.0 / MOST_RATE + 3.0 * np.median(np.diff(t)))]
@@ -83,26 +84,39 @@ def _gain_and_bias(recording: Recording, t: Array, r: Array) -> tuple[float | No
     at = at[np.concatenate([[True], np.diff(np.floor(recording.t[at] / INTERVAL)) > 0])]
     first, last = at[:-1], at[1:]
     begin, end = (np.searchsorted(t, recording.t[i], side="right") - 1 for i in (first, last))
-    whole = (recording.segment[first] == recording.segment[last]) & (
-        gap[begin] == gap[np.minimum(end + 1, len(t) - 1)]
-    )
-    if whole.sum() < FEWEST_INTERVALS:
+    whole = recording.segment[first] == recording.segment[last]
+    whole &= gap[begin] == gap[np.minimum(end + 1, len(t) - 1)]
+    first, last = first[whole], last[whole]
+    summed = np.interp(recording.t[last], t, angle) - np.interp(recording.t[first], t, angle)
+    turned = recording.eta[last, 2] - recording.eta[first, 2]
+    return turned, summed, recording.t[last] - recording.t[first]
+
+
+def _gain_and_bias(turned: Array, summed: Array, length: Array) -> tuple[float | None, float]:
+    """Heading over integrated rate, and the bias [rad/s]; the gain is None where the boat hardly turned.
+
+    It is 0 where the rate explains less than half of what the heading turns: another axis.
+    """
+    if len(turned) < FEWEST_INTERVALS:
         return None, 0.0
-    turned = (recording.eta[last, 2] - recording.eta[first, 2])[whole]
-    summed = (np.interp(recording.t[last], t, angle) - np.interp(recording.t[first], t, angle))[
-        whole
-    ]
-    length = (recording.t[last] - recording.t[first])[whole]
-    # heading = gain * integrated + offset * time, outliers left out once
+    swing = _spread(turned / length)
+    # heading = gain * integrated + offset * time, without outliers
+    near = np.ones(len(turned), dtype=bool)
     x = np.column_stack([summed, length])
     for _ in range(3):
-        found = np.linalg.lstsq(x, turned, rcond=None)[0]
+        found = np.linalg.lstsq(x[near], turned[near], rcond=None)[0]
         rest = np.abs(turned - x @ found)
-        near = rest <= 4.0 * MAD_TO_SD * float(np.median(rest)) + 1e-9
-        x, turned, length, summed = x[near], turned[near], length[near], summed[near]
-    if float(np.std(summed / length)) < TURNS and abs(found[0]) < 10.0:
-        return None, float(np.sum(summed - turned) / np.sum(length))
-    return float(found[0]), float(np.sum(summed - turned) / np.sum(length))
+        near = rest <= OUTLIER_SPREADS * MAD_TO_SD * float(np.median(rest[near])) + 1e-9
+    bias = float(np.sum((summed - turned)[near]) / np.sum(length[near]))
+    if swing < TURNS:  # only a rate that claims clearly more is judged
+        return float(found[0]) if _spread(summed / length) > 2.0 * TURNS else None, bias
+    unlike = _spread((turned - x @ found) / length) > MOST_UNEXPLAINED * swing
+    return 0.0 if unlike else float(found[0]), bias
+
+
+def _spread(rates: Array) -> float:
+    """90th percentile [rad/s] of the distance from the median."""
+    return float(np.percentile(np.abs(rates - np.median(rates)), 90))
 
 
 def _said(gain: float) -> str:
@@ -118,6 +132,8 @@ def _said(gain: float) -> str:
     ):
         if abs(gain / factor - 1.0) < GAIN:
             return meaning
+    if gain == 0.0:
+        return "does not follow the heading: it is of another axis or boat. Name another column, or none"
     return f"is not the rate of the heading, which turns {gain:.2g} times as much: name another column, or none"
 
 

@@ -9,13 +9,11 @@ follows it, or padding, or the file ends.
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import BinaryIO
 
 from seatrial.io.formats.dataflash import DEFINING, HEADER, Definitions, Format, Stated, Values
-from seatrial.io.formats.layout import READ, Columns, topic_name
+from seatrial.io.formats.layout import Columns, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.progress import reach
 
 HEAD = b"\xa3\x95"
 FMT = Format(0x80, "FMT", 89, "BBnNZ", ("Type", "Length", "Name", "Format", "Columns"))
@@ -73,7 +71,7 @@ class _Walk:
         self._begin(FMT)
         try:
             with path.open("rb") as file:
-                self._run(file, path.stat().st_size)
+                pass_blocks(file, path.stat().st_size, self._pass)
         except OSError as error:
             raise FileError(f"{path}: {error.strerror or error}") from None
         for found in self.current.values():
@@ -89,18 +87,7 @@ class _Walk:
             texts.append(f"not read, as their definitions contradict themselves: {listed}")
         return tuple(texts)
 
-    def _run(self, file: BinaryIO, size: int) -> None:
-        data, done = b"", 0
-        while True:
-            block = file.read(READ)
-            data += block
-            data = data[self._pass(data, ended=not block) :]
-            done += len(block)
-            reach(done / max(size, 1))
-            if not block:
-                return
-
-    def _pass(self, data: bytes, *, ended: bool) -> int:
+    def _pass(self, data: bytes, ended: bool) -> int:
         """Pass all messages that are whole; returns where the next one begins."""
         sizes, seen, visits = self.sizes, self.seen, self.visits
         at, end, in_step = 0, len(data), self.in_step

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Binary records of one topic as columns: where each field is, and a buffer that decodes blocks of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.io.log import LogSamples
 from seatrial.util.frames import Array
+from seatrial.util.progress import reach
 
 BLOCK = 1 << 22  # [bytes] of records that are decoded at once
 MOST_STAMP = 1 << 62  # [ns] a later stamp is damage
@@ -97,3 +98,17 @@ class Columns:
         self.stamps.append(stamps[sound].astype(np.int64) * layout.tick)
         self.values.append(values[sound])
         self.block = bytearray()
+
+
+def pass_blocks(file: BinaryIO, size: int, consume: Callable[[bytes, bool], int]) -> None:
+    """Reads a file of `size` bytes by blocks. `consume` takes what is left and the next block, and whether the
+    file has ended; it returns how much of it is done with."""
+    data, done = b"", 0
+    while True:
+        block = file.read(READ)
+        data += block
+        data = data[consume(data, not block) :]
+        done += len(block)
+        reach(done / max(size, 1))
+        if not block:
+            return

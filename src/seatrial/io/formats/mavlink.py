@@ -17,16 +17,15 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from struct import unpack_from
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from seatrial.io.formats.dataflash import plain
-from seatrial.io.formats.layout import MOST_STAMP, READ, Columns, Layout, Place, topic_name
+from seatrial.io.formats.layout import MOST_STAMP, Columns, Layout, Place, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.frames import Array, Stamps
-from seatrial.util.progress import reach
 
 STARTS = (0xFE, 0xFD)  # of version 1 and 2
 STAMP = 8  # [bytes] before each frame
@@ -182,7 +181,7 @@ class _Walk:
         self.lost, self.places, self.passed = 0, 0, 0  # [bytes], runs of them, [bytes] of frames
         try:
             with path.open("rb") as file:
-                self._run(file, path.stat().st_size)
+                pass_blocks(file, path.stat().st_size, self._pass)
         except OSError as error:
             raise FileError(f"{path}: {error.strerror or error}") from None
 
@@ -210,18 +209,7 @@ class _Walk:
         }  # fmt: skip
         return tuple(text for text, count in found.items() if count)
 
-    def _run(self, file: BinaryIO, size: int) -> None:
-        data, done = b"", 0
-        while True:
-            block = file.read(READ)
-            data += block
-            data = data[self._pass(data, ended=not block) :]
-            done += len(block)
-            reach(done / max(size, 1))
-            if not block:
-                return
-
-    def _pass(self, data: bytes, *, ended: bool) -> int:
+    def _pass(self, data: bytes, ended: bool) -> int:
         """Pass all records that are whole; returns where the next one begins."""
         at, end, in_step = 0, len(data), self.in_step
         last = end if ended else end - LONGEST
