@@ -28,7 +28,8 @@ from seatrial.identification.selection.terms import (
     choose_structure,
     missing_term_findings,
 )
-from seatrial.identification.selection.terms.candidates import candidate_tiers, new_to
+from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.solution import StartValues
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.recording.excitation import beyond_full, excitation, find_roles
 from seatrial.recording.recording import Recording
@@ -91,11 +92,12 @@ def identify_with_fit(
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
     chosen: Selection | None = None,
+    begin: StartValues | None = None,
 ) -> tuple[Model, Fit | None]:
     """`identify`, and the solution that the model came from; None where the method has none.
 
     `chosen`: the choice of the vehicle's terms, from these recordings. Without one the terms are the user's, and a
-    finding names the most significant missing one.
+    finding names the most significant missing one. `begin`: start values for the search (default: of the choice).
     """
     # refuse what no model can come from, and options of another method
     _check_options(method, roles, settings, prior, effects)
@@ -109,7 +111,7 @@ def identify_with_fit(
         if method == OUTPUT_ERROR:
             solution = _output_error(
                 recordings, vehicle, prior, prior_spread, effects,
-                begin=None if chosen is None else chosen.model,
+                begin=begin if begin is not None or chosen is None else StartValues.of_model(chosen.model),
             )  # fmt: skip
             if chosen is None:
                 more = missing_term_findings(solution)
@@ -149,8 +151,7 @@ def with_chosen_terms(
     except IdentificationError as error:
         raise _explained(error, recordings, vehicle) from None
     if found is None:
-        added = new_to(vehicle.structure, candidate_tiers(vehicle)[0])
-        return vehicle.with_terms((*vehicle.structure.terms, *added)), None
+        return with_usual_terms(vehicle), None
     return found.vehicle, found
 
 
@@ -221,7 +222,7 @@ def _output_error(
     spread: float,
     effects: Sequence[str],
     *,
-    begin: Model | None,
+    begin: StartValues | None,
 ) -> Fit:
     """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
     try:
@@ -247,7 +248,7 @@ def _fit(
     spread: float,
     effects: Sequence[str],
     *,
-    begin: Model | None,
+    begin: StartValues | None,
 ) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))
