@@ -15,15 +15,13 @@ from seatrial.identification.diagnostics.unmodelled_effects import (
 from seatrial.identification.estimator import first_maximum
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
-from seatrial.identification.methods import (
-    identify_with_fit,
-    with_chosen_terms,
-)
+from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms import Selection
 from seatrial.identification.selection.terms.candidates import with_usual_terms
-from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
+from seatrial.identification.solution import Fit, OutputErrorSettings
+from seatrial.identification.term_choice import TermChoice, choose_terms_from, start_values_of
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
@@ -70,21 +68,16 @@ def identify_guided(
         )
         at, kinds, followed = _without_needless(at, usual, kinds, followed)
     # the terms, from poses without the effects
-    begin, chosen = start_values_of(at), None
     if vehicle.automatic:
         with stage("choosing terms", 0.4):
-            clean = _without_effects(at) if kinds else recordings
-            vehicle, chosen = with_chosen_terms(clean, vehicle)
-        if chosen is not None:
-            own = StartValues.of_model(chosen.model)
-            begin = StartValues({**begin.values, **own.values}, own.noise)
+            choice = choose_terms_from(at if kinds else None, recordings, vehicle)
+    else:
+        choice = TermChoice(vehicle, None, start_values_of(at))
     # all of it together
     with stage("identifying"):
-        model, solution = identify_with_fit(
-            recordings, vehicle, effects=kinds, chosen=chosen, begin=begin
-        )
+        model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
     assert solution is not None  # output-error has one
-    return Guided(model, solution, chosen, followed, kinds)
+    return Guided(model, solution, choice.selection, followed, kinds)
 
 
 def _with_effects(
@@ -117,18 +110,3 @@ def _without_needless(
         if differs_from_zero(at, effect_places(at.runs.problem, kind))
     ]
     return at, (*given, *(k for k, _ in needed)), tuple(f for _, f in needed)
-
-
-def _without_effects(at: Point) -> list[Recording]:
-    """Recordings for the choice of terms: poses of the origin, without lever arm, delays and current.
-
-    Trim and wind stay: they are forces, which the process noise of the filter includes.
-    """
-    problem = at.runs.problem
-    return [problem.origin_poses(i, at.theta) for i in range(len(problem.recordings))]
-
-
-def start_values_of(at: Point) -> StartValues:
-    """The free parameters and the noise of a solution."""
-    problem = at.runs.problem
-    return StartValues({problem.names[i]: float(at.theta[i]) for i in problem.free}, at.noise)
