@@ -77,9 +77,9 @@ def run(args: argparse.Namespace) -> None:
         EquationErrorSettings,
         identify_with_fit,
         summary,
-        with_chosen_terms,
     )
     from seatrial.identification.selection.terms import chosen_terms_text, selection_text
+    from seatrial.identification.term_choice import choose_terms
     from seatrial.util.errors import IdentificationError
     from seatrial.workflow.next_step import after_identify
 
@@ -91,12 +91,13 @@ def run(args: argparse.Namespace) -> None:
     prior = None if args.prior is None else load(args.prior)
     with stage("reading", 0.1):
         recordings = read_all(args, vehicle)
-    reasons, chosen = "", None
+    reasons, choice = "", None
     if vehicle.automatic:
         with stage("choosing terms", 0.6):
-            vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
-        if chosen is not None:
-            reasons = selection_text(chosen) if args.verbose else chosen_terms_text(chosen)
+            choice = choose_terms(recordings, vehicle, prior, args.effect)
+        if choice.selection is not None:
+            found = choice.selection
+            reasons = selection_text(found) if args.verbose else chosen_terms_text(found)
         elif prior is None:
             length = sum(recording.duration for recording in recordings)
             reasons = TERMS_NOT_CHOSEN.format(length=length)
@@ -106,7 +107,7 @@ def run(args: argparse.Namespace) -> None:
     with stage("identifying", 0.4 if tables else None):
         model, solution = identify_with_fit(
             recordings, vehicle, method=args.method, roles=roles, settings=settings,
-            prior=prior, effects=args.effect, chosen=chosen,
+            prior=prior, effects=args.effect, choice=choice,
             prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
         )  # fmt: skip
     save(model, args.out)

@@ -2,21 +2,33 @@
 """Identification that follows its own findings: the effects that the model lacks are estimated, too."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
-from seatrial.boat.findings import Finding, of_kinds
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.methods import identify_with_fit, with_chosen_terms
+from seatrial.identification.diagnostics.unmodelled_effects import (
+    differs_from_zero,
+    effect_places,
+    unmodelled_effect,
+)
+from seatrial.identification.estimator import first_maximum
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import EFFECT_KINDS
+from seatrial.identification.methods import identify_with_fit
+from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms import Selection
-from seatrial.identification.solution import Fit
+from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.solution import Fit, OutputErrorSettings
+from seatrial.identification.term_choice import TermChoice, choose_terms_from, start_values_of
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import IdentificationError
 from seatrial.util.progress import stage
 
 MOST_EFFECTS = 3  # a boat that needs more of them is described by none
-FIRST_SHARE = 0.5  # of the time, for the model without further effects
+EFFECTS_SHARE = 0.4  # of the time
 
 Confirm = Callable[[str, Finding], bool]
 
@@ -39,71 +51,62 @@ def identify_guided(
     effects: Sequence[str] = (),
     confirm: Confirm = lambda _kind, _finding: True,
 ) -> Guided:
-    """`identify`, and again with each unmodelled effect that it finds, at most `MOST_EFFECTS` of them.
+    """`identify` with the effects that the recordings show, at most `MOST_EFFECTS`; effects first, then terms.
 
-    `effects`: those to begin with. `confirm`: whether a found effect (kind, finding) is estimated. With
-    `structure: auto` terms are chosen again after each effect, from recordings without it. An effect with which
-    there is no solution is left out. Raises as `identify`.
+    Terms that are chosen without an effect stand in for it. So effects are found with the terms that every boat
+    has. With `structure: auto` terms are then chosen from recordings without the effects. `effects`: those to
+    begin with. `confirm`: whether a found effect (kind, finding) is estimated. An effect with which there is no
+    solution is left out. Raises as `identify`.
     """
-    with stage("", FIRST_SHARE):
-        found = _identified(recordings, vehicle, tuple(effects))
-    for _ in range(MOST_EFFECTS - len(effects)):
-        # the unmodelled effect, where there is one
-        named = _unmodelled(found.model)
-        if named is None or named[0] in found.effects or not confirm(*named):
-            break
-        kind, finding = named
-        # with it; the terms are chosen without its influence on the poses
-        with stage(f"with {kind}"):
-            try:
-                further = _identified(
-                    recordings, vehicle, (*found.effects, kind),
-                    choose_from=_without_effect(found, recordings, kind),
-                )  # fmt: skip
-            except IdentificationError:
-                break
-        found = replace(further, followed=(*found.followed, finding))
-    return found
-
-
-def _unmodelled(model: Model) -> tuple[str, Finding] | None:
-    """The effect that the model lacks: its kind, as of `effects`, and its finding."""
-    for kind, finding_kind in UNMODELLED_EFFECTS.items():
-        for finding in of_kinds(model.estimator.findings, finding_kind):
-            return kind, finding
-    return None
-
-
-def _without_effect(
-    found: Guided, recordings: Sequence[Recording], kind: str
-) -> Sequence[Recording]:
-    """Recordings for the choice of terms: poses of the origin, without lever arm, delays and current.
-
-    Trim and wind stay: they are forces, which the process noise of the filter includes.
-    """
-    if found.chosen is None:  # no terms are chosen
-        return recordings
-    with stage("", 0.3):
-        _, solution = identify_with_fit(
-            recordings, found.chosen.vehicle, effects=(*found.effects, kind), chosen=found.chosen
+    check_recordings(recordings)
+    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+    # the effects, with the terms that every boat has
+    usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
+    with stage("effects", EFFECTS_SHARE):
+        at, kinds, followed = _with_effects(
+            first_maximum(recordings, usual, effects), tuple(effects), confirm
         )
-    assert solution is not None  # output-error has one
-    problem, theta = solution.problem, solution.theta
-    return [problem.origin_poses(i, theta) for i in range(len(recordings))]
-
-
-def _identified(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    effects: tuple[str, ...],
-    choose_from: Sequence[Recording] | None = None,
-) -> Guided:
-    """One identification; `choose_from`: recordings that choose the terms, if they are others."""
-    chosen = None
+        at, kinds, followed = _without_needless(at, usual, kinds, followed)
+    # the terms, from poses without the effects
     if vehicle.automatic:
-        with stage("choosing terms", 0.6):
-            vehicle, chosen = with_chosen_terms(choose_from or recordings, vehicle)
+        with stage("choosing terms", 0.4):
+            choice = choose_terms_from(at if kinds else None, recordings, vehicle)
+    else:
+        choice = TermChoice(vehicle, None, start_values_of(at))
+    # all of it together
     with stage("identifying"):
-        model, solution = identify_with_fit(recordings, vehicle, effects=effects, chosen=chosen)
+        model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
     assert solution is not None  # output-error has one
-    return Guided(model, solution, chosen, (), effects)
+    return Guided(model, solution, choice.selection, followed, kinds)
+
+
+def _with_effects(
+    at: Point, kinds: tuple[str, ...], confirm: Confirm
+) -> tuple[Point, tuple[str, ...], tuple[Finding, ...]]:
+    """The solution with the effects that it lacks, one after another, the one with the largest gain first."""
+    followed: tuple[Finding, ...] = ()
+    while len(kinds) < MOST_EFFECTS:
+        found = unmodelled_effect(at, 0.0, sandwich_covariance(at))
+        if found.at is None or found.kind not in EFFECT_KINDS or not found.findings:
+            break
+        if not confirm(found.kind, found.findings[0]):
+            break
+        at = found.at
+        kinds, followed = (*kinds, found.kind), (*followed, found.findings[0])
+    return at, kinds, followed
+
+
+def _without_needless(
+    at: Point, vehicle: Vehicle, kinds: tuple[str, ...], followed: tuple[Finding, ...]
+) -> tuple[Point, tuple[str, ...], tuple[Finding, ...]]:
+    """Without the followed effects that stood for a stage of the actuator chain: with it they are zero."""
+    if not followed:
+        return at, kinds, followed
+    at, _ = select_stages(at, vehicle, OutputErrorSettings(effects=kinds), 0.0)
+    given = kinds[: len(kinds) - len(followed)]
+    needed = [
+        (kind, finding)
+        for kind, finding in zip(kinds[len(given) :], followed, strict=True)
+        if differs_from_zero(at, effect_places(at.runs.problem, kind))
+    ]
+    return at, (*given, *(k for k, _ in needed)), tuple(f for _, f in needed)

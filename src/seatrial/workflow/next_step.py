@@ -83,14 +83,10 @@ def after_identify(
 
     `options`: those that `identify` had, which it has again.
     """
-    # doubts on recordings and vehicle file come first: they may spoil all else
-    if model.warnings:
-        return NextStep(command("inspect", *recordings, "--vehicle", vehicle), model.warnings[0])
-    # then the finding that matters most
-    found = [f for f in most_important(model.estimator.findings) if f.kind in ASK_FOR_ACTION]
-    if found:
-        return _remedy(found[0], recordings, vehicle, out, options)
-    # then what is not known well
+    asked = asked_for(model, recordings, vehicle, out, options)
+    if asked is not None:
+        return asked
+    # what is not known well
     loose = [
         f for f in identifiability(model).findings
         if f.verdict in (ParameterVerdict.WEAK, ParameterVerdict.LOST)
@@ -101,6 +97,24 @@ def after_identify(
         names = ", ".join(f"{f.name} {percent(f.relative)}" for f in loose[:MOST_NAMED])
         return NextStep(step, f"standard errors are large: {names}; the report says what to drive")
     return NextStep(step, "a recording that the model has not seen")
+
+
+def asked_for(
+    model: Model,
+    recordings: Paths,
+    vehicle: str | Path,
+    out: str | Path,
+    options: Sequence[str] = (),
+) -> NextStep | None:
+    """What the model's doubts and findings ask for; None: nothing."""
+    # doubts on recordings and vehicle file come first: they may spoil all else
+    if model.warnings:
+        return NextStep(command("inspect", *recordings, "--vehicle", vehicle), model.warnings[0])
+    # then the finding that matters most
+    found = [f for f in most_important(model.estimator.findings) if f.kind in ASK_FOR_ACTION]
+    if found:
+        return _remedy(found[0], recordings, vehicle, out, options)
+    return None
 
 
 def _remedy(
