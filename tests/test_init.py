@@ -12,7 +12,7 @@ from init_tools import NAMES, one_table, refused, tables, with_papers_terms
 from logs import JOY, drive, half, nanoseconds
 
 import seatrial
-from seatrial.boat.vehicle import vehicle_from
+from seatrial.boat.vehicle import load_vehicle, vehicle_from
 from seatrial.commands.cli import main
 from seatrial.identification.methods import DEFAULT_METHOD
 from seatrial.inspection.consistency.check import check_consistency
@@ -254,4 +254,10 @@ def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsy
     np.savetxt(path, thrusters, delimiter=",", header="t,fl,fr,rl,rr", comments="")
     said = refused(capsys, path.parent, "-o", tmp_path / "vehicle.yaml")
     assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
-    assert "thrusters: and their positions" in said
+    assert "--thrusters 'X Y DEG; X Y DEG; ...'" in said
+    vehicle = tmp_path / "vehicle.yaml"
+    assert main(["init", str(path.parent), "-o", str(vehicle), "--lever", "0.1", "-0.2",
+                 "--thrusters", "0.3 0.2 -45; 0.3 -0.2 45; -0.3 0.2 45; -0.3 -0.2 -45"]) == 0  # fmt: skip
+    found = load_vehicle(vehicle)
+    assert found.inputs == ("fl", "fr", "rl", "rr") and found.lever == (0.1, -0.2)
+    np.testing.assert_allclose(found.mix[1], np.array([-1, 1, 1, -1]) * np.sqrt(0.5))
