@@ -44,12 +44,17 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--child", metavar="FRAME", help="the boat's frame, where poses come from tf"
     )
+    command.add_argument(
+        "--thrusters", metavar="PLACES",
+        help="of each thruster x ahead and y aside [m], and direction of thrust [deg]: 'X Y DEG; X Y DEG'",
+    )  # fmt: skip
     add_salvage(command)
     command.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
+    from seatrial.guide.answers import thrusters_from
     from seatrial.inspection.proposal.propose import init
     from seatrial.inspection.proposal.sources import Choices, recognised_text
     from seatrial.util.errors import FileError
@@ -62,7 +67,10 @@ def run(args: argparse.Namespace) -> None:
         )
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
     axes = args.axes or _axes(args.recordings[0], ask)
-    choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
+    thrusters = thrusters_from(args.thrusters or "")
+    choices = Choices(
+        args.name, axes, args.pose, args.commands, args.parent, args.child, thrusters=thrusters
+    )
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)

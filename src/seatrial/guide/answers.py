@@ -29,6 +29,11 @@ THRUSTERS_QUESTION = (
     "The commands are forces. Where are the thrusters? For each x ahead [m], y to {side} [m] and direction of "
     "thrust [deg] from forward towards {side}, such as '0.2 0.2 135; 0.2 -0.2 -135; ...'. Enter: not known"
 )
+ALLOCATED_QUESTION = (
+    "{names} are always driven together, by an allocation. Where are these thrusters? For each, in this order, x "
+    "ahead [m], y to {side} [m] and direction of thrust [deg] from forward towards {side}, such as '0.2 0.2 135; "
+    "...'. Enter: not known"
+)
 SCHEME_QUESTION = "How does the boat's software allocate forces to thrusters?"
 SCHEMES = (MOORE_PENROSE, "always-forward")
 TEST_QUESTION = "Which recording tests the model, and is not used to identify it?"
@@ -54,8 +59,21 @@ def thrusters_of(proposal: Proposal, given: Choices, ask: Questions | None) -> C
     answer = ask.text(THRUSTERS_QUESTION.format(side=_side(given)))
     if not answer:
         return given
-    found = tuple(_thruster(part) for part in answer.split(";") if part.strip())
-    return replace(given, thrusters=found, scheme=ask.choose(SCHEME_QUESTION, SCHEMES))
+    scheme = ask.choose(SCHEME_QUESTION, SCHEMES)
+    return replace(given, thrusters=thrusters_from(answer), scheme=scheme)
+
+
+def allocated_of(channels: Sequence[str], given: Choices, ask: Questions | None) -> Choices | None:
+    """The same with the places of the thrusters that an allocation drives; None where nobody knows them."""
+    if ask is None or given.thrusters:
+        return None
+    answer = ask.text(ALLOCATED_QUESTION.format(names=", ".join(channels), side=_side(given)))
+    return replace(given, thrusters=thrusters_from(answer)) if answer else None
+
+
+def thrusters_from(text: str) -> tuple[tuple[float, float, float], ...]:
+    """x, y [m] and direction [deg] of each thruster of `x y direction; ...`. Raises VehicleError."""
+    return tuple(_thruster(part) for part in text.split(";") if part.strip())
 
 
 def test_of(names: Sequence[str], ask: Questions | None) -> str | None:

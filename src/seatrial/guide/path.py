@@ -12,11 +12,19 @@ from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.evaluation.validation import scores_of, validate
-from seatrial.guide.answers import LAST_QUARTER, assumptions, choices_of, test_of, thrusters_of
+from seatrial.guide.answers import (
+    LAST_QUARTER,
+    allocated_of,
+    assumptions,
+    choices_of,
+    test_of,
+    thrusters_of,
+)
 from seatrial.guide.steps import Steps, digest_of
 from seatrial.identification.guided import identify_guided
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
+from seatrial.inspection.proposal.inputs import AllocatedError
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
@@ -133,7 +141,14 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
     first, *more = here.logs
     chosen = choices_of(first, choices, here.ask)
     ask = None if here.ask is None else here.ask.choose
-    proposal = init(first, *more, choices=chosen, ask=ask, salvage=here.salvage)
+    try:
+        proposal = init(first, *more, choices=chosen, ask=ask, salvage=here.salvage)
+    except AllocatedError as error:
+        placed = allocated_of(error.channels, chosen, here.ask)
+        if placed is None:
+            raise
+        chosen = placed
+        proposal = init(first, *more, choices=chosen, ask=ask, salvage=here.salvage)
     further = thrusters_of(proposal, chosen, here.ask)
     if further != chosen:
         proposal = init(first, *more, choices=further, ask=ask, salvage=here.salvage)

@@ -64,6 +64,15 @@ class Drive:
     lever: tuple[float, float] | None  # [m] of the measured point, in the file's axes
     findings: tuple[str, ...]  # corrected units
     on_change: bool
+    allocated: bool = False  # whether the inputs are thrusters that an allocation drives together
+
+
+class AllocatedError(RecordingError):
+    """Thrusters that an allocation drives in fewer combinations than there are; `channels`: their names."""
+
+    def __init__(self, message: str, channels: Sequence[str]) -> None:
+        super().__init__(message)
+        self.channels = tuple(channels)
 
 
 @dataclass(frozen=True)
@@ -138,8 +147,11 @@ class Channels:
         return together and not all(a.trusted for a in self.assigned)
 
 
-def find_drive(sources: Sources, *, salvage: bool) -> Drive:
-    """Inputs, signs, scales and units from the recording itself."""
+def find_drive(sources: Sources, thrusters: int = 0, *, salvage: bool) -> Drive:
+    """Inputs, signs, scales and units from the recording itself.
+
+    `thrusters`: how many the user placed; where an allocation drives as many channels, these are they.
+    """
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
@@ -153,10 +165,18 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     channels = _channels(sources, draft, recordings, report.table)
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)
-    inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
+    on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
+    try:
+        inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
+    except AllocatedError:
+        if thrusters != len(channels.names):
+            raise
+        remarks = dict.fromkeys(channels.names, "a thruster of the allocation")
+        return Drive(
+            channels.columns, remarks, {}, True, (), pose, None, tuple(corrected), on_change, allocated=True
+        )  # fmt: skip
     # 4. Axes without a drive; commands that are written only on change.
     driven = {f["axis"] for f in forces.values()}
-    on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
         inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
         channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, channels.lever,
@@ -348,10 +368,11 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
         length = sum(recording.duration for recording in recordings)
         count = _combinations(recordings)
         if 0 < count < len(found.names):
-            raise RecordingError(
+            raise AllocatedError(
                 f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
-                "allocation), so their separate effects are not identifiable. Write the vehicle file with "
-                "thrusters: and their positions (docs/vehicle.md)"
+                "allocation), so their separate effects are not identifiable. Give their positions with "
+                "--thrusters 'x y direction; ...', or in the vehicle file (docs/vehicle.md)",
+                found.names,
             )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "

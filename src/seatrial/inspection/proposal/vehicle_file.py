@@ -131,6 +131,14 @@ def _timeout(drive: Drive) -> list[str]:
 
 
 def _forces(drive: Drive, choices: Choices) -> list[str]:
+    if drive.allocated:
+        return [
+            _commented("thrusters:", "positions [m] and directions [deg], as given"),
+            *(
+                f"  {_line(name, dict(zip(('x', 'y', 'angle_deg'), place, strict=True)))}"
+                for name, place in zip(drive.inputs, choices.thrusters, strict=True)
+            ),
+        ]
     if choices.thrusters and not drive.forces:
         return [
             _commented("thrusters:", "positions [m] and directions [deg], as given"),
