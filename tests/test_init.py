@@ -14,10 +14,10 @@ from logs import JOY, drive, half, nanoseconds
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.guide.answers import allocated_of
+from seatrial.guide.answers import proposed
 from seatrial.identification.methods import DEFAULT_METHOD
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.inspection.proposal.inputs import AllocatedError
+from seatrial.inspection.proposal.inputs import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
@@ -266,7 +266,7 @@ def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsy
     for more in ((), ("--thrusters", CROSSED.rpartition(";")[0])):  # nothing, and three of four
         said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", *more)
         assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
-        assert "Give their positions with --thrusters" in said
+        assert "in this order: --thrusters 'X Y DEG; X Y DEG; ...'" in said
     for wrong in ("0.3 0.2", "0.3 left 45", "0.3 0.2 45 1", "300 200 45"):
         said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", "--thrusters", wrong)
         assert f"thruster '{wrong}': expected x [m], y [m] and direction [deg]" in said
@@ -289,18 +289,23 @@ def test_thrusters_behind_an_allocation_are_used_where_their_places_are_given(
 def test_auto_asks_for_the_places_of_thrusters_behind_an_allocation(log, tmp_path):
     """In the order of the channels; without an answer, or without somebody to ask, it is refused."""
     path = allocated(log, tmp_path / "pool")
-    with pytest.raises(AllocatedError, match="3 combinations") as caught:
-        init(path)
     asked = []
 
     class Answers:
+        def __init__(self, answer):
+            self.answer = answer
+
         def text(self, question):
             asked.append(question)
-            return CROSSED if len(asked) == 1 else ""
+            return self.answer
 
-    found = allocated_of(caught.value.channels, Choices(), Answers())
-    assert "fl, fr, rl, rr are always driven together" in asked[0]
-    assert "y to port" in asked[0]
-    assert init(path, choices=found).drive.allocated
-    assert allocated_of(caught.value.channels, Choices(), Answers()) is None
-    assert allocated_of(caught.value.channels, Choices(), None) is None
+        def choose(self, question, options):
+            raise AssertionError(question)
+
+    proposal, chosen = proposed([path], Choices(), Answers(CROSSED), salvage=False)
+    assert "Where are the thrusters fl, fr, rl and rr? For each x ahead [m], y to port" in asked[0]
+    assert chosen.thrusters[2] == (-0.3, 0.0, 45.0)
+    assert list(yaml.safe_load(proposal.text)["thrusters"]) == ["fl", "fr", "rl", "rr"]
+    for answers in (Answers(""), None):
+        with pytest.raises(ThrustersUnknownError, match="3 combinations"):
+            proposed([path], Choices(), answers, salvage=False)

@@ -64,15 +64,6 @@ class Drive:
     lever: tuple[float, float] | None  # [m] of the measured point, in the file's axes
     findings: tuple[str, ...]  # corrected units
     on_change: bool
-    allocated: bool = False  # whether the inputs are thrusters that an allocation drives together
-
-
-class AllocatedError(RecordingError):
-    """Thrusters that an allocation drives in fewer combinations than there are; `channels`: their names."""
-
-    def __init__(self, message: str, channels: Sequence[str]) -> None:
-        super().__init__(message)
-        self.channels = tuple(channels)
 
 
 @dataclass(frozen=True)
@@ -147,11 +138,16 @@ class Channels:
         return together and not all(a.trusted for a in self.assigned)
 
 
-def find_drive(sources: Sources, thrusters: int = 0, *, salvage: bool) -> Drive:
-    """Inputs, signs, scales and units from the recording itself.
+class ThrustersUnknownError(RecordingError):
+    """Commands of thrusters that are always driven in the same combinations: only positions tell them apart."""
 
-    `thrusters`: how many the user placed; where an allocation drives as many channels, these are they.
-    """
+    def __init__(self, message: str, names: Sequence[str]) -> None:
+        super().__init__(message)
+        self.names = tuple(names)  # of the channels, in order
+
+
+def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
+    """Inputs, signs, scales and units from the recording itself. `thrusters`: how many positions are known."""
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
@@ -165,18 +161,12 @@ def find_drive(sources: Sources, thrusters: int = 0, *, salvage: bool) -> Drive:
     channels = _channels(sources, draft, recordings, report.table)
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)
-    on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
-    try:
-        inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
-    except AllocatedError:
-        if thrusters != len(channels.names):
-            raise
-        remarks = dict.fromkeys(channels.names, "a thruster of the allocation")
-        return Drive(
-            channels.columns, remarks, {}, True, (), pose, None, tuple(corrected), on_change, allocated=True
-        )  # fmt: skip
+    if not parts[0] and thrusters == len(channels.names):
+        parts = dict(channels.columns), dict.fromkeys(channels.names, "thruster, as given"), {}
+    inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
     # 4. Axes without a drive; commands that are written only on change.
     driven = {f["axis"] for f in forces.values()}
+    on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
         inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
         channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, channels.lever,
@@ -368,10 +358,10 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
         length = sum(recording.duration for recording in recordings)
         count = _combinations(recordings)
         if 0 < count < len(found.names):
-            raise AllocatedError(
+            raise ThrustersUnknownError(
                 f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
-                "allocation), so their separate effects are not identifiable. Give their positions with "
-                "--thrusters 'x y direction; ...', or in the vehicle file (docs/vehicle.md)",
+                "allocation), so their separate effects are not identifiable. Give the position [m] and direction "
+                "[deg] of each, in this order: --thrusters 'X Y DEG; X Y DEG; ...' (docs/vehicle.md)",
                 found.names,
             )
         raise RecordingError(
