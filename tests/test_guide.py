@@ -47,7 +47,8 @@ def tables(folder, recording, *, lever=(0.0, 0.0), current=(0.0, 0.0), flip=Fals
 
 def one_drive(seconds=SECONDS, seed=1):
     """The survey boat, driven by two thrusters."""
-    return driven({}, lambda g: g.uniform(-1, 1), seconds=seconds, seed=seed)[1]
+    size = lambda g: g.uniform(-1, 1)  # noqa: E731
+    return driven({}, [size, size], seconds=seconds, seed=seed)[1]
 
 
 class Owner:
