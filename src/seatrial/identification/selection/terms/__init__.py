@@ -2,12 +2,17 @@
 """Which terms a boat's recordings support, and on which of them its repeats agree."""
 
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
-from seatrial.identification.selection.terms.console import selection_json, selection_text
+from seatrial.identification.selection.terms.console import (
+    SELECTION_FORMAT,
+    selection_json,
+    selection_text,
+)
 from seatrial.identification.selection.terms.missing_term import missing_term_findings
 from seatrial.identification.selection.terms.select_terms import choose_structure, select
 from seatrial.identification.selection.terms.selection import Selection
 
 __all__ = [
+    "SELECTION_FORMAT",
     "Selection",
     "choose_structure",
     "default_candidates",
