@@ -133,9 +133,9 @@ def test_the_program_loads_no_command_that_is_not_called(arguments):
     own = {name for name in loaded if name.startswith("seatrial.")}
     assert own == {
         "seatrial.commands", "seatrial.commands.cli", "seatrial.util", "seatrial.util.errors", "seatrial.util.printing",
-        "seatrial.util.progress",
+        "seatrial.util.progress", "seatrial.util.status",
     }  # fmt: skip
-    assert not loaded & {*EDGES, "numpy", "msgspec", "yaml"}
+    assert not loaded & {*EDGES, "numpy", "msgspec", "yaml", "rich", "shtab"}
 
 
 def test_the_program_loads_the_command_that_is_called():

@@ -2,7 +2,6 @@
 """`seatrial select`."""
 
 import argparse
-from functools import partial
 from pathlib import Path
 
 from seatrial.commands.shared import (
@@ -14,9 +13,7 @@ from seatrial.commands.shared import (
     write_json,
 )
 from seatrial.util.printing import say
-from seatrial.util.progress import stage, step
-
-SELECTION_STEPS = 30  # usual number of them
+from seatrial.util.progress import stage
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -56,7 +53,6 @@ def run(args: argparse.Namespace) -> None:
     with stage("selecting terms"):
         found = select(
             recordings, vehicle, candidates=candidates, horizon=args.horizon,
-            say=partial(step, SELECTION_STEPS),
         )  # fmt: skip
     write_json(args, SELECTION_FORMAT, selection_json(found))
     if args.out is not None:

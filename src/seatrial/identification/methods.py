@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """From recordings to a model, by one of four methods."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
@@ -133,8 +133,6 @@ def with_chosen_terms(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     prior: Model | None = None,
-    *,
-    say: Callable[[str], None] = lambda _: None,
 ) -> tuple[Vehicle, Selection | None]:
     """A vehicle with `structure: auto` and its chosen terms, and the reasons.
 
@@ -145,7 +143,7 @@ def with_chosen_terms(
     if prior is not None:
         return vehicle.with_terms(prior.structure.terms), None
     try:
-        found = choose_structure(recordings, vehicle, say=say)
+        found = choose_structure(recordings, vehicle)
     except IdentificationError as error:
         raise _explained(error, recordings, vehicle) from None
     if found is None:
