@@ -48,10 +48,10 @@ def data_only() -> Iterator[None]:
         _data_only.reset(token)
 
 
-def complain(words: str) -> None:
+def complain(words: str, program: str = "seatrial") -> None:
     """One line on standard error; where that is closed or full, nothing."""
     with suppress(OSError, ValueError), hidden():
-        print(drawn(f"seatrial: {one_line(words)}", sys.stderr), file=sys.stderr, flush=True)
+        print(drawn(f"{program}: {one_line(words)}", sys.stderr), file=sys.stderr, flush=True)
 
 
 def drawn(text: str, stream: TextIO | None) -> str:

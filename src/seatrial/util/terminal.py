@@ -28,7 +28,7 @@ STYLES = tuple(
         (r"^wrote(?= )", "bold green"),
         (r"\bnext:(?= seatrial )", "bold cyan"),
         (r"(?<=\bnext: )seatrial .*", "cyan"),
-        (r"^seatrial:(?= )", "bold red"),
+        (r"^seatrial(?: [a-z]+)?:(?= )", "bold red"),
         (r"^ *# .*", "dim"),
     )
 )
