@@ -22,11 +22,11 @@ STYLES = tuple(
     for pattern, style in (
         (r"^ *=> (?:good|consistent) .*", "green"),
         (r"^ *=> (?!good |consistent ).*", "yellow"),
-        (r"^ *(?:doubt|warning|check first):(?= )", "bold yellow"),
+        (r"^ *(?:doubt|warning|assumed|Check first):(?= )", "bold yellow"),
         (r"^ *note:(?= )", "bold cyan"),
         (r"\bnot (?:identifiable|distinguishable from zero)", "yellow"),
         (r"^wrote(?= )", "bold green"),
-        (r"\bnext:(?= seatrial )", "bold cyan"),
+        (r"(?:^|(?<=; ))next:(?= )", "bold cyan"),
         (r"(?<=\bnext: )seatrial .*", "cyan"),
         (r"^seatrial(?: [a-z]+)?:(?= )", "bold red"),
         (r"^ *# .*", "dim"),

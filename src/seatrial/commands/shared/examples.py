@@ -3,9 +3,13 @@
 
 EXAMPLES = {
     "": """\
-seatrial init run1.bag -o boat.yaml
+seatrial auto run1.bag run2.bag            # from logs to a model and its report
 seatrial identify run1.bag run2.bag --vehicle boat.yaml -o model.yaml
 seatrial report model.yaml run3.bag -o report.html""",
+    "auto": """\
+seatrial auto run1.bag run2.bag
+seatrial auto 00000012.BIN --test 00000013.BIN -o otter
+seatrial auto log.csv --lever 0.3 0 --yes  # asks nothing, states what it assumes""",
     "demo": """\
 seatrial demo                              # into the folder demo
 seatrial demo --out /tmp/tour""",

@@ -4,6 +4,7 @@
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
 from seatrial.identification.selection.terms.console import (
     SELECTION_FORMAT,
+    chosen_terms_text,
     selection_json,
     selection_text,
 )
@@ -15,6 +16,7 @@ __all__ = [
     "SELECTION_FORMAT",
     "Selection",
     "choose_structure",
+    "chosen_terms_text",
     "default_candidates",
     "given_candidates",
     "missing_term_findings",

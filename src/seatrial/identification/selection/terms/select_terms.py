@@ -16,9 +16,11 @@ from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import first_maximum, fit, with_free_stages
 from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms.candidates import (
     candidate_tiers,
     with_terms,
+    with_usual_terms,
 )
 from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, Fold, folds
 from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
@@ -36,11 +38,12 @@ from seatrial.identification.selection.terms.stepwise import (
     forward_and_back,
 )
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
+from seatrial.identification.solution import OutputErrorSettings
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage, step
 
-# of the time that a selection takes, for the progress
+STAGES_SHARE = 0.2  # as the next, of the time that a selection takes, for the progress
 FIT_SHARE, FIRST_MAXIMUM_SHARE, CHANGE_SHARE, SEARCH_SHARE = 0.6, 0.1, 0.2, 0.93
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
 CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
@@ -91,10 +94,16 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
     search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON)
+    # stages of the chain before terms: a missing curve of the thrusters looks like terms
+    usual = with_usual_terms(vehicle)
     with stage("the terms that every boat has", FIRST_MAXIMUM_SHARE):
-        begin = begun_at(first_maximum(together, vehicle))
+        begin = begun_at(first_maximum(together, usual))
+    with stage("actuator stages", STAGES_SHARE):
+        staged, _ = select_stages(begin.at, usual, OutputErrorSettings(), begin.horizon)
+    begin = replace(begin, at=staged)
     try:
-        return _selection(search, begin, begin.terms, parts, one_boat=True, asked=())
+        own = vehicle.structure.terms
+        return _selection(search, begin, own, parts, one_boat=True, asked=())
     except TooShortError:  # candidates and stages are further parameters
         return None
 
