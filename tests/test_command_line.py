@@ -85,7 +85,7 @@ def test_a_misspelt_word_gets_the_one_that_was_meant(arguments, line, capsys):
 
 def test_an_unknown_command_unlike_any_other_gets_them_all(capsys):
     line = refused(capsys, "zzz")
-    assert line.startswith("seatrial: unknown command 'zzz'; known: demo, inspect, ")
+    assert line.startswith("seatrial: unknown command 'zzz'; known: auto, demo, inspect, ")
 
 
 def test_wrong_words_can_not_steer_the_terminal(capsys):
