@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """--json: the result for programs, in a file or on standard output."""
 
+import argparse
+import io
 import json
 from argparse import Namespace
 from pathlib import Path
@@ -8,9 +10,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from cli_tools import run
+from cli_tools import documented, run
 
+from seatrial.commands import COMMANDS, make_parser
 from seatrial.commands.shared import write_json
+from seatrial.commands.shared.schemas import SCHEMAS
 from seatrial.util.printing import put
 
 
@@ -62,3 +66,79 @@ def test_content_with_a_kind_of_its_own_keeps_it(tmp_path):
     write_json(args, "test 1", {"seatrial": "scores 5"})
     assert json.loads(args.json.read_text()) == {"seatrial": "scores 5"}
     write_json(Namespace(json=None), "test 1", {"x": object()})  # not asked for
+
+
+SIMPLE = {  # arguments, and what else must be in the content
+    "inspect": (["{p}/S1-AF", "--vehicle", "{v}"], {"vehicle": "mallard"}),
+    "init": (["{p}/S1-AF", "-o", "{o}/v.yaml"], {"vehicle": "{o}/v.yaml"}),
+    "convert": (["{p}/S1-AF", "--vehicle", "{v}", "-o", "{o}/S1.mcap"], {"recording": "{p}/S1-AF"}),
+    "simulate": (["--plan", "{o}/plan.yaml", "-o", "{o}/trials"], {"folder": "{o}/trials"}),
+    "validate": (["{m}", "{p}/S7-AF", "--end", "100"], {"horizon": 1.0}),
+    "compare": (["{m}", "{m}"], {}),
+    "tune": (["{m}"], {"action": "pid"}),
+    "predict": (["{m}", "{p}/S7-AF", "--end", "20", "-o", "{o}/out.csv"], {"recording": "S7-AF"}),
+    "allocate": (["{m}"], {"axes": "forward-left-up"}),
+    "export": (["{m}", "--to", "c", "-o", "{o}/boat.h"], {"format": "c", "written": "{o}/boat.h"}),
+    "sim": (
+        ["{m}", "--speed", "0", "--duration", "1"],
+        {"lines": 1, "mistakes": 1, "duration": 1.0},
+    ),
+    "mimic": (["{m}", "--speed", "1", "--yaw-rate", "1"], {"lines": 1, "mistakes": 1}),
+    "completion": (["bash"], {"shell": "bash"}),
+}
+
+
+@pytest.mark.parametrize("command", SIMPLE)
+def test_each_command_writes_what_is_documented(command, pool, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("nonsense\n"))
+    (tmp_path / "plan.yaml").write_text(
+        "seatrial: plan 1\nbased_on: clean\ntrials: {S1: {drive: surge, duration: 12}}\n"
+    )
+    arguments, expected = SIMPLE[command]
+    places = {"p": pool, "v": pool / "vehicle-AF.yaml", "m": pool / "model.yaml", "o": tmp_path}
+    given = [word.format(**places) for word in arguments]
+    out = tmp_path / "found.json"
+    assert run(capsys, command, *given, "--json", out)[0] == 0
+    content = documented(command, out)
+    for name, value in expected.items():
+        assert content[name] == (value.format(**places) if isinstance(value, str) else value), name
+    for written in _paths(content):
+        assert Path(written).exists()
+
+
+def _paths(content) -> list[str]:
+    """Files that a result names."""
+    written = content.get("written", [])
+    trials = [path for one in content.get("vehicles", []) for path in one["trials"]]
+    return [*([written] if isinstance(written, str) else written), *trials]
+
+
+def test_contents_without_a_vehicle_file_are_documented(pool, tmp_path, capsys):
+    out = tmp_path / "found.json"
+    assert run(capsys, "inspect", pool / "S1-AF", "--json", out)[0] == 0
+    assert documented("inspect", out)["recordings"][0]["kind"] == "tables"
+
+
+def test_every_command_takes_json_and_has_a_documented_kind():
+    parser = make_parser()
+    (commands,) = (a for a in parser._actions if isinstance(a, argparse._SubParsersAction))
+    for name, command in commands.choices.items():
+        command.fill()
+        assert "--json" in command._option_string_actions, name
+    assert set(SCHEMAS) == set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", ["sim", "mimic"])
+def test_lines_and_json_do_not_share_standard_output(command, pool, capsys):
+    code, out, err = run(capsys, command, pool / "model.yaml", "--json", "-")
+    assert (code, out) == (1, "")
+    assert "the lines are on standard output; give a file, or --udp PORT" in err
+
+
+def test_a_result_is_not_written_over_an_input(pool, tmp_path, capsys):
+    model = tmp_path / "model.yaml"
+    model.write_text((pool / "model.yaml").read_text())
+    for command in (["tune", model], ["export", model, "--to", "c", "-o", tmp_path / "boat.h"]):
+        code, _, err = run(capsys, *command, "--json", model)
+        assert code == 1
+        assert "give another name" in err

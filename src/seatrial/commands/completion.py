@@ -4,6 +4,7 @@
 import argparse
 from pathlib import Path
 
+from seatrial.commands.shared import add_json, guard, write_json
 from seatrial.util.printing import say
 
 SHELLS = ("bash", "zsh", "tcsh")
@@ -14,11 +15,17 @@ VEHICLES = {"V", "VEHICLE"}  # files or names of bundled vehicles: not paths for
 def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
     command.add_argument("shell", choices=SHELLS, help="the shell that is to complete")
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """The script that the shell sources."""
-    say(script(args.shell))
+    from seatrial.commands.shared.results import CompletionResult
+
+    guard(args.json, "{")
+    text = script(args.shell)
+    write_json(args, "completion 1", CompletionResult(args.shell, text))
+    say(text)
 
 
 def script(shell: str) -> str:

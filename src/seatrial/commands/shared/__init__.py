@@ -145,6 +145,11 @@ def add_json(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", type=Path, metavar="FILE", help=JSON_HELP)
 
 
+def to_programs(args: argparse.Namespace) -> bool:
+    """Whether standard output is for JSON alone: then nothing is asked there."""
+    return str(args.json) == STANDARD_OUTPUT
+
+
 def write_json(
     args: argparse.Namespace, kind: str, content: "Mapping[str, Any] | msgspec.Struct"
 ) -> None:
@@ -160,11 +165,20 @@ def write_json(
     from seatrial.util.files import dump_json, finite_or_none, write_text
 
     plain = finite_or_none(msgspec.to_builtins(content, enc_hook=_builtin))
-    plain = {"seatrial": kind, **plain}
-    if str(args.json) == STANDARD_OUTPUT:
+    plain = {"seatrial": kind} | plain
+    if to_programs(args):
         put(dump_json(plain, ascii_only=True))
     else:
         write_text(args.json, dump_json(plain))
+
+
+def guard_lines(args: argparse.Namespace, *inputs: object) -> None:
+    """The same for a command that answers in lines: on standard output both would mix."""
+    from seatrial.util.errors import LiveError
+
+    if to_programs(args) and args.udp is None:
+        raise LiveError("--json -: the lines are on standard output; give a file, or --udp PORT")
+    guard(args.json, "{", *inputs)
 
 
 def _builtin(value: Any) -> Any:  # noqa: ANN401, as msgspec calls it
