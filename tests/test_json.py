@@ -75,13 +75,18 @@ SIMPLE = {  # arguments, and what else must be in the content
     "convert": (["{p}/S1-AF", "--vehicle", "{v}", "-o", "{o}/S1"], {"recording": "{p}/S1-AF"}),
     "simulate": (["--plan", "{o}/plan.yaml", "-o", "{o}/trials"], {"folder": "{o}/trials"}),
     "validate": (["{m}", "{p}/S7-AF", "--end", "100"], {"horizon": 1.0}),
+    "identify": (
+        ["{p}/S1-AF", "{p}/S2-AF", "{p}/S3-AF", "--vehicle", "{v}", "-o", "{o}/m.yaml", "--method", "equation-error"],
+        {"model": "{o}/m.yaml", "method": "equation-error"},
+    ),
+    "report": (["{m}", "{p}/S7-AF", "--end", "60", "-o", "{o}/r.html"], {"written": ["{o}/r.html"]}),
     "compare": (["{m}", "{m}"], {}),
     "tune": (["{m}"], {"action": "pid"}),
     "predict": (["{m}", "{p}/S7-AF", "--end", "20", "-o", "{o}/out.csv"], {"recording": "S7-AF"}),
     "allocate": (["{m}"], {"axes": "forward-left-up"}),
     "export": (["{m}", "--to", "c", "-o", "{o}/boat.h"], {"format": "c", "written": "{o}/boat.h"}),
     "completion": (["bash"], {"shell": "bash"}),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("command", SIMPLE)
@@ -96,9 +101,15 @@ def test_each_command_writes_what_is_documented(command, pool, tmp_path, capsys)
     assert run(capsys, command, *given, "--json", out)[0] == 0
     content = documented(command, out)
     for name, value in expected.items():
-        assert content[name] == (value.format(**places) if isinstance(value, str) else value), name
+        assert content[name] == _filled(value, places), name
     for written in _paths(content):
         assert Path(written).exists()
+
+
+def _filled(value, places):
+    if isinstance(value, list):
+        return [_filled(one, places) for one in value]
+    return value.format(**places) if isinstance(value, str) else value
 
 
 def _paths(content) -> list[str]:

@@ -4,13 +4,76 @@
 Results with a class of their own elsewhere (scores, comparison, gains, model) and larger ones: schemas.py.
 """
 
-from typing import Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
 
 import msgspec
+
+if TYPE_CHECKING:
+    from seatrial.boat.model import Model
 
 
 class Result(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Of one command."""
+
+
+class IdentifiedParameter(Result, frozen=True):
+    """One parameter, forward-left-up."""
+
+    value: float
+    standard_error: float | None  # null: given, not estimated
+    unit: str
+    verdict: str  # how well it is known
+
+
+class ModelFinding(Result, frozen=True):
+    """What the estimator found."""
+
+    kind: str  # of finding
+    text: str  # what was found, what it means, what to do
+
+
+class IdentifyResult(Result, frozen=True):
+    """`seatrial identify`: the model's parameters and the findings. The model file has everything."""
+
+    model: str  # path of the model file
+    name: str  # of the boat
+    method: str
+    recordings: list[str]  # names
+    parameters: dict[str, IdentifiedParameter]  # by name
+    findings: list[ModelFinding]
+    doubts: list[str]  # why the model may be wrong
+    next: str  # what to do next
+    seatrial: Literal["identify 1"] = "identify 1"
+
+
+class AutoResult(Result, frozen=True):
+    """`seatrial auto`: the model, its report and what was assumed."""
+
+    folder: str  # of everything
+    report: str  # path of the page
+    scores: str  # path of the scores, as of `seatrial validate --json`
+    identified: IdentifyResult
+    assumed: list[str]  # what no log can tell, and nobody was asked
+    next: str  # what to do next
+    seatrial: Literal["auto 1"] = "auto 1"
+
+
+def identified(model: "Model", path: Path, following: str) -> IdentifyResult:
+    """The result of an identification. following: what to do next."""
+    from seatrial.boat.findings import finding_text
+    from seatrial.identification.uncertainty.identifiability import identifiability
+
+    parameters = {
+        one.name: IdentifiedParameter(one.value, one.error or None, one.unit, one.verdict.value)
+        for one in identifiability(model).findings
+    }
+    findings = [ModelFinding(f.kind.value, finding_text(f)) for f in model.estimator.findings]
+    names = [recording.name for recording in model.recordings]
+    return IdentifyResult(
+        str(path), model.name, model.estimator.method, names, parameters, findings,
+        list(model.warnings), following,
+    )  # fmt: skip
 
 
 class DemoResult(Result, frozen=True):

@@ -4,10 +4,12 @@
 from typing import Any, Literal
 
 from seatrial.commands.shared.results import (
+    AutoResult,
     CompletionResult,
     ConvertResult,
     DemoResult,
     ExportResult,
+    IdentifyResult,
     InitResult,
     MimicResult,
     PredictResult,
@@ -156,6 +158,8 @@ class AllocationResult(Result, frozen=True):
 
 
 SCHEMAS = {  # command: kinds of its content, with their classes
+    "auto": {"auto 1": AutoResult},
+    "identify": {"identify 1": IdentifyResult},
     "demo": {"demo 1": DemoResult},
     "inspect": {"inspection 1": InspectionResult, "contents 1": ContentsResult},
     "init": {"init 1": InitResult},
