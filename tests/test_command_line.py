@@ -142,3 +142,15 @@ def test_each_shell_gets_all_commands(shell):
     assert "bootstrap" in text
     if shutil.which(shell) and shell != "tcsh":  # its check needs a terminal
         assert subprocess.run([shell, "-n"], input=text, text=True, check=False).returncode == 0
+
+
+def test_the_version_is_shown_at_once():
+    resource = pytest.importorskip("resource")  # not on Windows
+    program = [Path(sys.executable).parent / "seatrial", "--version"]
+    times = []
+    for _ in range(5):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run(program, check=True, capture_output=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    assert min(times) < 0.2  # [s] of CPU: what else runs does not count
