@@ -16,7 +16,7 @@ from rich.text import Text
 HANG = 4  # [columns] by which the rest of a long line is indented further
 GAP = re.compile(r" {2,}")  # between two cells of a table
 GAPS_OF_A_TABLE, ROWS_OF_A_TABLE = 2, 3  # at the least
-COMMAND = re.compile(r"\bnext: seatrial .*|^ *=> seatrial .*")  # stays on one line, to be copied
+COMMAND = re.compile(r"(?:\bnext: |^ *(?:=> )?)seatrial [a-z]")  # stays on one line, to be copied
 STYLES = tuple(
     (re.compile(pattern, re.ASCII), style)
     for pattern, style in (
