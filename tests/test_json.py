@@ -11,7 +11,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from autopilot_logs import ardupilot, trial
 from cli_tools import documented, run
+from conftest import CSE1
 
 from seatrial.commands import COMMANDS, make_parser
 from seatrial.commands.shared import write_json
@@ -137,6 +139,13 @@ def test_contents_without_a_vehicle_file_are_documented(pool, tmp_path, capsys):
     out = tmp_path / "found.json"
     assert run(capsys, "inspect", pool / "S1-AF", "--json", out)[0] == 0
     assert documented("inspect", out)["recordings"][0]["kind"] == "tables"
+    bag = CSE1 / "mcap" / "CSE1_data_run1.mcap"
+    assert run(capsys, "inspect", bag, "--json", out)[0] == 0
+    assert len(documented("inspect", out)["recordings"][0]["topics"]) > 1
+    log = ardupilot(tmp_path / "log.BIN", trial(seconds=20.0))
+    assert run(capsys, "inspect", log, "--json", out)[0] == 0
+    topics = documented("inspect", out)["recordings"][0]["topics"]
+    assert any(topic["fields"] for topic in topics)
 
 
 def test_every_command_takes_json_and_has_a_documented_kind():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """All kinds of content that --json writes, for docs/json.md and its test. No command imports this file."""
 
-from typing import Any, Literal
+from typing import Literal
 
 from seatrial.commands.shared.results import (
     AutoResult,
@@ -23,6 +23,8 @@ from seatrial.evaluation.comparison.compare import COMPARISON_FORMAT, Comparison
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores
 from seatrial.inspection.consistency.check import Gain
 from seatrial.inspection.overview import RecordingView
+from seatrial.io.columns import TableView
+from seatrial.recording.timing import Clock, Delay
 
 
 class SignFinding(Result, frozen=True):
@@ -50,10 +52,43 @@ class InspectionResult(Result, frozen=True):
     seatrial: Literal["inspection 1"] = "inspection 1"
 
 
+class Topic(Result, frozen=True, omit_defaults=True):
+    """One topic of a bag or of an autopilot's log."""
+
+    role: str | None  # what it could be: poses, position, heading, commands
+    source: str  # its name
+    kind: str  # message type
+    clock: Clock  # where its stamps come from
+    count: int  # messages
+    rate: float  # [Hz] by the median step; 0 with fewer than two stamps
+    longest: float  # [s] longest step
+    jitter: float  # [s] standard deviation of the steps, gaps aside
+    duplicated: int  # stamps equal to the one before
+    backward: int  # stamps before the one before
+    on_change: bool  # written on change rather than periodically
+    delay: Delay | None = None  # where both stamp and arrival are known
+    publishers: int = 1
+    cut: bool = False
+    fields: list[str] | None = None  # of an autopilot's log
+    units: dict[str, str] | None = None  # of an autopilot's log, by field
+
+
+class Contents(Result, frozen=True, omit_defaults=True):
+    """What one recording has: topics of a bag or log, or tables."""
+
+    path: str
+    kind: str  # of bag, of log, or tables
+    length: float | None = None  # [s] of a bag or log
+    topics: list[Topic] | None = None
+    remarks: list[str] | None = None
+    parameters: dict[str, float] | None = None  # of an autopilot's log
+    tables: list[TableView] | None = None
+
+
 class ContentsResult(Result, frozen=True):
     """`seatrial inspect` without a vehicle file: topics or columns."""
 
-    recordings: list[dict[str, Any]]  # path, kind; topics and remarks of a bag, tables of a folder
+    recordings: list[Contents]
     seatrial: Literal["contents 1"] = "contents 1"
 
 
@@ -92,7 +127,7 @@ class SelectionResult(Result, frozen=True):
     vehicle: str  # name
     horizon: float  # [s] of held-out prediction
     repeats: list[Repeat]
-    structure: list[Any]  # chosen lines, as in a vehicle file
+    structure: dict[str, list[str]]  # chosen terms of each axis, as in a vehicle file
     terms: list[TermRow]
     asked: list[str]  # findings to check first
     seatrial: Literal["selection 1"] = "selection 1"
@@ -141,7 +176,7 @@ class SchemeRow(Result, frozen=True, omit_defaults=True):
     authority: dict[str, Authority] | None = None  # by axis
     idle_power: float | None = None  # relative, at rest
     idle: dict[str, float] | None = None  # command of each thruster at rest
-    switching: list[Any] | None = None  # thrusters that change their direction
+    switching: list[str] | None = None  # thrusters that change their direction
 
 
 class AllocationResult(Result, frozen=True):
