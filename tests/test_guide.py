@@ -2,9 +2,11 @@
 """The guided path: from logs to a validated model in one call, and on from where it was stopped."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_tools import documented
 from survey_boat import LAG, LATENCY, TRUTH, driven
 
 import seatrial
@@ -22,7 +24,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
-from seatrial.inspection.proposal.sources import Choices, lever_of, thrusters_of
+from seatrial.inspection.proposal.sources import lever_of, thrusters_of
 from seatrial.util.errors import SeatrialError
 
 LEVER, CURRENT = (0.30, -0.12), (0.05, -0.04)  # [m], [m/s]
@@ -267,14 +269,19 @@ def test_a_lever_arm_that_is_none_is_refused(text):
 
 def test_answers_on_thrusters():
     assert thrusters_of("0.3, 0.2, -45; -.3 0 90;") == ((0.3, 0.2, -45.0), (-0.3, 0.0, 90.0))
-    with pytest.raises(SeatrialError, match="thruster '0.3 0.2'"):
+    with pytest.raises(SeatrialError, match=r"thruster '0\.3 0\.2'"):
         thrusters_of("0.3 0.2 -45; 0.3 0.2")
 
 
 def test_the_command_says_what_is_assumed_and_what_is_next(drive, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = tables(tmp_path / "short log", one_drive(90.0))
-    assert main(["auto", str(log), "--lever", "0", "0", "--name", "tub"]) == 0
+    result = tmp_path / "auto.json"
+    options = ["--lever", "0", "0", "--name", "tub", "--json", str(result)]
+    assert main(["auto", str(log), *options]) == 0
+    content = documented("auto", result)
+    assert content["identified"]["name"] == "tub"
+    assert all(Path(content[name]).is_file() for name in ("report", "scores"))
     said = capsys.readouterr().out
     assert "tub, output-error" in said and "\nassumed: axes forward-left-up" in said
     assert said.splitlines()[-1].startswith("next: ")

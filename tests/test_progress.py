@@ -373,6 +373,16 @@ def test_a_command_shows_its_progress_on_a_terminal(quiet, tmp_path):
     assert screen.shown() == ""
 
 
+def test_nothing_is_drawn_on_a_terminal_that_only_appends(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(progress.sys, "stderr", terminal)
+    monkeypatch.setattr(progress_line, "LINE_AFTER", 0.0)
+    with show_progress(), progress.stage("long"):
+        time.sleep(0.3)
+    assert terminal.getvalue() == ""
+
+
 def test_nothing_is_drawn_where_standard_error_is_a_file(monkeypatch):
     plain = io.StringIO()
     monkeypatch.setattr(progress.sys, "stderr", plain)

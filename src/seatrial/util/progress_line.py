@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The line of progress on a terminal: when it is there, and when it is out of the way."""
 
+import os
 import threading
 import time
 from collections.abc import Iterator
@@ -59,7 +60,7 @@ class ProgressLine:
 
     def _begin(self) -> None:
         """Draw from now on, where the work lasts."""
-        if self.ended.wait(LINE_AFTER):
+        if self.ended.wait(LINE_AFTER) or os.environ.get("TERM") == "dumb":
             return
         from seatrial.util.progress_bar import Bar
 
