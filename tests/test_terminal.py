@@ -13,7 +13,8 @@ from rich.cells import cell_len
 
 from seatrial.util import printing, terminal
 from seatrial.util.errors import printable
-from seatrial.util.printing import coloured, columns_of, say
+from seatrial.util.format import table
+from seatrial.util.printing import coloured, columns_of, say, tables_fit
 
 SEATRIAL = Path(sys.executable).parent / "seatrial"
 ESCAPE = re.compile(r"\x1b\[[\d;]*m")
@@ -87,6 +88,31 @@ def test_no_cell_is_lost_and_no_line_is_too_wide(columns):
     assert all(len(line) <= columns for line in lines)
     for cell in re.findall(r"\S+", TABLE):
         assert any(cell in line for line in lines)
+
+
+def test_a_sentence_stays_with_its_row():
+    rows = "\n".join(
+        f"  X_{i} * u   {i}.25   {i} %   out: too small to be told apart" for i in range(3)
+    )
+    assert plain(rows, 40)[:2] == [
+        "  X_0 * u   0.25   0 %",
+        "      out: too small to be told apart",
+    ]
+
+
+def test_a_narrow_terminal_does_not_get_the_spare_columns():
+    head, rows = ("term", "value", "spread", "z"), [("X_u * u", "-0.25", "0.5", "-74")]
+    whole = table(head, rows, spare=(2, 3))
+    assert whole == "  term     value  spread    z\n  X_u * u  -0.25     0.5  -74"
+    for columns, expected in (
+        (29, whole),
+        (28, "  term     value    z\n  X_u * u  -0.25  -74"),
+        (10, "  term     value\n  X_u * u  -0.25"),
+    ):
+        with tables_fit(columns):
+            assert table(head, rows, spare=(2, 3)) == expected
+            assert table(head, rows) == whole
+    assert table(head, rows, spare=(2, 3)) == whole
 
 
 def test_headings_findings_and_steps_have_colours():

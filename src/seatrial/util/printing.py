@@ -13,6 +13,7 @@ from seatrial.util.progress import hidden
 
 USUAL_COLUMNS, FEWEST_COLUMNS = 80, 20  # of a terminal that does not say; of a narrow one
 STANDARD_OUTPUT = "-"  # in place of a file's name
+table_columns: ContextVar[int | None] = ContextVar("table_columns", default=None)  # None: any
 _data_only: ContextVar[bool] = ContextVar("data_only", default=False)
 
 
@@ -36,6 +37,16 @@ def put(data: str) -> None:
         raise ValueError("data on standard output is ASCII")
     with hidden():
         print(printable(data), end="")
+
+
+@contextmanager
+def tables_fit(columns: int | None) -> Iterator[None]:
+    """Tables that are made inside leave out what matters least where they are wider; None: any width."""
+    token = table_columns.set(columns)
+    try:
+        yield
+    finally:
+        table_columns.reset(token)
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from rich.text import Text
 HANG = 4  # [columns] by which the rest of a long line is indented further
 GAP = re.compile(r" {2,}")  # between two cells of a table
 GAPS_OF_A_TABLE, ROWS_OF_A_TABLE = 2, 3  # at the least
+WORDS_OF_A_CELL = 4  # more are a sentence, which stays with its row
 COMMAND = re.compile(r"(?:\bnext: |^ *(?:=> )?)seatrial [a-z]")  # stays on one line, to be copied
 STYLES = tuple(
     (re.compile(pattern, re.ASCII), style)
@@ -66,6 +67,8 @@ def folded(rows: Sequence[str], columns: int) -> Sequence[str]:
     width = max(map(len, rows))
     padded = [row.ljust(width) for row in rows]
     filled = "".join(" " if set(letters) == {" "} else "x" for letters in zip(*padded, strict=True))
+    if any(len(row.split("  ")[-1].split()) > WORDS_OF_A_CELL for row in rows):
+        return rows
     places = [found.span() for found in re.finditer(r"x+(?: x+)*", filled)]
     label = places[0][1]  # [columns] of the first column, with its indentation
     pieces: list[list[tuple[int, int]]] = [[]]
