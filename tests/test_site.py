@@ -13,6 +13,7 @@ from test_docs import ROOT, blocks
 from seatrial.commands.cli import main
 
 sys.path.insert(0, str(ROOT / "tools"))
+import json_page
 import reference
 
 DOCS = ROOT / "docs"
@@ -37,6 +38,12 @@ def test_the_reference_is_what_the_program_says():
     text = reference.page()
     for words in ("### seatrial identify", "`--prior OLD`", "### read", "class Model"):
         assert words in text
+
+
+def test_the_page_on_json_is_what_the_program_writes():
+    assert (DOCS / "json.md").read_text() == json_page.page(), "run tools/json_page.py"
+    assert "| `written` | text | path |" in json_page.page()
+    assert "| `rms` | number |" in json_page.page()
 
 
 @pytest.mark.system
