@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from math import floor, log10
 
 from seatrial.boat.schema import CorrelatedEntry
+from seatrial.evaluation.comparison.causes import cause_text
 from seatrial.evaluation.comparison.compare import Comparison, Side
 from seatrial.evaluation.comparison.parameters import SIGNIFICANCE, Factor, OneSided, Pair
 from seatrial.evaluation.comparison.prediction import (
@@ -98,6 +99,8 @@ def changes_text(found: Comparison, mark: str = "") -> Iterator[str]:
     yield from _untested(found)
     for factor in found.factors if not found.same_data else ():
         yield from _factor(factor)
+    if found.causes:
+        yield f"{cause_text(found.causes)}."
 
 
 def _untested(found: Comparison) -> Iterator[str]:
