@@ -118,7 +118,7 @@ def test_two_uncertain_drag_terms_may_make_a_certain_damping(delayed):
     covariance[i, j] = covariance[j, i] = mixed
     correlated = replace(model, covariance=covariance)
     apart = replace(model, covariance=np.diag(np.diag(covariance)))
-    assert of(Use.CONTROL, correlated, scores()).reason.criterion is not Criterion.GAIN
+    assert of(Use.CONTROL, correlated, scores()).level is Level.FIT
     one = of(Use.CONTROL, apart, scores())
     assert (one.reason.criterion, one.reason.subject) == (Criterion.GAIN, "surge damping")
     assert one.reason.value == pytest.approx(NORMAL_95 * np.hypot(a, speed * b) / abs(total))

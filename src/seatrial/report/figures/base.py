@@ -35,6 +35,12 @@ def forces_in(model: Model, axis: int) -> list[int]:
     return sorted(places, key=lambda i: forces[i].axis != axis)
 
 
+def driven_axes(model: Model) -> list[int]:
+    """The axes with a force in their equation; all where there is none."""
+    found = [axis for axis in range(3) if forces_in(model, axis)]
+    return found or [0, 1, 2]
+
+
 def line(
     name: str, x: Array, y: Array, colour: str, *, dash: str = "", width: float = 1.5
 ) -> Figure:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A section: its text, its plots, its tables."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -23,6 +24,29 @@ class Section:
     html: str
     figures: Mapping[str, Mapping[str, Figure]] = field(default_factory=dict)  # by store, by name
     tables: Sequence[Table] = ()
+    folded: bool = False  # its text, below its heading
+
+
+def first_screen(title: str, verdict: str, picture: str, dials: str, following: str) -> str:
+    """A picture and a verdict, what to do next; all but the title are HTML."""
+    return f"""<header><h1>{escape(title)}</h1>
+<p class="lead">{verdict}</p></header>
+<div class="screen">{picture}
+<div class="dials">{dials}</div></div>
+<p class="next">{following}</p>"""
+
+
+def unfolded(section: Section) -> str:
+    """The text of a section; of a folded one with its heading as the handle."""
+    if not section.folded:
+        return section.html
+    head = re.match(
+        r'(<section id="[\w-]+">)(<h2>.*?</h2>)(.*)(</section>)$', section.html, re.DOTALL
+    )
+    if head is None:
+        return section.html
+    opening, title, inside, closing = head.groups()
+    return f'{opening}<details class="fold"><summary>{title}</summary>{inside}</details>{closing}'
 
 
 def store_of(place: int) -> str:

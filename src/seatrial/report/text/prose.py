@@ -3,6 +3,8 @@
 
 ALL_WELL = "<p>No open issue: use the model within its envelope.</p>"
 
+USES = "What the model is fit for"
+
 AXES_NOTE = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, yaw positive to the
 left)."""
 
