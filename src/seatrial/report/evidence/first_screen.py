@@ -8,7 +8,7 @@ import numpy as np
 from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
 from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.numbers import floors, resolved_ratio, rms_and_ratio
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import Array
 
 
 @dataclass(frozen=True)
@@ -17,20 +17,14 @@ class FloorScore:
 
     share: Array  # (3,)
     over_floor: Array  # (3,) RMS error over the noise floor; infinite where that is 0
-    axes: tuple[int, ...]  # those that count
 
     @property
     def worst(self) -> int:
         """The axis with the smallest share."""
-        return min(self.axes, key=lambda axis: float(self.share[axis]))
-
-    @property
-    def worst_name(self) -> str:
-        """Its name."""
-        return AXES[self.worst]
+        return int(np.argmin(self.share))
 
 
-def floor_score(runs: tuple[Run, ...], axes: list[int]) -> FloorScore | None:
+def floor_score(runs: tuple[Run, ...]) -> FloorScore | None:
     """Of the recordings that judge the model; None where none was predicted."""
     chosen = judged(runs)
     if not chosen:
@@ -38,7 +32,7 @@ def floor_score(runs: tuple[Run, ...], axes: list[int]) -> FloorScore | None:
     floor, rms = floors(chosen), rms_and_ratio(chosen)[0]
     over = np.divide(rms, floor, out=np.full(3, np.inf), where=floor > 0.0)
     share = np.clip(1.0 - resolved_ratio(chosen), 0.0, 1.0)
-    return FloorScore(share, over, tuple(axes))
+    return FloorScore(share, over)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
 SHADE = "rgba(0,114,178,0.15)"
 WARM = "rgba(230,159,0,0.18)"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+LEAST_SHOWN = 1e-5  # of the largest value, on a logarithmic axis
 FEW_DECADES = 2.6  # of a logarithmic axis: below it 2 and 5 are ticks, too
 DASHES = ("solid", "dash", "dot")  # the next dash after each cycle of colours
 SIGNS = ("circle", "square", "diamond", "cross", "triangle-up")
@@ -122,7 +123,7 @@ def room_for(traces: Sequence[Figure]) -> Figure:
     if not len(every):
         return {"type": "log"}
     return logarithmic(
-        0.9 * max(float(every.min()), 1e-3 * float(every.max())), 1.1 * float(every.max())
+        0.9 * max(float(every.min()), LEAST_SHOWN * float(every.max())), 1.1 * float(every.max())
     )
 
 

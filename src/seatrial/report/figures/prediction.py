@@ -64,8 +64,8 @@ def picture(model: Model, run: Run, predictions: Sequence[tuple[str, Array, str]
         panels[f"yaxis{key}"] = {
             "title": {"text": f"{SYMBOLS[axis]} [{SPEED_UNITS[axis]}]"}, "domain": [low, 1.0 - k * each],
         }  # fmt: skip
-        own = [line("measured", run.t[at], run.measured[at, axis], BLACK, width=2.0)]
-        own += [line(n, run.t[at], v[at, axis], c, width=1.5) for n, v, c in predictions]
+        own = [line("measured", run.t[at], run.measured[at, axis], BLACK, width=3.0)]
+        own += [line(n, run.t[at], v[at, axis], c, width=1.6) for n, v, c in predictions]
         traces += [
             t | {"yaxis": f"y{key}", "showlegend": k == 0, "legendgroup": t["name"]} for t in own
         ]

@@ -69,13 +69,20 @@ def plot(
     )
 
 
-def three(store: str, figure: str, label: str, size: str = "small") -> str:
+def axis_heading(axis: int, facts: str = "") -> str:
+    """Heading of the plots of one axis; `facts` in small print."""
+    more = f' <span class="told">{escape(facts)}</span>' if facts else ""
+    return f'<h3 class="one">{AXES[axis].capitalize()} <i>{SYMBOLS[axis]}</i>{more}</h3>'
+
+
+def three(
+    store: str, figure: str, label: str, size: str = "small", *, axes: Sequence[int] = (0, 1, 2)
+) -> str:
     """One plot for each axis, side by side."""
     drawn = "".join(
-        plot(store, f"{figure}-{symbol}", f"{axis}: {label}", size)
-        for axis, symbol in zip(AXES, SYMBOLS, strict=True)
+        plot(store, f"{figure}-{SYMBOLS[axis]}", f"{AXES[axis]}: {label}", size) for axis in axes
     )
-    return f'<div class="three">{drawn}</div>'
+    return f'<div class="{"pair" if len(axes) == 2 else "three"}">{drawn}</div>'
 
 
 def foldable(name: str, facts: str, inside: str, *, opened: bool) -> str:

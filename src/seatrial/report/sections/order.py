@@ -8,6 +8,7 @@ from seatrial.report.sections import (
     actuators,
     advice,
     coefficients,
+    effects,
     errors,
     homogeneity,
     horizons,
@@ -22,7 +23,7 @@ from seatrial.report.sections import (
 from seatrial.report.sections.base import Section
 
 SECTION_ORDER = (
-    verdict, known, coefficients, actuators, recorded, horizons, prediction, errors, scores,
+    verdict, known, coefficients, effects, actuators, recorded, horizons, prediction, errors, scores,
     homogeneity, physics, advice, provenance,
 )  # fmt: skip
 

@@ -10,17 +10,17 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
 from seatrial.report.evidence.verdict import following, headline, verdict
 from seatrial.report.figures import prediction as draw
-from seatrial.report.figures.base import RED, driven_axes
+from seatrial.report.figures.base import RED
 from seatrial.report.figures.dials import Dial, Grade, part_dial, share_dial
 from seatrial.report.sections.base import ALL, Section, first_of, first_screen, plot
 from seatrial.report.text import prose
 from seatrial.report.text.names import names_in, sentence
-from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import AXES
 from seatrial.workflow.fitness import Level
 
 # the share of the way to the floor: 0.8 is `very well`, 0.5 is `well`, see `ratio_word`
 FLOOR_LIMITS = (0.5, 0.2)
+MUCH = 1e3  # times the floor, which is then as good as none
 KNOWN_LIMITS = (0.8, 0.5)  # share of parameters
 GRADES = {Level.FIT: Grade.GOOD, Level.LIMITED: Grade.FAIR, Level.NOT_FIT: Grade.POOR}
 MARKS = {Level.FIT: "●", Level.LIMITED: "◐", Level.NOT_FIT: "○"}
@@ -48,16 +48,20 @@ def section(evidence: Evidence) -> Section:
 
 
 def _picture(evidence: Evidence, run: Run) -> str:
-    kind = "not seen in identification" if run.unseen else "identified from it"
-    ahead = f", predicted {evidence.horizon:g} s ahead" if run.tested else "; no prediction"
-    caption = f"{run.name} ({kind}): velocity measured{ahead}"
+    kind = "not seen" if run.unseen else "seen"
+    ahead = f" and predicted {evidence.horizon:g} s ahead" if run.tested else "; no prediction"
+    caption = f"{run.name} ({kind}): measured{ahead}"
     return plot(ALL, "picture", f"{caption}, the busiest minute", "picture", caption)
 
 
 def dials(evidence: Evidence) -> list[Dial]:
     """Prediction against the floor, what is known, fit for use."""
     known = known_score(evidence.known)
-    told = f"{known.sharp} sharp, {known.usable} usable of {known.estimated} parameters"
+    told = (
+        f"of {known.estimated} parameters are sharp ({known.sharp}) or usable ({known.usable})"
+        if known.estimated
+        else "nothing was estimated"
+    )
     grades = [GRADES[one.level] for one in evidence.fitness]
     fit = sum(one.level is Level.FIT for one in evidence.fitness)
     levels = ", ".join(f"{one.use.value} {one.level.value}" for one in evidence.fitness)
@@ -69,16 +73,13 @@ def dials(evidence: Evidence) -> list[Dial]:
 
 
 def _floor_dial(evidence: Evidence) -> Dial:
-    title, axes = "Prediction", driven_axes(evidence.model)
-    found = floor_score(evidence.runs, axes)
+    title, found = "Prediction", floor_score(evidence.runs)
     if found is None:
         return Dial("floor", title, "none", "no recording could be predicted", ())
     worst = found.worst
-    over, unit = found.over_floor[worst], ERROR_UNITS[worst][0]
-    times = f"; RMS {over:.2g} times the floor" if over < 1e3 else f"; no noise floor in {unit}"
-    told = (
-        f"of the way from constant velocity to the noise floor, worst axis ({AXES[worst]}){times}"
-    )
+    over = found.over_floor[worst]
+    times = f", RMS {over:.2g} × floor" if over < MUCH else ""
+    told = f"of the way to the noise floor; worst axis: {AXES[worst]}{times}"
     return share_dial("floor", title, float(found.share[worst]), told, FLOOR_LIMITS)
 
 

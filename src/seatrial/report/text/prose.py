@@ -5,6 +5,12 @@ ALL_WELL = "<p>No open issue: use the model within its envelope.</p>"
 
 USES = "What the model is fit for"
 
+EFFECTS = """Forward-left-up axes. Lever arm: the measured point from the boat's origin. Delay: the age of a
+sensor's value at its stamp. Current: velocity of the water over ground, in earth axes. Trim: steady
+acceleration in body axes. Wind: steady acceleration in earth axes. Stated: from the vehicle file."""
+
+NO_EFFECTS = "None was stated or estimated."
+
 AXES_NOTE = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, yaw positive to the
 left)."""
 
