@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.model import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.evaluation.comparison.compare import compare, comparison_json, drive_of
-    from seatrial.evaluation.comparison.console import comparison_text
+    from seatrial.evaluation.comparison.console import comparison_text, next_text
     from seatrial.util.errors import FileError
     from seatrial.util.files import dump_json, write_text
 
@@ -77,3 +77,4 @@ def run(args: argparse.Namespace) -> None:
     say(comparison_text(found))
     if args.out is not None:
         say(f"wrote {args.out}")
+    say(f"next: {next_text(found)}")

@@ -410,17 +410,19 @@ def cause_text(found: Sequence[Cause]) -> str:
         change = next(c.change for c in found if c.cause == BATTERY) or 0.0
         whole = sum(c.probability for c in found if c.cause in (BATTERY, ONE_THRUSTER))
         return (
-            f"Most probable cause: {both} (thrust {_signed(change)}), {_percent(whole)}. No term of this "
+            f"Most probable cause: {both} (thrust {_signed(change)}), {probability_text(whole)}. No term of this "
             "structure separates the two"
         )
     others = ", ".join(
-        f"{c.cause} {_percent(c.probability)}" for c in rest if c.probability >= 0.01
+        f"{c.cause} {probability_text(c.probability)}" for c in rest if c.probability >= 0.01
     )
     tail = f" ({others})" if others else ""
     if most_probable(found) is None:
-        listed = ", ".join([f"{first.cause} {_percent(first.probability)}", others]).rstrip(", ")
+        listed = ", ".join([f"{first.cause} {probability_text(first.probability)}", others]).rstrip(
+            ", "
+        )
         return f"The cause is not clear: {listed}"
-    return f"Most probable cause: {_named(first)}, {_percent(first.probability)}{tail}"
+    return f"Most probable cause: {_named(first)}, {probability_text(first.probability)}{tail}"
 
 
 def _named(cause: Cause) -> str:
@@ -435,7 +437,8 @@ def _signed(change: float) -> str:
     return f"{'+' if change >= 0 else '-'}{abs(100.0 * change):.0f} %"
 
 
-def _percent(probability: float) -> str:
+def probability_text(probability: float) -> str:
+    """In per cent, without a false 0 or 100."""
     if probability > 0.99:
         return "> 99 %"
     return "< 1 %" if probability < 0.01 else f"{100.0 * probability:.0f} %"

@@ -16,6 +16,7 @@ class Grade:
     """Classes of the style sheet: colours, never the only sign of a grade."""
 
     GOOD, FAIR, POOR, NONE = "good", "fair", "poor", "none"
+    PLAIN, SECOND = "plain", "second"  # neither good nor poor: of A, of B
 
 
 @dataclass(frozen=True)
