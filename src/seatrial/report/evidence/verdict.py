@@ -46,7 +46,7 @@ def headline(evidence: Evidence) -> str:
     parts = [f"{words[level]} {joined(uses)}" for level, uses in fit.items() if uses]
     uses = "; ".join(parts)
     return (
-        f"It predicts {_by_axis(runs)}, {evidence.horizon:g} s ahead on {names_of(runs)}, {kind}. "
+        f"It predicts {_by_axis(runs)}, {evidence.horizon:g}\u00a0s ahead on {names_of(runs)}, {kind}. "
         f"{uses[:1].upper()}{uses[1:]}."
     )
 

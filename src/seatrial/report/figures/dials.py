@@ -9,6 +9,7 @@ import numpy as np
 
 RADIUS, WIDTH = 48.0, 13.0  # [px] of the ring
 CENTRE = (60.0, 58.0)  # [px] in the picture
+LONG = 5  # characters that fit in large print
 GAP = 0.035  # [-] of the half turn, between parts
 
 
@@ -36,10 +37,12 @@ class Dial:
             for begin, end, grade in self.parts
         )
         label = f"{self.title}: {self.figure}, {self.told}"
+        kind = "long" if len(self.figure) > LONG else "short"
+        place = f'x="{CENTRE[0]:g}" y="{CENTRE[1] - 4:g}"'
         return (
             f'<figure class="dial" id="dial-{self.name}"><svg viewBox="0 0 120 66" role="img" '
             f'aria-label="{escape(label)}"><path class="arc none" d="{_arc(0.0, 1.0)}"/>{arcs}'
-            f'<text x="{CENTRE[0]:g}" y="{CENTRE[1] - 4:g}">{escape(self.figure)}</text></svg>'
+            f'<text class="{kind}" {place}>{escape(self.figure)}</text></svg>'
             f"<figcaption><b>{escape(self.title)}</b> {escape(self.told)}</figcaption></figure>"
         )
 

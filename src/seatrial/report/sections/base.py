@@ -65,7 +65,7 @@ def plot(
     high = f' style="height:{ROWS_HEAD + ROW_HEIGHT * rows}px"' if rows else ""
     return (
         f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
-        f'role="img" aria-label="{escape(label)}"></div></figure>'
+        f'role="group" aria-label="plot: {escape(label)}"></div></figure>'
     )
 
 

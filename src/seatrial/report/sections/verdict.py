@@ -49,7 +49,7 @@ def section(evidence: Evidence) -> Section:
 
 def _picture(evidence: Evidence, run: Run) -> str:
     kind = "not seen" if run.unseen else "seen"
-    ahead = f" and predicted {evidence.horizon:g} s ahead" if run.tested else "; no prediction"
+    ahead = f" and predicted {evidence.horizon:g}\u00a0s ahead" if run.tested else "; no prediction"
     caption = f"{run.name} ({kind}): measured{ahead}"
     return plot(ALL, "picture", f"{caption}, the busiest minute", "picture", caption)
 

@@ -28,7 +28,7 @@ class Table:
     def html(self) -> str:
         """For the page; it scrolls sideways where it is too wide."""
         top = "".join(
-            f'<th scope="col"{_kind(words, sight)}>{escape(cell)}</th>'
+            f'<th scope="col"{_kind(words, sight)}>{escape(cell)}</th>' if cell else "<td></td>"
             for cell, words, sight in zip(self.head, self.wordy, self.in_sight, strict=True)
         )
         body = "".join(self._row(place, row) for place, row in enumerate(self.rows))
