@@ -9,7 +9,7 @@ import numpy as np
 
 RADIUS, WIDTH = 48.0, 13.0  # [px] of the ring
 CENTRE = (60.0, 58.0)  # [px] in the picture
-LONG = 5  # characters that fit in large print
+LONG = 6  # characters that fit in large print
 GAP = 0.035  # [-] of the half turn, between parts
 
 
