@@ -207,23 +207,19 @@ def _battery(problem: Problem) -> list[Candidate]:
 
 
 def _current(problem: Problem) -> list[Candidate]:
-    """Drag of surge and sway, as a current makes it that is not estimated; thrust and yaw stay."""
-    drag = _of_kind(problem, "drag")
+    """Surge and sway but for thrust, each coefficient by itself; thrust and yaw stay.
+
+    So an estimate changes that takes velocity over ground for velocity through the water: linear drag grows,
+    quadratic drag shrinks, and Coriolis terms take a part of the current.
+    """
     axis_of = _axes(problem)
-    rows = np.array([axis_of[axis] & drag for axis in (0, 1)])
-    rows = rows[rows.any(axis=1)].astype(float)
-    if not len(rows):
+    own = (axis_of[0] | axis_of[1]) & np.logical_not(axis_of[2] | _of_kind(problem, "thrust"))
+    places = np.flatnonzero(own)
+    if not len(places):
         return []
-    m = len(rows)
-    prior = TYPICAL_CHANGE**2 * (
-        np.full((m, m), BOTH_HULL_AXES) + (1.0 - BOTH_HULL_AXES) * np.eye(m)
-    )
-    return [
-        Candidate(
-            CURRENT, prior, lambda theta, phi: np.asarray(theta * np.exp(phi @ rows)),
-            "drag", lambda phi: float(np.expm1(phi[0])),
-        )
-    ]  # fmt: skip
+    rows = np.zeros((len(places), len(own)))
+    rows[np.arange(len(places)), places] = problem.units[places]
+    return [Candidate(CURRENT, np.eye(len(places)), lambda theta, phi: theta + phi @ rows, "drag")]
 
 
 def _thrusters(problem: Problem) -> list[Candidate]:

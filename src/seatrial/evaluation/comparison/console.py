@@ -47,6 +47,8 @@ def next_text(found: Comparison) -> str:
     """What to do next, one line."""
     if found.same_data:
         return "keep the model that predicts a held-out recording better"
+    if not found.better:
+        return "give recordings, to test whether the change matters for prediction"
     return _by_cause(found) or _by_prediction(found)
 
 
@@ -59,14 +61,12 @@ def _by_cause(found: Comparison) -> str:
         return ""
     if cause.cause == ONE_THRUSTER:
         return f"look for weeds or damage at thruster {cause.what}"
-    if cause.cause == NO_CHANGE and found.better:
+    if cause.cause == NO_CHANGE:
         return "identify from the recordings of both together, for narrower intervals"
     return WHAT_TO_DO.get(cause.cause, "")
 
 
 def _by_prediction(found: Comparison) -> str:
-    if not found.better:
-        return "give a recording, to test whether the change matters for prediction"
     better = {letter for axes in found.better.values() for letter in axes.values()} - {None}
     if better == {"B"}:
         return "use B, which predicts these recordings better"

@@ -59,7 +59,7 @@ def _sections(
 ) -> list[Section]:
     pair = model_pair(a, b, recordings, found, horizon)
     order = (
-        models.verdict, models.causes, models.parameters, models.known, models.actuators, prediction.recorded,
+        models.verdict, models.causes, models.known, models.parameters, models.actuators, prediction.recorded,
         prediction.horizons, prediction.ahead, errors.errors, models.boat, models.advised,
         models.provenance,
     )  # fmt: skip

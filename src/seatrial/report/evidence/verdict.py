@@ -29,8 +29,8 @@ USE_WITHIN_ENVELOPE = "use it within the speeds and commands of its identificati
 
 
 def verdict(evidence: Evidence) -> list[str]:
-    """Two sentences in numbers; what to do next is `following`."""
-    return [identified(evidence), predicted(evidence)]
+    """Three sentences in numbers."""
+    return [identified(evidence), predicted(evidence), following(evidence)]
 
 
 def headline(evidence: Evidence) -> str:

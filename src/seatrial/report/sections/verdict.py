@@ -8,7 +8,7 @@ from seatrial.boat.physics import model_concerns
 from seatrial.report.evidence.first_screen import floor_score, known_score
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
-from seatrial.report.evidence.verdict import following, headline, verdict
+from seatrial.report.evidence.verdict import headline, verdict
 from seatrial.report.figures import prediction as draw
 from seatrial.report.figures.base import RED
 from seatrial.report.figures.dials import Dial, Grade, part_dial, share_dial
@@ -30,13 +30,14 @@ def section(evidence: Evidence) -> Section:
     """The head of the page."""
     model, run = evidence.model, evidence.runs[first_of(evidence.runs)]
     names = names_in(model)
-    lines = "".join(f"<p>{sentence(line, names)}</p>" for line in verdict(evidence))
+    *numbers, following = (sentence(line, names) for line in verdict(evidence))
+    lines = "".join(f"<p>{line}</p>" for line in numbers)
     warnings = "".join(
         f'<p class="warning">{sentence(t, names)}</p>' for t in model_concerns(model)
     )
     screen = first_screen(
         model.name, sentence(headline(evidence), names), _picture(evidence, run),
-        "".join(dial.html() for dial in dials(evidence)) + _uses(evidence), sentence(following(evidence), names),
+        "".join(dial.html() for dial in dials(evidence)) + _uses(evidence), following,
     )  # fmt: skip
     html = f"""{screen}
 <section id="verdict"><h2 class="quiet">Verdict in numbers</h2>
