@@ -31,12 +31,12 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--pose",
         metavar="TOPIC",
-        help="topic or table of the poses, or columns: x=COL,y=COL,heading=COL",
+        help="topic or table of the poses; or columns, in bags and logs TOPIC/FIELD: x=COL,y=COL,heading=COL",
     )
     command.add_argument(
         "--commands",
         metavar="TOPIC",
-        help="topic or table of the commands, or columns: COL,COL or NAME=COL",
+        help="topic or table of the commands; or columns, in bags and logs TOPIC/FIELD: COL,COL or NAME=COL",
     )
     command.add_argument(
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"

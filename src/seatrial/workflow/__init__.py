@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""From a log to a trusted model: what a model is fit for, what to do next."""
+"""The guided path from logs to a trusted model, and the next step after each command."""
