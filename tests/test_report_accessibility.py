@@ -37,7 +37,7 @@ def pages(cse1, cse1_vehicle, tmp_path_factory):
         b, recordings=tuple(msgspec.structs.replace(r, name=f"{r.name}b") for r in b.recordings)
     )
     fresh = cse1["run1"]
-    write_report(a, [fresh, trained[0]], folder / "report.html")
+    write_report(a, [fresh], folder / "report.html")
     write_comparison(a, b, [fresh], compare(a, b, [fresh]), folder / "compare.html")
     return {name: folder / f"{name}.html" for name in ("report", "compare")}
 
@@ -46,11 +46,9 @@ def pages(cse1, cse1_vehicle, tmp_path_factory):
 def visit(browser, pages):  # noqa: F811
     opened = []
 
-    def go(page, size=LAPTOP, scheme="light"):
+    def go(page, size=LAPTOP):
         width, height = size
-        one = Visit(
-            browser, pages[page], width=width, height=height, scheme=scheme, touch=size == PHONE
-        )
+        one = Visit(browser, pages[page], width=width, height=height, touch=size == PHONE)
         opened.append(one)
         return one.page
 
@@ -77,12 +75,14 @@ def violations(page):
     return {v["id"]: [n["html"][:200] for n in v["nodes"]] for v in found["violations"]}
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
 @pytest.mark.parametrize("name", ["report", "compare"])
-def test_no_rule_of_axe_core_fails(visit, name, size, scheme):
-    page = visit(name, size, scheme)
+def test_no_rule_of_axe_core_fails(visit, name, size):
+    page = visit(name, size)
     drawn(page)
+    assert violations(page) == {}
+    page.emulate_media(color_scheme="dark")
+    assert page.evaluate("() => getComputedStyle(document.body).color") == "rgb(232, 234, 237)"
     assert violations(page) == {}
 
 
@@ -154,4 +154,6 @@ def test_names_and_verdicts_stay_in_sight_on_a_phone(visit):
     for shift in (0, room // 2, room):
         (name_left, _), (_, verdict_right) = box.evaluate(places.replace("SHIFT", f"{shift}"))
         assert name_left == pytest.approx(0.0, abs=1.0)
-        assert verdict_right == pytest.approx(0.0, abs=1.0)
+        assert verdict_right >= -1.0
+        if shift == 0:  # further columns are hidden, the verdict is not
+            assert verdict_right == pytest.approx(0.0, abs=1.0)
