@@ -33,7 +33,9 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """The page, and its figures and tables beside it."""
     from seatrial.evaluation.scores import load_scores
-    from seatrial.report import write_report
+    from seatrial.report.evidence.model_evidence import collect
+    from seatrial.report.evidence.verdict import following
+    from seatrial.report.model_report import write_evidence
 
     guard(args.out, "<!doctype html", args.model, args.vehicle, args.scores, *args.recordings)
     check_png(args)
@@ -42,9 +44,10 @@ def run(args: argparse.Namespace) -> None:
     with stage("reading", 0.3):
         recordings = read_all(args, model.vehicle)
     with stage("report"):
-        write_report(
-            model, recordings, args.out,
-            horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
-        )  # fmt: skip
+        evidence = collect(model, recordings, args.horizon, scores)
+        write_evidence(
+            evidence, args.out, figures=args.figures, raster=args.png, tables=args.tables
+        )
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
     say(f"wrote {', '.join(map(str, written))}")
+    say(f"next: {following(evidence).removeprefix('Next: ')}")

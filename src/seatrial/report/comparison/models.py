@@ -4,7 +4,7 @@
 from html import escape
 from itertools import zip_longest
 
-from seatrial.evaluation.comparison.causes import cause_text
+from seatrial.evaluation.comparison.causes import cause_text, probability_text
 from seatrial.evaluation.comparison.console import changes_text, prediction_text
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.report.comparison import draw, first
@@ -18,7 +18,7 @@ from seatrial.report.sections.known import share, verdict_text
 from seatrial.report.sections.physics import PHYSICS_HEAD, physics_cells
 from seatrial.report.sections.provenance import facts_of
 from seatrial.report.text import prose
-from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit, Worded
 from seatrial.report.text.cells import known as number_or_dash
 from seatrial.report.text.equations import equations
 from seatrial.report.text.markup import NOT_A_NUMBER, listing
@@ -57,7 +57,7 @@ def causes(pair: ModelPair) -> Section | None:
         return None
     rows: list[list[Cell]] = [
         [
-            Text(one.cause), Number(one.probability, 2, 100.0, " %"),
+            Text(one.cause), Worded(one.probability, probability_text(one.probability)),
             NOTHING if one.change is None else Number(one.change, 2, 100.0, " %"), Text(one.what or NOT_A_NUMBER),
         ]
         for one in pair.found.causes
