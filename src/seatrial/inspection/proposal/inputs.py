@@ -138,8 +138,16 @@ class Channels:
         return together and not all(a.trusted for a in self.assigned)
 
 
-def find_drive(sources: Sources, *, salvage: bool) -> Drive:
-    """Inputs, signs, scales and units from the recording itself."""
+class ThrustersUnknownError(RecordingError):
+    """Commands of thrusters that are always driven in the same combinations: only positions tell them apart."""
+
+    def __init__(self, message: str, names: Sequence[str]) -> None:
+        super().__init__(message)
+        self.names = tuple(names)  # of the channels, in order
+
+
+def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
+    """Inputs, signs, scales and units from the recording itself. `thrusters`: how many positions are known."""
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
@@ -153,6 +161,8 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     channels = _channels(sources, draft, recordings, report.table)
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)
+    if not parts[0] and thrusters == len(channels.names):
+        parts = dict(channels.columns), dict.fromkeys(channels.names, "thruster, as given"), {}
     inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
     # 4. Axes without a drive; commands that are written only on change.
     driven = {f["axis"] for f in forces.values()}
@@ -348,10 +358,11 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
         length = sum(recording.duration for recording in recordings)
         count = _combinations(recordings)
         if 0 < count < len(found.names):
-            raise RecordingError(
+            raise ThrustersUnknownError(
                 f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
-                "allocation), so their separate effects are not identifiable. Write the vehicle file with "
-                "thrusters: and their positions (docs/vehicle.md)"
+                "allocation), so their separate effects are not identifiable. Give the position [m] and direction "
+                "[deg] of each, in this order: --thrusters 'X Y DEG; X Y DEG; ...' (docs/vehicle.md)",
+                found.names,
             )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "
