@@ -7,7 +7,7 @@
   const BRIGHTER = { "#000000": "#f2f2f2", "#0072b2": "#56b4e9", "#56b4e9": "#2f7fb0",
     "rgba(0,114,178,0.15)": "rgba(86,180,233,0.22)" };
   const NARROW = 500; // [px] of a plot with a smaller legend
-  const FOLDS = "details.run, details.fold";
+  const FOLDS = "details.run, details.fold, details.kept";
   const stores = new Map();
   let printing = false, linking = false;
 

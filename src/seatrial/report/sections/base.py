@@ -91,9 +91,10 @@ def foldable(name: str, facts: str, inside: str, *, opened: bool) -> str:
     return f'<details class="run"{" open" if opened else ""}>{title}\n{inside}</details>'
 
 
-def fine(title: str, inside: str) -> str:
-    """Details, folded."""
-    return f'<details class="fine"><summary>{escape(title)}</summary>{inside}</details>'
+def fine(title: str, inside: str, *, printed: bool = False) -> str:
+    """Details, folded; on paper only where they are to be printed."""
+    kind = "kept" if printed else "fine"
+    return f'<details class="{kind}"><summary>{escape(title)}</summary>{inside}</details>'
 
 
 def first_of(runs: Sequence[Run]) -> int:

@@ -39,12 +39,13 @@ def section(evidence: Evidence) -> Section:
     scatter = model.estimator.method == EQUATION_ERROR
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
     table = verdicts(found)
+    matrix = f'<p class="note">{prose.CORRELATIONS}</p>{correlation_map(found)}'
     html = f"""<section id="known"><h2>What is known</h2>
 <p class="note">{prose.KNOWN}</p>
 {warned}<div class="pair wider">{table.html()}
 {plot(ALL, "known", "relative error of every parameter", "tall", rows=len(found.names))}</div>
 {listing([*combinations, *notes])}
-{fine("correlations of the estimates", f'<p class="note">{prose.CORRELATIONS}</p>{correlation_map(found)}')}
+{fine("correlations of the estimates", matrix, printed=True)}
 </section>"""
     tables = (table, correlations(found))
     return Section("known", "What is known", html, {ALL: {"known": draw.errors(found)}}, tables)
