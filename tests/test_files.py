@@ -130,6 +130,8 @@ def test_a_wrong_vehicle_file_names_the_place(change, words):
     ("change", "words"),
     [
         (lambda c: c.update(thrusters={}), "needs thrusters"),
+        (lambda c: c["thrusters"]["F_3"].update(y=1e308), r"thrusters\.F_3\.y: expected a number <= 1000\.0"),
+        (lambda c: c["pose"].update(lever=[0.0, -1e308]), r"pose\.lever\[1\]: expected a number >= -1000\.0"),
         (lambda c: c.update(thrusters={}, allocation={"scheme": "direct"}, commands={"stamp": "t", "inputs": {"a": "a"}}),
          "they must be F_u, F_v, F_r"),
         (lambda c: c.update(allocation={"scheme": "direct"}), "inputs must be the thrusters F_1"),

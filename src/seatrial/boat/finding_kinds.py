@@ -447,7 +447,7 @@ class FindingKind(Enum):
         Spec(
             "velocities are relative to the water: poses are without the current of {current:.2g} m/s that the "
             "model was identified with in this recording",
-            "",
+            "For velocities over ground add the current",
             numbers={"current": "m/s"},
         ),
     )

@@ -38,7 +38,7 @@ def with_effects_as_noise(
 def _variances(
     own: Mapping[str, float], vehicle: Vehicle, coefficients: Array
 ) -> tuple[float, float, float]:
-    """Mean square accelerations: linear, of an axis [(m/s^2)^2]; yaw [(rad/s^2)^2]; earth-fixed part of the first."""
+    """Mean squares: linear, of an axis [(m/s^2)^2]; yaw [(rad/s^2)^2]; earth-fixed part of the first."""
     wind = np.hypot(own.get("wind_x", 0.0), own.get("wind_y", 0.0))
     trim = np.hypot(own.get("trim_u", 0.0), own.get("trim_v", 0.0))
     speed = float(np.hypot(own.get("current_x", 0.0), own.get("current_y", 0.0)))
