@@ -29,6 +29,7 @@ from seatrial.report.figures.base import (
 from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS, Array
 
+PICTURE_MARGIN = {"l": 52, "r": 10, "t": 24, "b": 38}  # [px]
 PANEL_GAP = 0.05  # [share of the height] between panels of a picture
 START_KINDS = (
     ("stencil", "measured start", BLUE, "square"),
@@ -71,7 +72,7 @@ def picture(model: Model, run: Run, predictions: Sequence[tuple[str, Array, str]
         ]
     last = f"y{len(axes)}" if len(axes) > 1 else "y"
     return figure(
-        traces, "time [s]", "", **panels, hovermode="x", showlegend=True,
+        traces, "time [s]", "", **panels, hovermode="x", showlegend=True, margin=PICTURE_MARGIN,
         xaxis={"range": [begin, end], "anchor": last},
     )  # fmt: skip
 

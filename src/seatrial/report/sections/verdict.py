@@ -79,8 +79,8 @@ def _floor_dial(evidence: Evidence) -> Dial:
         return Dial("floor", title, "none", "no recording could be predicted", ())
     worst = found.worst
     over = found.over_floor[worst]
-    times = f", RMS {over:.2g} × floor" if over < MUCH else ""
-    told = f"of the way to the noise floor; worst axis: {AXES[worst]}{times}"
+    times = f"{AXES[worst]} at {over:.2g} × floor" if over < MUCH else f"worst: {AXES[worst]}"
+    told = f"of the way to the noise floor; {times}"
     return share_dial("floor", title, float(found.share[worst]), told, FLOOR_LIMITS)
 
 
