@@ -25,7 +25,7 @@ from seatrial.recording.recording import Recording
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
 from seatrial.report.model_report import write_evidence
-from seatrial.util.errors import FileError, IdentificationError, RecordingError
+from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import joined
 from seatrial.util.progress import over, stage
@@ -164,7 +164,7 @@ def _held_out(
     training = [r.cut(None, end) for r, end in zip(recordings, ends, strict=True)]
     try:
         find_roles(vehicle, training)
-    except IdentificationError as error:
+    except RecordingError as error:
         find_roles(vehicle, recordings)  # an axis that is never driven is another matter
         here.assumed.append(
             f"nothing is held out, so that the scores are optimistic: without the last quarter {error}"

@@ -305,7 +305,8 @@ def _thrusters(found: Channels) -> Parts:
     for axis, clear in enumerate(found.clear):
         mine = np.where(clear, found.gains[axis], 0.0)
         if clear.any():
-            weights = _equalised(mine, np.abs(mine / np.where(clear, found.t[axis], 1.0)))
+            errors = np.abs(mine / np.where(clear, found.t[axis], 1.0))
+            weights = _equalised(_without_lever(found, axis, mine), errors)
             of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
             forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
     used = {name for force in forces.values() for name in force["of"]}
@@ -316,16 +317,41 @@ def _thrusters(found: Channels) -> Parts:
     return inputs, {n: _moved_axes(found.t[:, found.names.index(n)]) for n in inputs}, forces
 
 
+def _without_lever(found: Channels, axis: int, gains: Array) -> Array:
+    """Gains (n,) of thrusters without what the measured point's lever arm adds, where that explains them.
+
+    Thrusters that turn the boat equally are identical. Then surge and sway gains are equal, and a lever arm a adds
+    a times the yaw gain: yaw accelerates the measured point.
+    """
+    own = gains != 0.0
+    turn = np.where(own, found.gains[2], 0.0)
+    errors = np.abs(turn / np.where(own, found.t[2], 1.0))
+    if axis == 2 or not found.clear[2][own].all() or not _alike(turn, errors):
+        return gains
+    design = np.column_stack([np.sign(gains), turn])[own]
+    (size, lever), *_ = np.linalg.lstsq(design, gains[own], rcond=None)
+    left = np.abs(gains[own] - design @ [size, lever]).max()
+    if abs(lever) > MOST_LEVER or left > EQUAL_GAINS * abs(size):
+        return gains
+    return np.asarray(np.where(own, np.sign(gains) * size, 0.0))
+
+
+def _alike(gains: Array, errors: Array) -> bool:
+    """Whether magnitudes of the gains (n,) that are not 0 do not differ, by `EQUAL_GAINS` or their errors (n,)."""
+    sizes, own = np.abs(gains), gains != 0.0
+    mean = float(sizes[own].mean())
+    near = np.abs(sizes - mean) < np.maximum(EQUAL_GAINS * mean, EQUAL_GAINS_ERRORS * errors)
+    return bool(near[own].all())
+
+
 def _equalised(gains: Array, errors: Array) -> Array:
     """Weights (n,) whose magnitudes sum to 1, equal where the gains do not differ significantly.
 
     Gains are equal within `EQUAL_GAINS` or `EQUAL_GAINS_ERRORS` standard errors (n,): thrusters are
     usually identical.
     """
-    sizes, own = np.abs(gains), gains != 0.0
-    mean = float(sizes[own].mean())
-    alike = np.abs(sizes - mean) < np.maximum(EQUAL_GAINS * mean, EQUAL_GAINS_ERRORS * errors)
-    even = np.sign(gains) * mean if alike[own].all() else gains
+    mean = float(np.abs(gains[gains != 0.0]).mean())
+    even = np.sign(gains) * mean if _alike(gains, errors) else gains
     return np.asarray(even / np.abs(even).sum())
 
 
