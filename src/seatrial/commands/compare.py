@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> None:
         comparison_json,
         drive_of,
     )
-    from seatrial.evaluation.comparison.console import comparison_text
+    from seatrial.evaluation.comparison.console import comparison_text, next_text
     from seatrial.util.errors import FileError
 
     inputs = args.a, args.b, args.vehicle, *args.recordings
@@ -81,3 +81,4 @@ def run(args: argparse.Namespace) -> None:
     say(comparison_text(found))
     if args.out is not None:
         say(f"wrote {args.out}")
+    say(f"next: {next_text(found)}")

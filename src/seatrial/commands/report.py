@@ -37,7 +37,9 @@ def run(args: argparse.Namespace) -> None:
     """The page, and its figures and tables beside it."""
     from seatrial.commands.shared.results import ReportResult
     from seatrial.evaluation.scores import load_scores
-    from seatrial.report import write_report
+    from seatrial.report.evidence.model_evidence import collect
+    from seatrial.report.evidence.verdict import following
+    from seatrial.report.model_report import write_evidence
 
     guard(args.out, "<!doctype html", args.model, args.vehicle, args.scores, *args.recordings)
     guard(args.json, "{", args.model, args.vehicle, args.scores, *args.recordings, args.out)
@@ -47,12 +49,13 @@ def run(args: argparse.Namespace) -> None:
     with stage("reading", 0.3):
         recordings = read_all(args, model.vehicle)
     with stage("report"):
-        write_report(
-            model, recordings, args.out,
-            horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
-        )  # fmt: skip
+        evidence = collect(model, recordings, args.horizon, scores)
+        write_evidence(
+            evidence, args.out, figures=args.figures, raster=args.png, tables=args.tables
+        )
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
     paths = [str(path) for path in args.recordings]
     found = ReportResult(str(args.model), paths, [str(path) for path in written])
     write_json(args, "report 1", found)
     say(f"wrote {', '.join(map(str, written))}")
+    say(f"next: {following(evidence).removeprefix('Next: ')}")
