@@ -180,7 +180,7 @@ def propose(tmp_path, capsys):
         assert (code, shown.err) == (0, "")
         text = out.read_text()
         assert text in shown.out
-        assert f"wrote {out}; next: seatrial inspect {recording} --vehicle {out}" in shown.out
+        assert f"wrote {out}\nnext: seatrial inspect {recording} --vehicle {out}" in shown.out
         return seatrial.load_vehicle(out), text
 
     return run

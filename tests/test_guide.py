@@ -16,7 +16,6 @@ from seatrial.commands.cli import main
 from seatrial.evaluation.scores import load_scores
 from seatrial.guide import path as guided_path
 from seatrial.guide.answers import (
-    AXES_QUESTION,
     BOW,
     BOW_QUESTION,
     LAST_QUARTER,

@@ -84,4 +84,5 @@ def run(args: argparse.Namespace) -> None:
     say(text)
     if args.out is not None:
         say(f"wrote {args.out}")
-    say(after_allocate().text)
+    if args.wrench is None:
+        say(after_allocate().text)

@@ -2,20 +2,19 @@
 """`seatrial init`."""
 
 import argparse
-import sys
-from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_json, add_salvage, guard, to_programs, write_json
 from seatrial.util.frames import Axes
 from seatrial.util.printing import say
-from seatrial.util.progress import hidden, stage
+from seatrial.util.progress import stage
+from seatrial.util.questions import at_terminal
 
-Ask = Callable[[str, Sequence[str]], str]
+if TYPE_CHECKING:
+    from seatrial.inspection.proposal.sources import Ask
+
 AXES_NAMES = tuple(axes.value for axes in Axes)
-AXES_QUESTION = """\
-No data can tell which way the axes point: when the boat turns to the left, does psi rise (x forward, y to \
-port) or fall (y to starboard)?"""
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -72,11 +71,8 @@ def run(args: argparse.Namespace) -> None:
         raise FileError(
             f"{args.out}: exists already; give another name, or --force to write over it"
         )
-    ask = (
-        _ask
-        if sys.stdin.isatty() and sys.stdout.isatty() and not (args.quiet or to_programs(args))
-        else None
-    )
+    asked = at_terminal(quiet=args.quiet or to_programs(args))
+    ask = None if asked is None else asked.choose
     axes = args.axes or _axes(args.recordings[0], ask)
     choices = Choices(
         args.name, axes, args.pose, args.commands, args.parent, args.child,
@@ -100,25 +96,11 @@ def run(args: argparse.Namespace) -> None:
     write_json(args, "init 1", InitResult(str(args.out), paths, found, follow))
 
 
-def _axes(recording: Path, ask: Ask | None) -> str:
+def _axes(recording: Path, ask: "Ask | None") -> str:
     """The axes of an autopilot; else the answer of `ask`, or the usual ones."""
+    from seatrial.inspection.proposal.sources import AXES_QUESTION
     from seatrial.io.formats import is_log
 
     if is_log(recording):
         return Axes.FRD.value
     return ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0]
-
-
-def _ask(question: str, options: Sequence[str]) -> str:
-    """Let the user choose by number; enter is the first."""
-    with hidden():
-        say(question)
-        for i, option in enumerate(options, 1):
-            say(f"  {i}  {option}")
-        while True:
-            try:
-                answer = input(f"1 to {len(options)} [1]: ").strip() or "1"
-            except EOFError:
-                return options[0]
-            if answer.isdecimal() and 1 <= int(answer) <= len(options):
-                return options[int(answer) - 1]

@@ -8,6 +8,7 @@ from pathlib import Path
 from seatrial.inspection.proposal.inputs import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
 from seatrial.inspection.proposal.sources import (
+    AXES_QUESTION,
     MOORE_PENROSE,
     Choices,
     lever_of,
@@ -20,9 +21,6 @@ from seatrial.util.questions import Questions
 
 LAST_QUARTER = "the last quarter of each recording"
 BOW, STERN = "the bow", "the stern"
-AXES_QUESTION = """\
-No log tells which way the axes point: when the boat turns to the left, does the heading rise (x forward, y to \
-port) or fall (y to starboard)?"""
 BOW_QUESTION = """\
 Which end of the boat does the heading of the log point to? It decides which way is forward on the stick."""
 LEVER_QUESTION = (

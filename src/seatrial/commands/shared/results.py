@@ -109,7 +109,7 @@ class ConvertResult(Result, frozen=True):
 
     recording: str  # path of the original
     written: list[str]  # paths
-    next: str | None  # what to do next
+    next: str  # what to do next
     seatrial: Literal["convert 1"] = "convert 1"
 
 
