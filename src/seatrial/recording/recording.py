@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,13 @@ from seatrial.recording.pose_faults import (
     usual_step,
 )
 from seatrial.recording.timing import Stream, only_changes
+from seatrial.util.above import above
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import sha256
 from seatrial.util.frames import Array, Mask, Stamps, frozen_array
+
+if TYPE_CHECKING:
+    from seatrial.util.above import Figure
 
 KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
 KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
@@ -224,6 +229,19 @@ class Recording:
             streams=tuple(replace(s, cut=True) for s in self.streams),
             offset=self.offset + float(shift),
         )
+
+    def plot(self, figure: "Figure | None" = None) -> "Figure":
+        """Track, velocities, commands, and what is left out, with Matplotlib.
+
+        Velocities are those of the five-point stencil, which differentiates the poses. Draws on `figure` where
+        one is given. Raises SeatrialError where Matplotlib is not installed.
+        """
+        drawn: Figure = above("display.recording_plot", "plot_recording")(self, figure)
+        return drawn
+
+    def _repr_html_(self) -> str:
+        shown: str = above("display.tables", "recording_html")(self)
+        return shown
 
     def without(self, start: float, end: float) -> "Recording":
         """The recording without the poses from `start` to `end` [s] from its start.
