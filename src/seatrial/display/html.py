@@ -50,7 +50,7 @@ def _row(kind: str, cells: Sequence[str], words: int) -> str:
     return (
         "<tr>"
         + "".join(
-            f'<{kind} style="text-align:{side}">{cell}</{kind}>'
+            f'<{kind} style="text-align:{side};padding:0 0.5em">{cell}</{kind}>'
             for cell, side in zip(cells, sides, strict=True)
         )
         + "</tr>"
