@@ -31,6 +31,7 @@ _MODULES = {
     "Tuning": "control",
     "Vehicle": "boat.vehicle",
     "World": "simulation",
+    "auto": "guide",
     "convert": "io.convert",
     "identify": "identification.methods",
     "init": "inspection.proposal.propose",
@@ -63,6 +64,7 @@ if TYPE_CHECKING:  # the same for type checkers and editors; a test compares the
     from seatrial.evaluation.prediction import predict as predict
     from seatrial.evaluation.scores import Scores as Scores
     from seatrial.evaluation.validation import validate as validate
+    from seatrial.guide import auto as auto
     from seatrial.identification.methods import EquationErrorSettings as EquationErrorSettings
     from seatrial.identification.methods import identify as identify
     from seatrial.inspection.overview import inspect as inspect

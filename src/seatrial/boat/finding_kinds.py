@@ -462,4 +462,31 @@ UNMODELLED_EFFECTS = {  # by value of `--effect`
     "wind": FindingKind.UNMODELLED_WIND,
     "delay": FindingKind.UNMODELLED_DELAY,
 }
+ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of their effect on a model
+    # recordings and vehicle file do not belong together
+    FindingKind.NO_SIGNIFICANT_COEFFICIENT,
+    FindingKind.NOT_PREDICTABLE,
+    FindingKind.HEADING_OFFSET,
+    FindingKind.CLOCK_HOMOGENEITY,
+    FindingKind.OUTLIERS,
+    # the model lacks something that biases its coefficients
+    *UNMODELLED_EFFECTS.values(),
+    FindingKind.UNEQUAL_THRUSTER_GAINS,
+    FindingKind.MISSING_TERM,
+    FindingKind.MODEL_MISMATCH,
+    FindingKind.NO_BETTER_THAN_CONSTANT,
+    # the boat changed
+    FindingKind.PRIOR_CONFLICT,
+    FindingKind.PRIOR_FACTOR,
+    FindingKind.PRIOR_COUNTED_TWICE,
+    FindingKind.HOMOGENEITY,
+    FindingKind.PARAMETER_DRIFT,
+    # something else moved it
+    FindingKind.DISTURBED_INTERVAL,
+    FindingKind.DISTURBANCE_INFLUENCE,
+    # what the commands do not identify
+    FindingKind.DEAD_ZONE_NOT_SOUGHT,
+    FindingKind.PRIOR_DOMINATES,
+    FindingKind.LEVER_ARM_ERRORS,
+)
 PART_CHOICES = {"axis": AXES, "axes": AXES}  # parts of a subject that are one of few

@@ -12,15 +12,31 @@ from typing import Any, NoReturn
 
 import msgspec
 
-from seatrial.boat.finding_kinds import NAMES, PART_CHOICES, FindingKind
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION, NAMES, PART_CHOICES, FindingKind
 from seatrial.util.format import joined
 
-__all__ = ["Finding", "FindingKind", "finding_of", "finding_text", "of_kinds"]
+__all__ = [
+    "Finding",
+    "FindingKind",
+    "advice_of",
+    "finding_of",
+    "finding_text",
+    "most_important",
+    "of_kinds",
+    "sentence_of",
+]
 
 MOST_NAMES = 10_000  # of a subject: a file may hold anything
 LONGEST_TEXT = 10_000  # [characters] of a name or a word
 
 Value = float | str | tuple[float, ...]
+
+_RANK = {  # those that ask for an action first, then in the order of the kinds
+    kind: i
+    for i, kind in enumerate(
+        [*ASK_FOR_ACTION, *(k for k in FindingKind if k not in ASK_FOR_ACTION)]
+    )
+}
 
 
 class Values(dict[str, Value]):
@@ -80,12 +96,30 @@ def of_kinds(findings: Iterable[Finding], *kinds: FindingKind) -> tuple[Finding,
     return tuple(finding for finding in findings if finding.kind in kinds)
 
 
+def most_important(findings: Iterable[Finding]) -> list[Finding]:
+    """In the order in which a user should look at them."""
+    return sorted(findings, key=lambda finding: _RANK[finding.kind])
+
+
 def finding_text(finding: Finding, flipped: Collection[str] = ()) -> str:
     """What was found and what to do, as one line. `flipped`: parameters whose sign the shown axes change."""
-    shown = finding.in_axes(flipped)
-    fields = _fields(shown)
-    parts = [_FORMAT.vformat(t, (), fields) for t in (shown.kind.sentence, shown.kind.advice)]
-    line = ". ".join(part for part in parts if part).replace("?. ", "? ")
+    parts = [sentence_of(finding, flipped), advice_of(finding, flipped)]
+    return ". ".join(part for part in parts if part).replace("?. ", "? ")
+
+
+def sentence_of(finding: Finding, flipped: Collection[str] = ()) -> str:
+    """What was found, and what it means."""
+    return _filled(finding.kind.sentence, finding.in_axes(flipped))
+
+
+def advice_of(finding: Finding, flipped: Collection[str] = ()) -> str:
+    """What to do; empty where there is nothing."""
+    return _filled(finding.kind.advice, finding.in_axes(flipped))
+
+
+def _filled(template: str, finding: Finding) -> str:
+    """A template with the finding's subject and values, as one printable line."""
+    line = _FORMAT.vformat(template, (), _fields(finding))
     return "".join(c if c.isprintable() else " " for c in line)
 
 

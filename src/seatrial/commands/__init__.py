@@ -12,6 +12,7 @@ from typing import Any, NoReturn
 from seatrial.util.printing import say
 
 COMMANDS = {
+    "auto": "from logs to a validated model and its report, in one command",
     "demo": "run everything below on the bundled recordings",
     "inspect": "check recordings: rates, gaps, faults, clocks, excitation, signs; "
     "no --vehicle: list topics or columns",

@@ -40,6 +40,10 @@ def add(command: argparse.ArgumentParser) -> None:
         "or each recording's current, trim or wind",
     )  # fmt: skip
     command.add_argument(
+        "-v", "--verbose", action="store_true",
+        help="all findings and the table of tested terms; without it the three findings that matter most",
+    )  # fmt: skip
+    command.add_argument(
         "--minutes", action="store_true", help="standard errors against record length"
     )
     command.add_argument(
@@ -73,10 +77,11 @@ def run(args: argparse.Namespace) -> None:
         EquationErrorSettings,
         identify_with_fit,
         summary,
-        with_chosen_terms,
     )
-    from seatrial.identification.selection.terms import selection_text
+    from seatrial.identification.selection.terms import chosen_terms_text, selection_text
+    from seatrial.identification.term_choice import choose_terms
     from seatrial.util.errors import IdentificationError
+    from seatrial.workflow.next_step import after_identify
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     if args.prior_spread is not None and args.prior is None:
@@ -86,12 +91,13 @@ def run(args: argparse.Namespace) -> None:
     prior = None if args.prior is None else load(args.prior)
     with stage("reading", 0.1):
         recordings = read_all(args, vehicle)
-    reasons, chosen = "", None
+    reasons, choice = "", None
     if vehicle.automatic:
         with stage("choosing terms", 0.6):
-            vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
-        if chosen is not None:
-            reasons = selection_text(chosen)
+            choice = choose_terms(recordings, vehicle, prior, args.effect)
+        if choice.selection is not None:
+            found = choice.selection
+            reasons = selection_text(found) if args.verbose else chosen_terms_text(found)
         elif prior is None:
             length = sum(recording.duration for recording in recordings)
             reasons = TERMS_NOT_CHOSEN.format(length=length)
@@ -101,13 +107,13 @@ def run(args: argparse.Namespace) -> None:
     with stage("identifying", 0.4 if tables else None):
         model, solution = identify_with_fit(
             recordings, vehicle, method=args.method, roles=roles, settings=settings,
-            prior=prior, effects=args.effect, chosen=chosen,
+            prior=prior, effects=args.effect, choice=choice,
             prior_spread=PRIOR_SPREAD if args.prior_spread is None else args.prior_spread,
         )  # fmt: skip
     save(model, args.out)
     if reasons:
         say(f"{reasons}\n")
-    say(summary(model))
+    say(summary(model, brief=not args.verbose))
     if tables:
         from seatrial.identification.on_request import accuracy_tables
 
@@ -117,6 +123,27 @@ def run(args: argparse.Namespace) -> None:
             )  # fmt: skip
         say(f"\n{told}\n")
     say(f"wrote {args.out}")
+    step = after_identify(model, args.recordings, args.vehicle, args.out, _same_options(args))
+    say(step.text)
+
+
+def _same_options(args: argparse.Namespace) -> list[str]:
+    """The options of this identification that a further one keeps."""
+    repeated = (("--effect", args.effect), ("--role", args.role), ("--without", args.without))
+    kept = [word for option, values in repeated for value in values for word in (option, value)]
+    for option, value in (
+        ("--structure", args.structure),
+        ("--method", args.method if args.method != DEFAULT_METHOD else None),
+        ("--prior", args.prior),
+        ("--start", args.start),
+        ("--end", args.end),
+    ):
+        kept += (
+            [option, f"{value:g}" if isinstance(value, float) else str(value)]
+            if value is not None
+            else []
+        )
+    return kept
 
 
 def _roles(given: Sequence[str]) -> dict[str, list[str]]:

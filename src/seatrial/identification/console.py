@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.findings import finding_text
+from seatrial.boat.findings import finding_text, most_important
 from seatrial.boat.model import Model
 from seatrial.boat.physics import physics_line
 from seatrial.boat.schema import EQUATION_ERROR
@@ -30,6 +30,7 @@ LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
 LEAST_CORRELATED = 1e-7  # [m], [rad]: floor of the search, not shown
 HOURS_FROM = 120.0  # [min] from which on a length is in hours
 MOST_LISTED = 3  # parameters with a record length beside them
+MOST_FINDINGS = 3  # in a brief summary
 
 
 SMOOTHER_BIAS = (
@@ -50,15 +51,19 @@ def caution(model: Model) -> str:
     )
 
 
-def summary(model: Model) -> str:
-    """Parameters with verdicts, noise, record length, findings, doubts, and top speeds."""
+def summary(model: Model, *, brief: bool = False) -> str:
+    """Parameters with verdicts, noise, record length, findings, doubts, and top speeds.
+
+    `brief`: doubts and findings that matter most, `MOST_FINDINGS` of them, without condition and record length.
+    """
     found = identifiability(model)
-    lines = [*_parameters(found), *map(combined, found.combinations), *condition_said(found)]
     scatter = model.estimator.method == EQUATION_ERROR
-    lines += [caution(model)] if scatter else [_noise(model), *_how_long(model, found)]
+    lines = [*_parameters(found), *map(combined, found.combinations)]
+    lines += [] if brief else condition_said(found)
+    lines += [caution(model)] if scatter else [_noise(model)]
+    lines += [] if scatter or brief else _how_long(model, found)
     lines += [SMOOTHER_BIAS] if model.estimator.method == SMOOTHER else []
-    lines += [*_effects(model), *map(finding_text, model.estimator.findings)]
-    lines += [f"  doubt: {warning}" for warning in model.warnings]
+    lines += [*_effects(model), *(_important(model) if brief else _all_findings(model))]
     flipped = [n for n in model.values if n in model.structure.flipped_coefficients]
     if model.vehicle.axes is not Axes.FLU and flipped:
         lines.append(
@@ -66,6 +71,25 @@ def summary(model: Model) -> str:
         )
     head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
     return "\n".join([head, *lines, physics_line(model)])
+
+
+def _all_findings(model: Model) -> list[str]:
+    """Every finding, then every doubt."""
+    return [
+        *map(finding_text, model.estimator.findings),
+        *(f"  doubt: {warning}" for warning in model.warnings),
+    ]
+
+
+def _important(model: Model) -> list[str]:
+    """Doubts and findings that matter most, and how many there are beside them."""
+    findings = most_important(model.estimator.findings)
+    said = [*(f"doubt: {warning}" for warning in model.warnings), *map(finding_text, findings)]
+    if not said:
+        return []
+    rest = len(said) - MOST_FINDINGS
+    more = f" (and {rest} more: -v shows all)" if rest > 0 else ""
+    return [f"What matters most{more}:", *(f"  - {text}" for text in said[:MOST_FINDINGS])]
 
 
 def _effects(model: Model) -> list[str]:

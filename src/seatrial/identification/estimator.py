@@ -20,7 +20,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
 from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import earth_fixed, noise_vector
+from seatrial.boat.noise_parameters import earth_fixed
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.external_disturbances import (
@@ -70,7 +70,12 @@ from seatrial.identification.selection.actuator_stages import (
     with_estimated_stages,
     with_free_stages,
 )
-from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings
+from seatrial.identification.solution import (
+    OUTPUT_ERROR,
+    Fit,
+    OutputErrorSettings,
+    StartValues,
+)
 from seatrial.identification.uncertainty.covariance import (
     sandwich_covariance,
     with_enough_blocks,
@@ -121,18 +126,19 @@ def fit(
     settings: OutputErrorSettings | None = None,
     start: Model | None = None,
     prior: Model | None = None,
-    begin: Model | None = None,
+    begin: StartValues | None = None,
 ) -> Fit:
     """`output_error` with the solution: parameters, noise, filter runs, covariance.
 
-    `begin`: a model with start values for the search, which is complete all the same.
+    `begin`: start values for the search, which is complete all the same.
     """
     chosen = settings or OutputErrorSettings()
     for kind in chosen.effects:
         if kind not in EFFECT_KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
     fresh = start is None and chosen.select_stages
-    if not (fresh and prior is None and "lever" in chosen.effects):
+    known = begin is not None and begin.values.keys() >= set(LEVER_NAMES)
+    if known or not (fresh and prior is None and "lever" in chosen.effects):
         return _fit(recordings, vehicle, chosen, start, prior, further=fresh, begin=begin)
     beside = _from_stated_lever(recordings, vehicle, chosen)
     try:
@@ -173,7 +179,7 @@ def _fit(
     prior: Model | None,
     *,
     further: bool,
-    begin: Model | None = None,
+    begin: StartValues | None = None,
 ) -> Fit:
     """`fit` from one start; `further`: with stage selection and all diagnostics."""
     # which parameters are free, and the prior on them
@@ -191,7 +197,7 @@ def _fit(
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
-    values = begin if start is None else start
+    values = begin if start is None else StartValues.of_model(start)
     with stage("likelihood", 0.25):
         at = likely = _maximised(problem, recordings, values, hold=chosen.hold_noise)
     horizon = 0.0
@@ -278,11 +284,11 @@ def _nothing_significant(at: Point, covariance: Array) -> bool:
 
 
 def _maximised(
-    problem: Problem, recordings: Sequence[Recording], start: Model | None, *, hold: bool
+    problem: Problem, recordings: Sequence[Recording], start: StartValues | None, *, hold: bool
 ) -> Point:
     """The maximum of the likelihood, or a point near it where the search is slow, as under model mismatch.
 
-    If the search from a start model fails, as the boat has changed, it starts again without one.
+    If the search from given start values fails, as the boat has changed, it starts again without one.
     """
     theta, noise = _start(problem, recordings, start)
     own = replace(problem, step=_step(problem, theta))
@@ -299,10 +305,13 @@ def _maximised(
         raise IdentificationError(f"{error}{said}") from error
 
 
-def first_maximum(recordings: Sequence[Recording], vehicle: Vehicle) -> Point:
+def first_maximum(
+    recordings: Sequence[Recording], vehicle: Vehicle, effects: Sequence[str] = ()
+) -> Point:
     """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages."""
     whole, _ = with_estimated_stages(vehicle, recordings)
-    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, OutputErrorSettings()))
+    settings = OutputErrorSettings(effects=tuple(effects))
+    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, settings))
     return _maximised(problem, recordings, None, hold=False)
 
 
@@ -436,7 +445,7 @@ def _with_prior(problem: Problem, prior: Model | None) -> Problem:
 
 
 def _start(
-    problem: Problem, recordings: Sequence[Recording], start: Model | None
+    problem: Problem, recordings: Sequence[Recording], start: StartValues | None
 ) -> tuple[Array, Array]:
     """Start of the search: parameters and noise."""
     n, m = problem.n_coefficients, problem.n_constants
@@ -444,10 +453,7 @@ def _start(
     delays = [i for i in problem.free if problem.names[i] in DELAY_NAMES]
     theta[delays[:1]] = START_DELAY
     recordings = [at_one_time(r) for r in recordings]
-    given: dict[str, float] = {}
-    if start is not None:
-        values = np.concatenate([start.coefficients, start.constants]).tolist()
-        given = dict(zip(start.parameters, values, strict=True))
+    given = {} if start is None else start.values
     missing = [name for name in problem.names[:n] if name not in given]
     if start is None or len(missing) == n:
         sought = [i - n for i in problem.free if n <= i < n + m]
@@ -458,7 +464,7 @@ def _start(
         theta[:n], theta[n : n + m] = start_values(recordings, problem.vehicle, sought)
     else:
         theta[n : n + m] = problem.vehicle.constants.values
-    for i in (i for i in problem.free if i < n + m):
+    for i in problem.free:
         theta[i] = given.get(problem.names[i], theta[i])
-    noise = None if start is None else noise_vector(start.noise)
+    noise = None if start is None else start.noise
     return theta, noise_from_poses(recordings) if noise is None else noise

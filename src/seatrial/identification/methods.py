@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: MIT
 """From recordings to a model, by one of four methods."""
 
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-
-import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics, model_concerns
@@ -16,23 +13,20 @@ from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSett
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_findings
-from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.recording_checks import check_recordings, commands_beyond, explained
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
     equation_error,
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
-from seatrial.identification.selection.terms import (
-    Selection,
-    choose_structure,
-    missing_term_findings,
-)
-from seatrial.identification.selection.terms.candidates import candidate_tiers, new_to
+from seatrial.identification.selection.terms import missing_term_findings
+from seatrial.identification.solution import StartValues
+from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.inspection.consistency.between_recordings import check_each_recording
-from seatrial.recording.excitation import beyond_full, excitation, find_roles
+from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import IdentificationError, RecordingError
+from seatrial.util.errors import IdentificationError
 from seatrial.util.progress import stage
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
@@ -90,28 +84,29 @@ def identify_with_fit(
     prior: Model | None = None,
     prior_spread: float = PRIOR_SPREAD,
     effects: Sequence[str] = (),
-    chosen: Selection | None = None,
+    choice: TermChoice | None = None,
 ) -> tuple[Model, Fit | None]:
     """`identify`, and the solution that the model came from; None where the method has none.
 
-    `chosen`: the choice of the vehicle's terms, from these recordings. Without one the terms are the user's, and a
-    finding names the most significant missing one.
+    `choice`: the vehicle's terms as chosen from these recordings. Without one, terms that are the user's stay, and
+    a finding names the most significant missing one.
     """
     # refuse what no model can come from, and options of another method
     _check_options(method, roles, settings, prior, effects)
     check_recordings(recordings)
     # the terms, where the recordings or the prior choose them
-    if vehicle.automatic:
-        vehicle, chosen = with_chosen_terms(recordings, vehicle, prior)
+    if vehicle.automatic and choice is None:
+        choice = choose_terms(recordings, vehicle, prior, effects)
+    vehicle = vehicle if choice is None else choice.vehicle
     # the method
     solution = None
     with stage("", SEARCH_SHARE[method]):
         if method == OUTPUT_ERROR:
             solution = _output_error(
                 recordings, vehicle, prior, prior_spread, effects,
-                begin=None if chosen is None else chosen.model,
+                begin=None if choice is None else choice.begin,
             )  # fmt: skip
-            if chosen is None:
+            if choice is None or choice.selection is None:
                 more = missing_term_findings(solution)
                 solution = replace(solution, findings=(*solution.findings, *more))
             model = solution.model()
@@ -127,31 +122,6 @@ def identify_with_fit(
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
         return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
-
-
-def with_chosen_terms(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    prior: Model | None = None,
-    *,
-    say: Callable[[str], None] = lambda _: None,
-) -> tuple[Vehicle, Selection | None]:
-    """A vehicle with `structure: auto` and its chosen terms, and the reasons.
-
-    A prior has terms already. Recordings that are too short to choose leave the terms that every boat has, with
-    free added mass: where that has no effect its error says so. Then the reasons are None, as with a prior.
-    Every method estimates the terms that output-error chooses.
-    """
-    if prior is not None:
-        return vehicle.with_terms(prior.structure.terms), None
-    try:
-        found = choose_structure(recordings, vehicle, say=say)
-    except IdentificationError as error:
-        raise _explained(error, recordings, vehicle) from None
-    if found is None:
-        added = new_to(vehicle.structure, candidate_tiers(vehicle)[0])
-        return vehicle.with_terms((*vehicle.structure.terms, *added)), None
-    return found.vehicle, found
 
 
 def _check_options(
@@ -197,21 +167,10 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
         *silent,
         *spoilt,
         *doubtful,
-        *_beyond(recordings, vehicle),
+        *commands_beyond(recordings, vehicle),
         *apart,
         *model_concerns(model),
     )
-
-
-def _beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
-    """Remarks on the vehicle file, and inputs whose values can not be commands in its units."""
-    ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
-    own = np.array(ranges) * vehicle.input_signs
-    ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
-    return [
-        *vehicle.remarks,
-        *(text for name, least, most in ends for text in beyond_full(name, least, most)),
-    ]
 
 
 def _output_error(
@@ -221,23 +180,13 @@ def _output_error(
     spread: float,
     effects: Sequence[str],
     *,
-    begin: Model | None,
+    begin: StartValues | None,
 ) -> Fit:
     """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
     try:
         return _fit(recordings, vehicle, prior, spread, effects, begin=begin)
     except IdentificationError as error:
-        raise _explained(error, recordings, vehicle) from None
-
-
-def _explained(
-    error: IdentificationError, recordings: Sequence[Recording], vehicle: Vehicle
-) -> IdentificationError:
-    """The error, which begins with what is wrong with recordings and file."""
-    wrong = _beyond(recordings, vehicle)
-    with suppress(RecordingError):
-        wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
-    return IdentificationError("; ".join([*wrong, str(error)]))
+        raise explained(error, recordings, vehicle) from None
 
 
 def _fit(
@@ -247,7 +196,7 @@ def _fit(
     spread: float,
     effects: Sequence[str],
     *,
-    begin: Model | None,
+    begin: StartValues | None,
 ) -> Fit:
     """With a prior, an axis that was never driven keeps what the prior says of it."""
     settings = OutputErrorSettings(effects=tuple(effects))

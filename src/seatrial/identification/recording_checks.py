@@ -3,11 +3,14 @@
 
 import itertools
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.overview import implausible_values
-from seatrial.recording.excitation import refuse_no_commands
+from seatrial.recording.excitation import beyond_full, refuse_no_commands
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
 
@@ -45,6 +48,27 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
         for sentence in implausible_values(recording):
             raise RecordingError(f"{recording.name}: {sentence}")
         refuse_no_commands(recording)
+
+
+def commands_beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """Remarks on the vehicle file, and inputs whose values can not be commands in its units."""
+    ranges = [f(r.commands.values, axis=0) for r in recordings for f in (np.min, np.max)]
+    own = np.array(ranges) * vehicle.input_signs
+    ends = zip(vehicle.inputs, own.min(axis=0), own.max(axis=0), strict=True)
+    return [
+        *vehicle.remarks,
+        *(text for name, least, most in ends for text in beyond_full(name, least, most)),
+    ]
+
+
+def explained(
+    error: IdentificationError, recordings: Sequence[Recording], vehicle: Vehicle
+) -> IdentificationError:
+    """The error, which begins with what is wrong with recordings and file."""
+    wrong = commands_beyond(recordings, vehicle)
+    with suppress(RecordingError):
+        wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return IdentificationError("; ".join([*wrong, str(error)]))
 
 
 def _shared(a: Recording, b: Recording) -> int:

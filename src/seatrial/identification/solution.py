@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Settings of the prediction-error estimator, and what it ends with."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import DELAYS_TOLD, LEVER_TOLD, Model
-from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry
+from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry, noise_vector
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
@@ -39,6 +40,22 @@ class OutputErrorSettings:
     effects: tuple[str, ...] = ()  # of lever, current, trim, wind and delay, those to estimate
     hold_noise: bool = False  # the noise stays that of the start model
     select_stages: bool = True  # further actuator stages are tested and estimated where significant
+
+
+@dataclass(frozen=True)
+class StartValues:
+    """Where a search starts: parameters by name, and noise."""
+
+    values: Mapping[str, float]
+    noise: Array | None  # (11,) of the filter; None: from the poses
+
+    @staticmethod
+    def of_model(model: Model) -> "StartValues":
+        """Those of a model: coefficients and constants."""
+        values = np.concatenate([model.coefficients, model.constants]).tolist()
+        return StartValues(
+            dict(zip(model.parameters, values, strict=True)), noise_vector(model.noise)
+        )
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,6 +26,8 @@ from seatrial.identification.likelihood.optimiser import (
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
@@ -49,10 +52,29 @@ class _Candidate:
     gain: float  # expected fall of -2 log L
     at: Point
     findings: Callable[[Array], list[Finding]]  # of the parameters with it
-    of_sensor: bool = False  # it may look like correlated pose noise
+    kind: str = ""  # of `EFFECT_KINDS`; empty: thruster gains
+
+    @property
+    def of_sensor(self) -> bool:
+        """Whether it may look like correlated pose noise."""
+        return self.kind == "delay"
+
+
+@dataclass(frozen=True)
+class Unmodelled:
+    """What the model lacks, and the solution with it."""
+
+    findings: tuple[Finding, ...]
+    kind: str = ""  # of `EFFECT_KINDS`; empty: no effect of that kind
+    at: Point | None = None  # the likelihood's maximum with the effect
 
 
 def unmodelled_effect_findings(at: Point, horizon: float, covariance: Array) -> list[Finding]:
+    """Findings of `unmodelled_effect`."""
+    return [*unmodelled_effect(at, horizon, covariance).findings]
+
+
+def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelled:
     """The effect with the largest expected gain, if it removes most of the process noise or moves a coefficient.
 
     horizon: [s] of the fit under model mismatch; covariance: (p, p) of the free parameters.
@@ -60,20 +82,20 @@ def unmodelled_effect_findings(at: Point, horizon: float, covariance: Array) -> 
     # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
         candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
-        return _findings_of_best(at, candidates, horizon, covariance)
+        return _best_fitted(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
     candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
-        return heading_findings(at, off, noise_floor(off.problem, horizon))
-    return _findings_of_best(at, candidates, horizon, covariance)
+        return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
+    return _best_fitted(at, candidates, horizon, covariance)
 
 
-def _findings_of_best(
+def _best_fitted(
     at: Point, candidates: Sequence[_Candidate], horizon: float, covariance: Array
-) -> list[Finding]:
+) -> Unmodelled:
     """The best candidate is fitted, and reported if the noise that it stands for falls, or a coefficient moves."""
     if not candidates:
-        return []
+        return Unmodelled(())
     # the best is estimated if it matters by its pass' linearisation
     most = max(candidates, key=lambda a: a.gain)
     least = noise_floor(at.runs.problem, horizon)
@@ -83,16 +105,20 @@ def _findings_of_best(
     )
     moves = horizon == 0.0 and _moves_a_coefficient(at, covariance, promise.move)
     if not (matters or moves):
-        return []
+        return Unmodelled(())
     theta = most.at.theta + promise.move
     there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
-    return most.findings(there.theta) if outcome is Outcome.CONVERGED else []
+    if outcome is not Outcome.CONVERGED:
+        return Unmodelled(())
+    if most.kind and not differs_from_zero(there, effect_places(there.runs.problem, most.kind)):
+        return Unmodelled(())
+    return Unmodelled(tuple(most.findings(there.theta)), most.kind, there)
 
 
 def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
     """Effects of some kinds that are not estimated, but have a significant score test."""
     problem = at.runs.problem
-    places = {kind: _places(problem, kind) for kind in kinds}
+    places = {kind: effect_places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
@@ -110,7 +136,7 @@ def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
         with_it = replace(problem, free=(*problem.free, *own))
         there = Point(at.theta, at.noise, FilterRuns(with_it, at.theta, runs.by_recording))
         found = partial(_effect_found, kind, list(own))
-        candidates.append(_Candidate(test.gain, there, found, kind == "delay"))
+        candidates.append(_Candidate(test.gain, there, found, kind))
     return candidates
 
 
@@ -132,8 +158,26 @@ def _unequal_gains(at: Point) -> list[_Candidate]:
 
 
 def _significant(test: ScoreTest) -> bool:
-    likely = test.statistic > test.freedom + LEAST_DEVIATIONS * np.sqrt(2.0 * test.freedom)
-    return bool(likely and test.gain > LEAST_EFFECT_GAIN)
+    return test.gain > LEAST_EFFECT_GAIN and _beyond_chance(test.statistic, test.freedom)
+
+
+def _beyond_chance(statistic: float, freedom: int) -> bool:
+    return statistic > freedom + LEAST_DEVIATIONS * math.sqrt(2.0 * freedom)
+
+
+def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
+    """Whether estimated effects (indices among all parameters) differ from zero beyond chance, by a Wald test.
+
+    The score test trusts the noise of the model without the effect, which may stand for something else.
+    """
+    own = [at.runs.problem.free.index(i) for i in parameters]
+    value = at.theta[list(parameters)]
+    try:
+        covariance = sandwich_covariance(at)[np.ix_(own, own)]
+    except IdentificationError:
+        return False
+    statistic = float(value @ np.linalg.pinv(covariance, hermitian=True) @ value)
+    return _beyond_chance(statistic, len(own))
 
 
 def _removes_process_noise(at: Point, after: Array) -> bool:
@@ -157,7 +201,7 @@ def _moves_a_coefficient(at: Point, covariance: Array, move: Array) -> bool:
     return bool((np.abs(move[free]) > MOVED_ERRORS * errors)[own].any())
 
 
-def _places(problem: Problem, kind: str) -> tuple[int, ...]:
+def effect_places(problem: Problem, kind: str) -> tuple[int, ...]:
     """Where effects of a kind stand among all parameters."""
     first = problem.n_coefficients + problem.n_constants
     return tuple(

@@ -21,7 +21,9 @@ from seatrial.util.frames import AXES, Array
 from seatrial.util.progress import over, stage
 
 DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
-EQUAL_GAINS = 0.05  # of their mean; gains within it are proposed as equal (identical thrusters)
+EQUAL_GAINS = (
+    0.1  # of their mean; gains within it are proposed as equal: a lever arm parts them by as much
+)
 EQUAL_GAINS_ERRORS = 2.0  # standard errors; the same
 LEAST_EFFECT_SHARE = 0.3  # of the strongest channel's effect on an axis; below is cross-coupling
 OWN_STICK_SHARE = (

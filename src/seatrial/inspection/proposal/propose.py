@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """`init`: a vehicle file to start from, proposed from recordings."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from seatrial.boat.names import LONGEST_TITLE
 from seatrial.inspection.proposal.from_bags import of_bag
@@ -50,7 +53,16 @@ def init(
     else:
         sources = of_tables(path, name, choices, ask, tuple(map(Path, more)))
     sources = replace(sources, more=tuple(map(Path, more)))
+    if choices.stern:
+        sources = replace(sources, pose=turned_about(sources.pose))
     # 2. Units, signs, scales, and which channel drives which axis, from the data.
     drive = find_drive(sources, salvage=salvage)
     # 3. The file, with a comment on each value that needs a check.
-    return Proposal(sources, drive, vehicle_text(sources, drive))
+    return Proposal(sources, drive, vehicle_text(sources, drive, choices))
+
+
+def turned_about(pose: Mapping[str, Any]) -> dict[str, Any]:
+    """The poses with the heading turned by half a turn: it was that of the stern."""
+    psi = dict(pose.get("psi", {}))
+    half_turn = 180.0 if psi.get("unit") == "deg" else math.pi
+    return {**pose, "psi": psi | {"offset": psi.get("offset", 0.0) + half_turn}}

@@ -12,6 +12,7 @@ from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
 MOST_OTHERS = 6  # candidates listed
+MOORE_PENROSE = "moore-penrose"
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 
@@ -45,6 +46,10 @@ class Choices:
     commands: str | None = None
     parent: str | None = None
     child: str | None = None
+    lever: tuple[float, float] | None = None  # [m] of the measured point, in the file's axes
+    stern: bool = False  # whether the heading is that of the stern
+    thrusters: tuple[tuple[float, float, float], ...] = ()  # x, y [m], direction [deg] of each
+    scheme: str = MOORE_PENROSE  # of the allocation to them
 
 
 @dataclass(frozen=True)

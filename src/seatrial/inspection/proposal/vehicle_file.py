@@ -9,7 +9,7 @@ import yaml
 
 from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.proposal.inputs import Drive
-from seatrial.inspection.proposal.sources import Sources
+from seatrial.inspection.proposal.sources import Choices, Sources
 from seatrial.util.frames import AXES
 
 COMMENT_COLUMN = 34  # [characters] where comments begin
@@ -21,8 +21,8 @@ FORCE_OF_AXIS = dict(zip(AXES, WRENCH, strict=True))
 NO_DRIVER_FOUND = "No channel moves it"
 
 
-def vehicle_text(sources: Sources, drive: Drive) -> str:
-    """`vehicle.yaml` as text."""
+def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
+    """`vehicle.yaml` as text; what the user chose needs no check."""
     length = f" ({sources.length:.0f} s)" if sources.length else ""
     first = f"{_shown(sources.path.name)}{length}"
     others = [_shown(path.name) for path in sources.more]
@@ -36,13 +36,13 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
         _commented(_line("name", sources.name), "the boat's name, also the model's"),
         _commented(f"axes: {sources.axes}", *axes, *sources.notes.get("axes", [])),
         "",
-        *_pose(sources, drive),
+        *_pose(sources, drive, choices),
         "",
         *_commands(sources, drive),
         "",
         *_timeout(drive),
         "",
-        *_forces(drive),
+        *_forces(drive, choices),
         "",
         *sources.notes.get("scales", []),
         *_structure(),
@@ -50,18 +50,23 @@ def vehicle_text(sources: Sources, drive: Drive) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _pose(sources: Sources, drive: Drive) -> list[str]:
+def _pose(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     lines = [_commented("pose:", *sources.notes.get("pose", []))]
     lines += [f"  # {text}" for text in drive.findings]
     lines += [f"  {_line(key, value)}" for key, value in drive.pose.items()]
     if "yaw_rate" in sources.notes:
         entry, why = sources.notes["yaw_rate"]
         lines.append(_commented(f"  # {entry}", why))
-    return [*lines, *_lever(drive)]
+    return [*lines, *_lever(drive, choices)]
 
 
-def _lever(drive: Drive) -> list[str]:
+def _lever(drive: Drive, choices: Choices) -> list[str]:
     """Position of the measured point."""
+    if choices.lever is not None:
+        ahead, aside = choices.lever
+        return [
+            _commented(f"  lever: [{ahead:g}, {aside:g}]", "position of the sensor [m], as given")
+        ]
     where = "check: position of the sensor (or SLAM frame) from the boat's origin"
     if drive.lever is None:
         return [
@@ -125,7 +130,16 @@ def _timeout(drive: Drive) -> list[str]:
     ]
 
 
-def _forces(drive: Drive) -> list[str]:
+def _forces(drive: Drive, choices: Choices) -> list[str]:
+    if choices.thrusters and not drive.forces:
+        return [
+            _commented("thrusters:", "positions [m] and directions [deg], as given"),
+            *(
+                f"  T_{i}: {{x: {x:g}, y: {y:g}, angle_deg: {angle:g}}}"
+                for i, (x, y, angle) in enumerate(choices.thrusters, 1)
+            ),
+            f"allocation: {{scheme: {choices.scheme}, limit: 1.0}}",
+        ]
     if not drive.forces:
         return [
             "# check: the allocation from F_u, F_v and F_r to thruster commands in the boat's software. Most",

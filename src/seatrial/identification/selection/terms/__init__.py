@@ -2,7 +2,11 @@
 """Which terms a boat's recordings support, and on which of them its repeats agree."""
 
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
-from seatrial.identification.selection.terms.console import selection_json, selection_text
+from seatrial.identification.selection.terms.console import (
+    chosen_terms_text,
+    selection_json,
+    selection_text,
+)
 from seatrial.identification.selection.terms.missing_term import missing_term_findings
 from seatrial.identification.selection.terms.select_terms import choose_structure, select
 from seatrial.identification.selection.terms.selection import Selection
@@ -10,6 +14,7 @@ from seatrial.identification.selection.terms.selection import Selection
 __all__ = [
     "Selection",
     "choose_structure",
+    "chosen_terms_text",
     "default_candidates",
     "given_candidates",
     "missing_term_findings",

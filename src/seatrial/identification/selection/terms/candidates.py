@@ -151,6 +151,11 @@ def with_terms(vehicle: Vehicle, terms: Sequence[Term]) -> Vehicle:
     return vehicle.with_terms(terms)
 
 
+def with_usual_terms(vehicle: Vehicle) -> Vehicle:
+    """A vehicle with `structure: auto` and the terms that every boat has: drag, thrust and free added mass."""
+    return with_terms(vehicle, (*vehicle.structure.terms, *candidate_tiers(vehicle)[0]))
+
+
 def candidate_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:
     """Candidates in the order in which they are tried: the physical library for `structure: auto`."""
     if vehicle.automatic:

@@ -43,6 +43,14 @@ def selection_text(selection: Selection) -> str:
     )
 
 
+def chosen_terms_text(selection: Selection) -> str:
+    """The chosen equations, without the table of reasons."""
+    structure = selection.vehicle.structure
+    equations = [f"  {structure.equation(axis)}" for axis in range(3)]
+    head = f"The recordings choose the terms, {len(selection.rows)} tested (-v shows the table):"
+    return "\n".join([head, *equations, _sum(selection.rows)])
+
+
 def _numbers(row: Row) -> tuple[str, ...]:
     found = row.evidence
     if found is None:

@@ -16,9 +16,11 @@ from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import first_maximum, fit, with_free_stages
 from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms.candidates import (
     candidate_tiers,
     with_terms,
+    with_usual_terms,
 )
 from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, Fold, folds
 from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
@@ -32,6 +34,7 @@ from seatrial.identification.selection.terms.significance import (
 )
 from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
+from seatrial.identification.solution import OutputErrorSettings
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 
@@ -90,10 +93,15 @@ def choose_structure(
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
     search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON, say)
+    # stages of the chain before terms: a missing curve of the thrusters looks like terms
     say("the terms that every boat has")
-    begin = begun_at(first_maximum(together, vehicle))
+    usual = with_usual_terms(vehicle)
+    begin = begun_at(first_maximum(together, usual))
+    staged, _ = select_stages(begin.at, usual, OutputErrorSettings(), begin.horizon)
+    begin = replace(begin, at=staged)
     try:
-        return _selection(search, begin, begin.terms, parts, one_boat=True, asked=())
+        own = vehicle.structure.terms
+        return _selection(search, begin, own, parts, one_boat=True, asked=())
     except TooShortError:  # candidates and stages are further parameters
         return None
 

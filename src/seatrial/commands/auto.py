@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial auto`."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from seatrial.commands.shared import add_salvage
+from seatrial.util.printing import say
+
+
+def add(command: argparse.ArgumentParser) -> None:
+    """Its arguments."""
+    command.add_argument("logs", nargs="+", type=Path, metavar="LOG")
+    command.add_argument(
+        "-o", "--out", type=Path, metavar="DIR", help="folder to write to (default: LOG-model)"
+    )
+    command.add_argument(
+        "--test", type=Path, metavar="LOG",
+        help="the log that tests the model (default: the last quarter of each log)",
+    )  # fmt: skip
+    command.add_argument("--name", help="the boat's name (default: the log's)")
+    command.add_argument("--pose", metavar="TOPIC", help="where the poses are, as of init")
+    command.add_argument("--commands", metavar="TOPIC", help="where the commands are, as of init")
+    command.add_argument(
+        "--lever", nargs=2, type=float, metavar=("X", "Y"),
+        help="the measured point from the boat's origin [m], ahead and along the second axis",
+    )  # fmt: skip
+    command.add_argument(
+        "--yes", action="store_true", help="ask nothing: decide, and state what is assumed"
+    )
+    command.add_argument("--no-browser", action="store_true", help="do not open the report")
+    add_salvage(command)
+
+
+def run(args: argparse.Namespace) -> None:
+    """All steps; what was assumed; the report in the browser, where there is one."""
+    from seatrial.guide import auto
+    from seatrial.identification.console import summary
+    from seatrial.inspection.proposal.sources import Choices
+    from seatrial.util.questions import at_terminal
+
+    folder = args.out or Path(f"{args.logs[0].name.partition('.')[0]}-model")
+    lever = None if args.lever is None else (args.lever[0], args.lever[1])
+    choices = Choices(name=args.name, pose=args.pose, commands=args.commands, lever=lever)
+    found = auto(
+        args.logs, folder, test=args.test, choices=choices, salvage=args.salvage, say=say,
+        ask=at_terminal(quiet=args.quiet or args.yes),
+    )  # fmt: skip
+    say(f"\n{summary(found.model, brief=True)}")
+    for assumed in found.assumed:
+        say(f"assumed: {assumed}")
+    say(found.next.text)
+    if not args.no_browser and _has_browser():
+        import webbrowser
+
+        webbrowser.open(found.report.resolve().as_uri())
+
+
+def _has_browser() -> bool:
+    """Whether the user is at a desktop."""
+    if not sys.stdout.isatty():
+        return False
+    return sys.platform in ("darwin", "win32") or any(
+        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
+    )

@@ -1,0 +1,272 @@
+# SPDX-License-Identifier: MIT
+"""`auto`: vehicle file, inspection, model, validation on what was held out, report."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from seatrial.boat.findings import Finding, sentence_of
+from seatrial.boat.model import Model, load, save
+from seatrial.boat.vehicle import Vehicle, load_vehicle
+from seatrial.evaluation.assessment import assess
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.evaluation.scores import Scores, load_scores, scores_json
+from seatrial.evaluation.validation import scores_of, validate
+from seatrial.guide.answers import LAST_QUARTER, assumptions, choices_of, test_of, thrusters_of
+from seatrial.guide.steps import Steps, digest_of
+from seatrial.identification.guided import identify_guided
+from seatrial.inspection.console import inspection_text
+from seatrial.inspection.overview import inspect
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
+from seatrial.io import read
+from seatrial.io.reader import recording_name
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.model_evidence import evidence_of
+from seatrial.report.evidence.verdict import following, predicted
+from seatrial.report.model_report import write_evidence
+from seatrial.util.errors import FileError, IdentificationError, RecordingError
+from seatrial.util.files import dump_json, write_text
+from seatrial.util.format import joined
+from seatrial.util.progress import over, stage
+from seatrial.util.questions import Questions
+from seatrial.workflow.next_step import NextStep, asked_for
+
+HELD_OUT_SHARE = 0.25  # of each recording, its last part, where no recording is chosen for the test
+HELD_OUT_SUFFIX = "-held-out"  # of the name of such a part
+ESTIMATE, LEAVE = "estimate it with the model", "leave it out"
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Guide:
+    """What a guided path ended with."""
+
+    folder: Path
+    model: Model
+    scores: Scores
+    assumed: tuple[str, ...]
+    next: NextStep
+
+    @property
+    def report(self) -> Path:
+        """The page."""
+        return self.folder / "report.html"
+
+
+@dataclass
+class _Path:
+    """Inputs, and what is found on the way."""
+
+    logs: tuple[Path, ...]
+    folder: Path
+    ask: Questions | None
+    say: Say
+    salvage: bool
+    steps: Steps
+    assumed: list[str] = field(default_factory=list)
+
+    def file(self, name: str) -> Path:
+        return self.folder / name
+
+
+def auto(
+    logs: Sequence[str | Path],
+    folder: str | Path,
+    *,
+    test: str | Path | None = None,
+    choices: Choices | None = None,
+    ask: Questions | None = None,
+    say: Say = lambda _: None,
+    salvage: bool = False,
+) -> Guide:
+    """From logs to a model that is validated on what was held out, and its report, in one folder.
+
+    `test`: the log of `logs` that tests the model; default: the last quarter of each. `ask`: who answers what no
+    log can tell; without, it is assumed and stated. A path that was stopped goes on where it was, and a vehicle
+    file in the folder is used as it is: it has the answers. Raises as `init`, `identify` and `validate`.
+    """
+    paths = tuple(Path(log) for log in logs)
+    if not paths:
+        raise RecordingError("no log given; pass at least one")
+    here = _Path(paths, Path(folder), ask, say, salvage, Steps(Path(folder)))
+    # 1. the vehicle file: proposed once, then the user's
+    with stage("vehicle file", 0.1):
+        _vehicle_file(here, choices or Choices())
+        vehicle = load_vehicle(here.file("vehicle.yaml"))
+    # 2. the recordings, and consistency of the vehicle file with them
+    with stage("reading", 0.1):
+        recordings = [read(path, vehicle, salvage=salvage) for path in over(here.logs)]
+    with stage("inspecting", 0.05):
+        _inspect(here, recordings, vehicle)
+    # 3. the model, from all but what is held out
+    training, held_out = _held_out(here, recordings, vehicle, test)
+    made_from = digest_of(
+        [source.sha256 for r in recordings for source in r.sources],
+        here.file("vehicle.yaml").read_text("utf-8"),
+        [(r.name, r.offset, r.duration) for r in training],
+    )
+    with stage("identifying", 0.55):
+        model = _model(here, training, vehicle, made_from)
+    # 4. scores on what was held out, 5. the report on all of it
+    with stage("validating", 0.1):
+        tested = _as_model_reads(here, model, vehicle, held_out)
+        scores = _scores(here, model, tested or training, made_from)
+    with stage("report"):
+        seen = _as_model_reads(here, model, vehicle, training)
+        step = _report(here, model, [*tested, *seen], scores)
+    return Guide(here.folder, model, scores, tuple(here.assumed), step)
+
+
+def _vehicle_file(here: _Path, choices: Choices) -> None:
+    """Propose it, unless there is one."""
+    path = here.file("vehicle.yaml")
+    if path.exists():
+        here.say(f"vehicle   {path}, as it is")
+        return
+    if here.file("model.yaml").exists():
+        raise FileError(
+            f"{here.folder}: has a model but no vehicle.yaml; give another folder, or remove it"
+        )
+    first, *more = here.logs
+    chosen = choices_of(first, choices, here.ask)
+    ask = None if here.ask is None else here.ask.choose
+    proposal = init(first, *more, choices=chosen, ask=ask, salvage=here.salvage)
+    further = thrusters_of(proposal, chosen, here.ask)
+    if further != chosen:
+        proposal = init(first, *more, choices=further, ask=ask, salvage=here.salvage)
+    here.assumed += assumptions(first, proposal, further, here.ask)
+    write_text(path, proposal.text)
+    inputs = joined([*proposal.drive.inputs])
+    axes = joined(
+        [force["axis"] for force in proposal.drive.forces.values()] or ["surge, sway, yaw"]
+    )
+    here.say(f"vehicle   {inputs} drive {axes}  -> {path}")
+
+
+def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> None:
+    """What is wrong with recordings and vehicle file is told; the model has it as a doubt."""
+    found = inspect(recordings, vehicle)
+    write_text(here.file("inspect.txt"), inspection_text(found) + "\n")
+    length = sum(r.duration for r in recordings)
+    usable = sum(r.usable * r.duration for r in recordings) / length
+    wrong = [*found.vehicle.remarks, *(finding.text for finding in found.signs.findings)]
+    verdict = wrong[0] if wrong else "units, signs and order are consistent"
+    here.say(
+        f"inspect   {length:.0f} s, {usable:.1%} of the poses usable; {verdict}  -> {here.file('inspect.txt')}"
+    )
+
+
+def _held_out(
+    here: _Path, recordings: Sequence[Recording], vehicle: Vehicle, test: str | Path | None
+) -> tuple[list[Recording], list[Recording]]:
+    """Recordings that identify, and those that test."""
+    chosen = _test_recording(here, recordings, test)
+    if chosen is not None:
+        return [r for r in recordings if r is not chosen], [chosen]
+    ends = [(1.0 - HELD_OUT_SHARE) * r.duration for r in recordings]
+    training = [r.cut(None, end) for r, end in zip(recordings, ends, strict=True)]
+    try:
+        find_roles(vehicle, training)
+    except IdentificationError as error:
+        find_roles(vehicle, recordings)  # an axis that is never driven is another matter
+        here.assumed.append(
+            f"nothing is held out, so that the scores are optimistic: without the last quarter {error}"
+        )
+        return [*recordings], []
+    held = [
+        replace(r.cut(end), name=f"{r.name}{HELD_OUT_SUFFIX}")
+        for r, end in zip(recordings, ends, strict=True)
+    ]
+    here.assumed.append(f"the model is tested on {LAST_QUARTER} (--test LOG for another)")
+    return training, held
+
+
+def _test_recording(
+    here: _Path, recordings: Sequence[Recording], test: str | Path | None
+) -> Recording | None:
+    """The recording that tests the model: given, or answered, or none."""
+    names = [recording_name(path) for path in here.logs]
+    if test is None:
+        test = here.steps.answer("test")
+    if test is None and (answer := test_of(names, here.ask)) is not None:
+        here.steps.keep_answer("test", answer)
+        test = answer
+    if test is None:
+        return None
+    places = [i for i, path in enumerate(here.logs) if Path(test) == path or str(test) == names[i]]
+    if len(places) != 1 or len(recordings) < 2:
+        raise RecordingError(
+            f"--test {test}: expected one of several logs, {', '.join(map(str, here.logs))}"
+        )
+    return recordings[places[0]]
+
+
+def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_from: str) -> Model:
+    """Identify, with the effects that the model lacks; or the model that is there."""
+    path = here.file("model.yaml")
+    if here.steps.done("model", made_from, [path]):
+        here.say(f"identify  done before  -> {path}")
+        return load(path)
+    found = identify_guided(training, vehicle, confirm=lambda _, one: _confirmed(here, one))
+    save(found.model, path)
+    here.steps.note("model", made_from, [path])
+    terms = f"{len(found.model.values)} coefficients"
+    if found.chosen is not None:
+        terms += ", terms chosen by the recordings"
+    elif vehicle.automatic:
+        terms += ", those that every boat has: the recordings are too short to choose terms"
+    with_them = f"; with {joined(found.effects)}" if found.effects else ""
+    here.assumed += [
+        f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
+    ]
+    here.say(f"identify  {terms}{with_them}  -> {path}")
+    return found.model
+
+
+def _confirmed(here: _Path, finding: Finding) -> bool:
+    """Whether an effect is estimated: asked at a terminal."""
+    if here.ask is None:
+        return True
+    return here.ask.choose(sentence_of(finding), (ESTIMATE, LEAVE)) == ESTIMATE
+
+
+def _as_model_reads(
+    here: _Path, model: Model, vehicle: Vehicle, recordings: Sequence[Recording]
+) -> list[Recording]:
+    """The recordings as the model's vehicle reads them: with the lever arm and delays that were estimated."""
+    if (model.vehicle.lever, model.vehicle.delays) == (vehicle.lever, vehicle.delays):
+        return [*recordings]
+    names = {recording_name(path): path for path in here.logs}
+    found = []
+    for one in recordings:
+        name = one.name.removesuffix(HELD_OUT_SUFFIX)
+        again = read(names[name], model.vehicle, salvage=here.salvage)
+        part = again.cut(one.offset or None, one.offset + one.duration + 0.5 * one.period)
+        found.append(replace(part, name=one.name))
+    return found
+
+
+def _scores(here: _Path, model: Model, tested: Sequence[Recording], made_from: str) -> Scores:
+    """Validate; or the scores that are there."""
+    path = here.file("scores.json")
+    if here.steps.done("scores", made_from, [path]):
+        return load_scores(path)
+    scores = validate(model, tested)
+    write_text(path, dump_json(scores_json(scores)))
+    here.steps.note("scores", made_from, [path])
+    return scores
+
+
+def _report(here: _Path, model: Model, recordings: Sequence[Recording], scores: Scores) -> NextStep:
+    """The page; and what to do next."""
+    found = assess(model, recordings, DEFAULT_HORIZON)
+    evidence = evidence_of(model, found, scores_of(model, found, DEFAULT_HORIZON))
+    write_evidence(evidence, here.file("report.html"))
+    here.say(f"validate  {predicted(evidence)}  -> {here.file('scores.json')}")
+    here.say(f"report    -> {here.file('report.html')}")
+    files = here.file("vehicle.yaml"), here.file("model.yaml")
+    wanted = asked_for(model, here.logs, *files)
+    return wanted or NextStep(following(evidence).removeprefix("Next: "))

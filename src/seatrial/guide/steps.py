@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""Steps that are done: a guided path that was stopped goes on where it was."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from seatrial.util.errors import FileError
+from seatrial.util.files import dump_json, expect_format, read_json, sha256, write_text
+
+STEPS_FORMAT = "steps 1"
+
+
+class Steps:
+    """What each step was made from and what it wrote, in a file of the folder."""
+
+    def __init__(self, folder: Path) -> None:
+        """Read the file, where there is one. Raises FileError."""
+        self.folder, self.path = folder, folder / "steps.json"
+        self._known: dict[str, Any] = {}
+        if self.path.is_file():
+            steps = expect_format(read_json(self.path), STEPS_FORMAT, self.path).get("steps")
+            if not isinstance(steps, dict):
+                raise FileError(f"{self.path}: steps is not a mapping; remove the file")
+            self._known = steps
+
+    def done(self, name: str, made_from: str, files: Sequence[Path]) -> bool:
+        """Whether the step was done from the same, and its files are as it wrote them."""
+        known = self._known.get(name)
+        if not isinstance(known, dict) or known.get("from") != made_from:
+            return False
+        return known.get("files") == {f.name: sha256(f) for f in files if f.is_file()}
+
+    def note(self, name: str, made_from: str, files: Sequence[Path]) -> None:
+        """The step is done."""
+        self._known[name] = {"from": made_from, "files": {f.name: sha256(f) for f in files}}
+        self._write()
+
+    def answer(self, name: str) -> str | None:
+        """An answer of the user's that no other file has."""
+        answers = self._known.get("answers")
+        value = answers.get(name) if isinstance(answers, dict) else None
+        return value if isinstance(value, str) else None
+
+    def keep_answer(self, name: str, value: str) -> None:
+        """Keep it."""
+        answers = self._known.get("answers")
+        self._known["answers"] = {**(answers if isinstance(answers, dict) else {}), name: value}
+        self._write()
+
+    def _write(self) -> None:
+        write_text(self.path, dump_json({"seatrial": STEPS_FORMAT, "steps": self._known}))
+
+
+def digest_of(*parts: object) -> str:
+    """Of everything that a step is made from."""
+    return hashlib.sha256(json.dumps(parts, default=str).encode()).hexdigest()

@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""Identification that follows its own findings: the effects that the model lacks are estimated, too."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from seatrial.boat.findings import Finding
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.diagnostics.unmodelled_effects import (
+    differs_from_zero,
+    effect_places,
+    unmodelled_effect,
+)
+from seatrial.identification.estimator import first_maximum
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.problem import EFFECT_KINDS
+from seatrial.identification.methods import identify_with_fit
+from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.selection.actuator_selection import select_stages
+from seatrial.identification.selection.terms import Selection
+from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.solution import Fit, OutputErrorSettings
+from seatrial.identification.term_choice import TermChoice, choose_terms_from, start_values_of
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.recording import Recording
+from seatrial.util.progress import stage
+
+MOST_EFFECTS = 3  # a boat that needs more of them is described by none
+EFFECTS_SHARE = 0.4  # of the time
+
+Confirm = Callable[[str, Finding], bool]
+
+
+@dataclass(frozen=True)
+class Guided:
+    """A model, and what was decided on the way to it."""
+
+    model: Model
+    solution: Fit
+    chosen: Selection | None  # terms that the recordings chose; None: given, or too short to choose
+    followed: tuple[Finding, ...]  # findings whose effects are estimated now
+    effects: tuple[str, ...]
+
+
+def identify_guided(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    effects: Sequence[str] = (),
+    confirm: Confirm = lambda _kind, _finding: True,
+) -> Guided:
+    """`identify` with the effects that the recordings show, at most `MOST_EFFECTS`; effects first, then terms.
+
+    Terms that are chosen without an effect stand in for it. So effects are found with the terms that every boat
+    has. With `structure: auto` terms are then chosen from recordings without the effects. `effects`: those to
+    begin with. `confirm`: whether a found effect (kind, finding) is estimated. An effect with which there is no
+    solution is left out. Raises as `identify`.
+    """
+    check_recordings(recordings)
+    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+    # the effects, with the terms that every boat has
+    usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
+    with stage("effects", EFFECTS_SHARE):
+        at, kinds, followed = _with_effects(
+            first_maximum(recordings, usual, effects), tuple(effects), confirm
+        )
+        at, kinds, followed = _without_needless(at, usual, kinds, followed)
+    # the terms, from poses without the effects
+    if vehicle.automatic:
+        with stage("choosing terms", 0.4):
+            choice = choose_terms_from(at if kinds else None, recordings, vehicle)
+    else:
+        choice = TermChoice(vehicle, None, start_values_of(at))
+    # all of it together
+    with stage("identifying"):
+        model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
+    assert solution is not None  # output-error has one
+    return Guided(model, solution, choice.selection, followed, kinds)
+
+
+def _with_effects(
+    at: Point, kinds: tuple[str, ...], confirm: Confirm
+) -> tuple[Point, tuple[str, ...], tuple[Finding, ...]]:
+    """The solution with the effects that it lacks, one after another, the one with the largest gain first."""
+    followed: tuple[Finding, ...] = ()
+    while len(kinds) < MOST_EFFECTS:
+        found = unmodelled_effect(at, 0.0, sandwich_covariance(at))
+        if found.at is None or found.kind not in EFFECT_KINDS or not found.findings:
+            break
+        if not confirm(found.kind, found.findings[0]):
+            break
+        at = found.at
+        kinds, followed = (*kinds, found.kind), (*followed, found.findings[0])
+    return at, kinds, followed
+
+
+def _without_needless(
+    at: Point, vehicle: Vehicle, kinds: tuple[str, ...], followed: tuple[Finding, ...]
+) -> tuple[Point, tuple[str, ...], tuple[Finding, ...]]:
+    """Without the followed effects that stood for a stage of the actuator chain: with it they are zero."""
+    if not followed:
+        return at, kinds, followed
+    at, _ = select_stages(at, vehicle, OutputErrorSettings(effects=kinds), 0.0)
+    given = kinds[: len(kinds) - len(followed)]
+    needed = [
+        (kind, finding)
+        for kind, finding in zip(kinds[len(given) :], followed, strict=True)
+        if differs_from_zero(at, effect_places(at.runs.problem, kind))
+    ]
+    return at, (*given, *(k for k, _ in needed)), tuple(f for _, f in needed)

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: MIT
+"""The terms of a vehicle with `structure: auto`, and where the search with them starts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.estimator import first_maximum
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.recording_checks import check_recordings, explained
+from seatrial.identification.selection.terms import Selection, choose_structure
+from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.solution import StartValues
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError
+from seatrial.util.progress import stage
+
+
+@dataclass(frozen=True)
+class TermChoice:
+    """A vehicle with its terms, and why."""
+
+    vehicle: Vehicle
+    selection: Selection | None = None  # the reasons; None: a prior's terms, or too short to choose
+    begin: StartValues | None = None  # of the search with these terms
+
+
+def choose_terms(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None = None,
+    effects: Sequence[str] = (),
+) -> TermChoice:
+    """The terms that the recordings support. Every method estimates those that output-error chooses.
+
+    A prior has terms already. Recordings that are too short to choose leave the terms that every boat has, with
+    free added mass: where that has no effect its error says so. `effects` are estimated first: terms that are
+    chosen without them stand in for them.
+    """
+    if prior is not None:
+        return TermChoice(vehicle.with_terms(prior.structure.terms))
+    check_recordings(recordings)
+    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+    at = None
+    if effects:
+        with stage("effects", 0.4):
+            try:
+                at = first_maximum(recordings, with_usual_terms(vehicle), effects)
+            except IdentificationError as error:
+                raise explained(error, recordings, vehicle) from None
+    return choose_terms_from(at, recordings, vehicle)
+
+
+def choose_terms_from(
+    at: Point | None, recordings: Sequence[Recording], vehicle: Vehicle
+) -> TermChoice:
+    """The same after a solution with the effects, if any, and the terms that every boat has."""
+    clean = recordings if at is None else without_effects(at)
+    try:
+        found = choose_structure(clean, vehicle)
+    except IdentificationError as error:
+        raise explained(error, recordings, vehicle) from None
+    first = None if at is None else start_values_of(at)
+    if found is None:
+        return TermChoice(with_usual_terms(vehicle), None, first)
+    own = StartValues.of_model(found.model)
+    known = {} if first is None else first.values
+    return TermChoice(found.vehicle, found, StartValues({**known, **own.values}, own.noise))
+
+
+def without_effects(at: Point) -> list[Recording]:
+    """Recordings for the choice of terms: poses of the origin, without lever arm, delays and current.
+
+    Trim and wind stay: they are forces, which the process noise of the filter includes.
+    """
+    problem = at.runs.problem
+    return [problem.origin_poses(i, at.theta) for i in range(len(problem.recordings))]
+
+
+def start_values_of(at: Point) -> StartValues:
+    """The free parameters and the noise of a solution."""
+    problem = at.runs.problem
+    return StartValues({problem.names[i]: float(at.theta[i]) for i in problem.free}, at.noise)

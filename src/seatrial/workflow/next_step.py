@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""What to do next after a command, derived from what it found."""
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION, UNMODELLED_EFFECTS
+from seatrial.boat.findings import Finding, FindingKind, advice_of, most_important, sentence_of
+from seatrial.boat.model import Model
+from seatrial.evaluation.scores import RecordingScore, Scores
+from seatrial.identification.uncertainty.identifiability import ParameterVerdict, identifiability
+from seatrial.inspection.overview import GOOD, Inspection
+from seatrial.util.format import joined, percent
+from seatrial.util.frames import AXES, SYMBOLS
+
+POOR_RATIO = (
+    0.8  # of the error over that of a constant velocity: above it the model is of little use
+)
+MOST_NAMED = 3  # parameters in one line
+EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
+
+Paths = Sequence[str | Path]
+
+
+@dataclass(frozen=True)
+class NextStep:
+    """A command or a manoeuvre, and why."""
+
+    do: str
+    why: str = ""
+
+    @property
+    def text(self) -> str:
+        """One line."""
+        return f"next: {self.do}" + (f"  ({self.why})" if self.why else "")
+
+
+def after_inspect(found: Inspection, recordings: Paths, vehicle: str | Path) -> NextStep:
+    """Correct the vehicle file, or record what is missing, or identify."""
+    # what the vehicle file has wrong
+    for remark in (*found.vehicle.remarks, *(f.text for f in found.signs.findings)):
+        return NextStep(f"correct {vehicle}", remark)
+    # what a recording lacks
+    driven = {a.axis for view in found.recordings for a in view.axes if a.rms > 0.0}
+    for view in found.recordings:
+        for verdict in view.verdicts:
+            if verdict != GOOD and view.usable < 1.0 and "unusable" in verdict:
+                return NextStep(f"look at the faults of {view.name}", verdict)
+    missing = [axis for axis in _forced(found) if axis not in driven]
+    if missing:
+        return NextStep(f"record more with pulses of {joined(missing)}", "no recording excites it")
+    return NextStep(f"{identify_line(recordings, vehicle)}")
+
+
+def _forced(found: Inspection) -> list[str]:
+    """Axes with a force."""
+    axes = {force.axis for force in found.vehicle.forces}
+    return [name for i, name in enumerate(AXES) if i in axes]
+
+
+def identify_line(
+    recordings: Paths, vehicle: str | Path, model: str | Path = "model.yaml", *options: str
+) -> str:
+    """The command line of `identify`."""
+    return command("identify", *recordings, "--vehicle", vehicle, "-o", model, *options)
+
+
+def command(*words: str | Path) -> str:
+    """A command line that a shell reads back."""
+    return "seatrial " + " ".join(shlex.quote(str(word)) for word in words)
+
+
+def after_identify(
+    model: Model,
+    recordings: Paths = ("RECORDINGS",),
+    vehicle: str | Path = "VEHICLE",
+    out: str | Path = "model.yaml",
+    options: Sequence[str] = (),
+) -> NextStep:
+    """The most important finding that asks for an action, or validation.
+
+    `options`: those that `identify` had, which it has again.
+    """
+    asked = asked_for(model, recordings, vehicle, out, options)
+    if asked is not None:
+        return asked
+    # what is not known well
+    loose = [
+        f for f in identifiability(model).findings
+        if f.verdict in (ParameterVerdict.WEAK, ParameterVerdict.LOST)
+    ]  # fmt: skip
+    step = command("validate", out, "TEST_RECORDING")
+    if loose:
+        loose.sort(key=lambda f: -f.relative)
+        names = ", ".join(f"{f.name} {percent(f.relative)}" for f in loose[:MOST_NAMED])
+        return NextStep(step, f"standard errors are large: {names}; the report says what to drive")
+    return NextStep(step, "a recording that the model has not seen")
+
+
+def asked_for(
+    model: Model,
+    recordings: Paths,
+    vehicle: str | Path,
+    out: str | Path,
+    options: Sequence[str] = (),
+) -> NextStep | None:
+    """What the model's doubts and findings ask for; None: nothing."""
+    # doubts on recordings and vehicle file come first: they may spoil all else
+    if model.warnings:
+        return NextStep(command("inspect", *recordings, "--vehicle", vehicle), model.warnings[0])
+    # then the finding that matters most
+    found = [f for f in most_important(model.estimator.findings) if f.kind in ASK_FOR_ACTION]
+    if found:
+        return _remedy(found[0], recordings, vehicle, out, options)
+    return None
+
+
+def _remedy(
+    finding: Finding,
+    recordings: Paths,
+    vehicle: str | Path,
+    out: str | Path,
+    options: Sequence[str],
+) -> NextStep:
+    """The command that a finding asks for; its advice, where it is no command."""
+    why = sentence_of(finding)
+    kind = finding.kind
+    if kind in EFFECT_OF:
+        more = (*options, "--effect", EFFECT_OF[kind])
+        return NextStep(identify_line(recordings, vehicle, out, *more), why)
+    if kind is FindingKind.MISSING_TERM:
+        more = (*options, "--structure", "auto")
+        return NextStep(identify_line(recordings, vehicle, out, *more), why)
+    if kind is FindingKind.MODEL_MISMATCH:
+        return NextStep(command("select", *recordings, "--vehicle", vehicle), why)
+    if kind is FindingKind.DISTURBED_INTERVAL:
+        span = f"{finding.number('start'):.10g}-{finding.number('end'):.10g}"
+        more = (*options, "--without", f"{finding.part('recording')}={span}")
+        return NextStep(
+            identify_line(recordings, vehicle, out, *more), f"{why}, if you know its cause"
+        )
+    if kind in (
+        FindingKind.OUTLIERS,
+        FindingKind.NOT_PREDICTABLE,
+        FindingKind.NO_SIGNIFICANT_COEFFICIENT,
+    ):
+        return NextStep(command("inspect", *recordings, "--vehicle", vehicle), why)
+    return NextStep(advice_of(finding), why)
+
+
+def after_validate(model: str | Path, scores: Scores, recordings: Paths) -> NextStep:
+    """What the scores ask for, or the report."""
+    rows = scores.recordings
+    unseen = [row for row in rows if not row.seen]
+    if not unseen:
+        return NextStep(
+            command("validate", model, "TEST_RECORDING"),
+            "the model was identified from these: they do not test it",
+        )
+    poor = [(row, axes) for row in unseen if (axes := _poor(row))]
+    if poor:
+        row, axes = poor[0]
+        return NextStep(
+            command("report", model, *recordings, "-o", "report.html"),
+            f"{row.recording}: {joined(axes)} hardly better than a constant velocity; the report says what "
+            "to drive",
+        )
+    for row in unseen:
+        for finding in row.findings:
+            if finding.kind is FindingKind.EXCEEDS_EXPECTED_ERROR:
+                again = command("report", model, *recordings, "-o", "report.html")
+                return NextStep(again, sentence_of(finding))
+    return NextStep(command("report", model, *recordings, "-o", "report.html"))
+
+
+def _poor(row: RecordingScore) -> list[str]:
+    """Axes in which the model hardly predicts better than a constant velocity."""
+    return [
+        AXES[i] for i, symbol in enumerate(SYMBOLS)
+        if row.scores[symbol].ratio > POOR_RATIO and not row.scores[symbol].at_floor
+    ]  # fmt: skip
