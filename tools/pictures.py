@@ -24,7 +24,7 @@ PAGES = {  # pictures of pages
     "gallery/allocation": "allocation.html",
     "gallery/tune": "tune.html",
 }
-COLOURS = 96  # of a picture: a third of the size
+COLOURS = 255  # of a picture: half the size
 WIDTH, HEIGHT = 1200, 800  # [px] of a page
 
 
