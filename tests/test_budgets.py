@@ -101,9 +101,12 @@ def text(value: str) -> bytes:
 
 
 def mcap(
-    path: Path, how: str, size: int, stated: int, copies: int = 1, *, again: bool = False
-) -> Path:
-    """An .mcap whose chunks are `size` zeros each, compressed, and state another size."""
+    path: Path, how: str, size: int, stated: int, copies: int = 1, *, again: bool = False, keep: str = "index",
+) -> Path:  # fmt: skip
+    """An .mcap whose chunks are `size` zeros each, compressed, and state another size.
+
+    `keep` of what is behind the chunks: their index, only statistics, only statistics without schemas, or nothing.
+    """
     packed = zeros(how, size)
     body = (
         struct.pack("<QQQI", 1, 2, stated, 0) + text(how) + struct.pack("<Q", len(packed)) + packed
@@ -120,10 +123,14 @@ def mcap(
         for at in places
     )  # fmt: skip
     counts = struct.pack("<I", 10) + struct.pack("<HQ", 1, copies)
+    if keep != "index":
+        index = b""
+    if keep == "no schemas":
+        schema = channel = b""
     index += record(11, struct.pack("<QHIIIIQQ", copies, 1, 1, 0, 0, copies, 1, 2) + counts)
     data = head + chunk * (1 if again else copies)
     summary = len(data) + len(record(15, struct.pack("<I", 0)))
-    footer = record(2, struct.pack("<QQI", summary, 0, 0))
+    footer = record(2, struct.pack("<QQI", 0 if keep == "nothing" else summary, 0, 0))
     path.write_bytes(
         data + record(15, struct.pack("<I", 0)) + schema + channel + index + footer + MAGIC
     )
@@ -150,6 +157,16 @@ def test_many_chunks_that_inflate_are_refused(tmp_path):
     code, shown = inspected(path)
     assert code == 1
     assert "would become 1342 MB" in shown
+
+
+@pytest.mark.parametrize("keep", ["index", "statistics", "no schemas", "nothing"])
+@pytest.mark.parametrize("more", [(), ("--salvage",)])
+def test_many_chunks_that_inflate_are_refused_without_their_index_too(tmp_path, keep, more):
+    """It would take seconds for each pass: none of them is unpacked, with salvage those within the limit."""
+    path = mcap(tmp_path / "bomb.mcap", "zstd", 1 << 25, 1 << 25, 40, keep=keep)
+    code, shown = inspected(path, *more)
+    assert (code, shown.count("\n")) == (1, 1)
+    assert f"its {path.stat().st_size} bytes would become" in shown
 
 
 def test_a_chunk_that_is_listed_twice_is_refused(tmp_path):

@@ -15,16 +15,16 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import load, save
-from seatrial.boat.noise_parameters import folded, noise_entry
+from seatrial.boat.noise_parameters import PROCESS, folded, noise_entry
 from seatrial.evaluation.comparison.compare import drive_of
 from seatrial.identification.console import plus_minus, summary
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.identification.solution import with_lever
 from seatrial.io.poses import in_vehicle_terms
+from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
@@ -232,10 +232,12 @@ def test_wind_is_found_where_the_boat_turns_between_poses():
         assert found.theta[place] == pytest.approx(
             TRUTH[name], abs=max(5.0 * found.errors[name], 0.003)
         ), name
+    assert found.noise[PROCESS].max() < 1e-4  # nothing but the wind pushed it
+    # a filter on board does not know the wind: an earth-fixed disturbance of its mean square in each axis
     process = found.model().noise.process
-    assert (
-        max(process.disturbance_linear, process.walk_linear) < 1e-4
-    )  # nothing but the wind pushed it
+    assert process.disturbance_linear == pytest.approx(np.hypot(*wind) / np.sqrt(2.0), rel=0.02)
+    assert process.walk_linear < 1e-4 and process.disturbance_yaw < 1e-4
+    assert process.earth_fixed and process.memory > 25.0
     # the noise that a filter is to believe is that of a filter that knows of the wind
     plain = likelihood_noise(Point(found.theta, found.noise, found.runs), found.noise)
     assert plain[0] == pytest.approx(2e-3, rel=0.1)

@@ -130,6 +130,8 @@ def test_a_wrong_vehicle_file_names_the_place(change, words):
     ("change", "words"),
     [
         (lambda c: c.update(thrusters={}), "needs thrusters"),
+        (lambda c: c["thrusters"]["F_3"].update(y=1e308), r"thrusters\.F_3\.y: expected a number <= 1000\.0"),
+        (lambda c: c["pose"].update(lever=[0.0, -1e308]), r"pose\.lever\[1\]: expected a number >= -1000\.0"),
         (lambda c: c.update(thrusters={}, allocation={"scheme": "direct"}, commands={"stamp": "t", "inputs": {"a": "a"}}),
          "they must be F_u, F_v, F_r"),
         (lambda c: c.update(allocation={"scheme": "direct"}), "inputs must be the thrusters F_1"),
@@ -163,11 +165,36 @@ def test_a_plan_with_a_wrong_key_says_where(tmp_path):
     ):
         load_plan(path)
     path.write_text("seatrial: plan 1\nbased_on: nowhere\n")
-    with pytest.raises(FileError, match="one of clean, hard, paper-like"):
+    with pytest.raises(FileError, match="'nowhere'; there are clean, hard, paper-like"):
         load_plan(path)
-    path.write_text(f"seatrial: plan 1\nbased_on: {path}\n")
-    with pytest.raises(FileError, match="in a cycle"):
-        load_plan(path)
+
+
+def test_a_plan_is_based_on_a_bundled_one_by_name_never_on_a_path(tmp_path, monkeypatch):
+    """A file of that path, or of a bundled plan's name, is not read."""
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "p.yaml"
+    for name in ("other.yaml", "hard"):
+        (tmp_path / name).write_text("seatrial: plan 1\nsecret: 1\n")
+    for base in (
+        "other.yaml",
+        f"{tmp_path}/other.yaml",
+        "./hard",
+        "../plans/hard",
+        "hard.yaml",
+        str(path),
+        "",
+        "[hard]",
+    ):
+        path.write_text(f"seatrial: plan 1\nbased_on: {base or repr('')}\n")
+        with pytest.raises(
+            FileError,
+            match=r"based_on: no bundled plan is named '.*'; there are clean, hard, paper-like",
+        ):
+            load_plan(path)
+    path.write_text("seatrial: plan 1\nbased_on: hard\nname: hard\n")
+    found = load_plan(path)
+    monkeypatch.chdir("/")
+    assert found == load_plan("hard")
 
 
 def test_presets_differ_only_in_what_they_say():

@@ -14,9 +14,12 @@ from logs import JOY, drive, half, nanoseconds
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
+from seatrial.guide.answers import proposed
 from seatrial.identification.methods import DEFAULT_METHOD
 from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.proposal.inputs import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.simulation.plan import load_plan
 
@@ -245,13 +248,64 @@ def test_an_input_that_rests_in_the_first_of_several_tables_is_an_input(log, tmp
     assert set(init(both[0]).sources.channels) == {"F_u"}
 
 
-def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsys):
+def allocated(log, folder):
     """Three sticks drive four thrusters: what one of them does alone is nowhere to be seen."""
     mix = np.array([[1, 1, 1], [1, -1, -1], [1, 1, -1], [1, -1, 1]]) / 3.0
-    path = tables(log, tmp_path / "pool") / "commands.csv"
+    path = tables(log, folder) / "commands.csv"
     rows = np.loadtxt(path, delimiter=",", skiprows=1)
     thrusters = np.column_stack([rows[:, 0], 1500.0 + 400.0 * rows[:, 1:] @ mix.T])
     np.savetxt(path, thrusters, delimiter=",", header="t,fl,fr,rl,rr", comments="")
-    said = refused(capsys, path.parent, "-o", tmp_path / "vehicle.yaml")
-    assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
-    assert "thrusters: and their positions" in said
+    return folder
+
+
+CROSSED = "0.3 0 45; 0.3 0 -45; -0.3 0 45; -0.3 0 -45"
+
+
+def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsys):
+    path = allocated(log, tmp_path / "pool")
+    for more in ((), ("--thrusters", CROSSED.rpartition(";")[0])):  # nothing, and three of four
+        said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", *more)
+        assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
+        assert "in this order: --thrusters 'X Y DEG; X Y DEG; ...'" in said
+    for wrong in ("0.3 0.2", "0.3 left 45", "0.3 0.2 45 1", "300 200 45"):
+        said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", "--thrusters", wrong)
+        assert f"thruster '{wrong}': expected x [m], y [m] and direction [deg]" in said
+
+
+def test_thrusters_behind_an_allocation_are_used_where_their_places_are_given(
+    log, tmp_path, propose
+):
+    path = allocated(log, tmp_path / "pool")
+    vehicle, text = propose(path, "--thrusters", CROSSED)
+    content = yaml.safe_load(text)
+    assert content["thrusters"]["rl"] == {"x": -0.3, "y": 0.0, "angle_deg": 45.0}
+    assert vehicle.inputs == ("fl", "fr", "rl", "rr")
+    assert "forces" not in content
+    recording = seatrial.read(path, vehicle)
+    assert np.abs(recording.commands.values).max() <= 1.0
+    assert check_consistency([recording], vehicle).findings == ()
+
+
+def test_auto_asks_for_the_places_of_thrusters_behind_an_allocation(log, tmp_path):
+    """In the order of the channels; without an answer, or without somebody to ask, it is refused."""
+    path = allocated(log, tmp_path / "pool")
+    asked = []
+
+    class Answers:
+        def __init__(self, answer):
+            self.answer = answer
+
+        def text(self, question):
+            asked.append(question)
+            return self.answer
+
+        def choose(self, question, options):
+            raise AssertionError(question)
+
+    proposal, chosen = proposed([path], Choices(), Answers(CROSSED), salvage=False)
+    assert "Where are the thrusters fl, fr, rl and rr? For each x ahead [m], y to port" in asked[0]
+    assert chosen.thrusters[2] == (-0.3, 0.0, 45.0)
+    assert list(yaml.safe_load(proposal.text)["thrusters"]) == ["fl", "fr", "rl", "rr"]
+    for answers in (Answers(""), None):
+        with pytest.raises(ThrustersUnknownError, match="3 combinations"):
+            proposed([path], Choices(), answers, salvage=False)

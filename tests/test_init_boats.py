@@ -14,10 +14,10 @@ from test_model import frd
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.proposal.inputs import _equalised
 from seatrial.io.bags.write import BagTopic, write_bag
+from seatrial.recording.origin import poses_of_origin
 from tests.boats.hulls import MIDDLE, driven
 
 # Thrusters. #

@@ -195,3 +195,70 @@ def test_the_documented_vehicle_file_reads_a_log(logs, tmp_path):
     (tmp_path / "vehicle.yaml").write_text(block)
     vehicle = load_vehicle(tmp_path / "vehicle.yaml")
     assert inspect([read(logs["twin", "run.BIN"], vehicle)], vehicle).signs.findings == ()
+
+
+# Fields that the user chooses. #
+
+CHOSEN = {  # fields of position, heading, yaw rate and motors, as `init` finds them by itself
+    "run.BIN": ("lat=GPS/Lat,lon=GPS/Lng", "heading=ATT/Yaw", "yaw_rate=IMU/GyrZ", "left=RCOU/C1,right=RCOU/C3"),
+    "run.log": ("lat=GPS/Lat,lon=GPS/Lng", "heading=ATT/Yaw", "yaw_rate=IMU/GyrZ", "left=RCOU/C1,right=RCOU/C3"),
+    "old.ulg": ("lat=vehicle_gps_position/lat,lon=vehicle_gps_position/lon", "heading=vehicle_attitude/q[3]",
+                "yaw_rate=sensor_combined/gyro_rad[2]", "left=actuator_motors/control[0],right=actuator_motors/control[1]"),
+    "run.tlog": ("lat=GPS_RAW_INT/lat,lon=GPS_RAW_INT/lon", "heading=ATTITUDE/yaw", "yaw_rate=ATTITUDE/yawspeed",
+                 "left=SERVO_OUTPUT_RAW/servo1_raw,right=SERVO_OUTPUT_RAW/servo3_raw"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("axes", [FRD, FLU])
+@pytest.mark.parametrize("name", CHOSEN)
+def test_chosen_fields_read_as_those_that_are_recognised(logs, tmp_path, name, axes):
+    """All of them, the position alone, the heading alone, the commands alone."""
+    position, heading, rate, motors = CHOSEN[name]
+    path = logs["twin", name]
+    _, usual = proposed(path, tmp_path, axes=axes)
+    expected = read(path, usual)
+    for pose, commands in (
+        (f"{position},{heading},{rate}", motors), (position, None), (heading, None), (None, motors),
+    ):  # fmt: skip
+        found, vehicle = proposed(path, tmp_path, axes=axes, pose=pose, commands=commands)
+        recording = read(path, vehicle)
+        np.testing.assert_allclose(recording.eta, expected.eta, atol=1e-9)
+        np.testing.assert_array_equal(recording.stamps, expected.stamps)
+        assert vehicle.file.pose.yaw_rate == usual.file.pose.yaw_rate
+        np.testing.assert_allclose(recording.commands.values, expected.commands.values)
+        assert vehicle.inputs == (("left", "right") if commands else usual.inputs)
+        chosen = {r.signal for r in found.sources.recognised if r.sure.value == "chosen"}
+        assert ("heading" in chosen, "left" in chosen) == ("heading" in str(pose), bool(commands))
+
+
+def test_another_position_and_heading_than_those_recognised(logs, tmp_path):
+    """Metres north and east of the filter, its heading in radians."""
+    pose = "x=vehicle_local_position/x,y=vehicle_local_position/y,heading=vehicle_local_position/heading"
+    path = logs["twin", "run.ulg"]
+    found, vehicle = proposed(path, tmp_path, pose=pose)
+    recording, run = read(path, vehicle), trial(TWIN)
+    assert found.sources.pose["topic"] == "vehicle_local_position"
+    truth = run.at((recording.stamps - recording.stamps[0]) * 1e-9 + 0.007)
+    np.testing.assert_allclose(recording.eta[:, :2], truth[:, :2] * [1, -1], atol=1e-3)
+    turned = np.angle(np.exp(1j * (recording.eta[:, 2] + truth[:, 2])))
+    assert np.abs(turned).max() < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("options", "line"),
+    [
+        ({"pose": "heading=ATT/Yam"}, "topic ATT has no field 'Yam' (--pose); did you mean Yaw?"),
+        ({"pose": "x=GP/Lat,y=GPS/Lng"}, "no topic GP (--pose); did you mean GPS?"),
+        ({"pose": "heading=Yaw"}, "--pose Yaw: expected TOPIC/FIELD; the topics are "),
+        ({"pose": "course=ATT/Yaw"}, "expected NAME=COLUMN,NAME=COLUMN with x, y, east,"),
+        ({"pose": "stamp=GPS/Lat"}, "expected NAME=COLUMN,NAME=COLUMN with x, y, east,"),
+        ({"pose": "x=GPS/Lat,heading=ATT/Yaw"}, "--pose has x; give x and y, east and north, or lat and lon"),
+        ({"pose": "lat=GPS/Lat,lon=POS/Lng"}, "both coordinates are columns of one table"),
+        ({"commands": "left=RCOU/C99"}, "topic RCOU has no field 'C99' (--commands); did you mean C9?"),
+        ({"commands": "left=RCOU/C1,left=RCOU/C3"}, "left is there twice"),
+        ({"commands": "RCOU/C1,C3"}, "no topic RCOU/C1,C3 (--commands)"),
+    ],
+)  # fmt: skip
+def test_a_field_that_is_not_there_is_refused_with_those_that_are(logs, options, line):
+    with pytest.raises(RecordingError, match=re.escape(line)):
+        init(logs["twin", "run.BIN"], choices=Choices(axes=FRD, **options))

@@ -2,6 +2,9 @@
 """Ctrl-C and power cuts: what was begun can be begun again, and no file is half there."""
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -99,3 +102,35 @@ def test_a_file_with_the_longest_name_is_written(tmp_path):
     path = tmp_path / ("x" * 251 + ".txt")
     write_text(path, "words")
     assert path.read_text() == "words"
+
+
+INTERRUPTED_AT = """
+import sys
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == "{module}":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+sys.argv[1:] = ["inspect", "poses.csv"]
+from seatrial.__main__ import main
+sys.exit(main())
+"""
+
+
+@pytest.mark.parametrize(
+    "module",
+    ["seatrial.commands.cli", "argparse", "threading", "seatrial.commands.inspect", "numpy"],
+)
+def test_ctrl_c_while_a_module_is_imported_prints_no_traceback(module):
+    code = INTERRUPTED_AT.format(module=module)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "")
+
+
+def test_the_program_begins_where_ctrl_c_is_guarded():
+    project = (Path(__file__).parents[1] / "pyproject.toml").read_text()
+    assert '[project.scripts]\nseatrial = "seatrial.__main__:main"\n' in project
+    done = subprocess.run(
+        [sys.executable, "-m", "seatrial", "--version"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("seatrial ")

@@ -6,6 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from survey_boat import TRUTH, as_stated, driven
 
 import seatrial
 from seatrial.boat.findings import FindingKind
@@ -154,3 +155,18 @@ def test_blocks_left_out_are_predicted_worse_without_a_term_that_matters(boat, l
     ]
     assert blocks.gain(np.concatenate(other), np.concatenate(squares)).clear
     assert not blocks.gain(np.concatenate(squares), np.concatenate(other)).clear
+
+
+def test_no_term_stands_in_for_thrusters_that_push_less_astern():
+    """A turn on the spot then makes thrust ahead, which r^2 in surge would explain."""
+    size = [lambda g: g.uniform(-1, 1)] * 2
+    vehicle, recording = driven({"reverse_ratio": 0.7}, size, seconds=400.0)
+    found = seatrial.identify([recording], vehicle.with_automatic_structure())
+    assert set(found.values) == set(TRUTH) - {"Y_F", "N_b"}
+    truth = {
+        **TRUTH,
+        "X_vr": TRUTH["X_vr"] - 1.0,
+        "Y_ur": TRUTH["Y_ur"] + 1.0,
+        "reverse_ratio": 0.7,
+    }
+    assert as_stated(found, {n: x for n, x in truth.items() if n not in ("Y_F", "N_b")}) == {}

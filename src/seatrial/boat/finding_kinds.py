@@ -442,6 +442,15 @@ class FindingKind(Enum):
             },
         ),
     )
+    THROUGH_WATER = (
+        "through-water",
+        Spec(
+            "velocities are relative to the water: poses are without the current of {current:.2g} m/s that the "
+            "model was identified with in this recording",
+            "For velocities over ground add the current",
+            numbers={"current": "m/s"},
+        ),
+    )
     SLOW_POSES = (
         "slow-poses",
         Spec(
@@ -487,6 +496,5 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     # what the commands do not identify
     FindingKind.DEAD_ZONE_NOT_SOUGHT,
     FindingKind.PRIOR_DOMINATES,
-    FindingKind.LEVER_ARM_ERRORS,
 )
 PART_CHOICES = {"axis": AXES, "axes": AXES}  # parts of a subject that are one of few

@@ -15,6 +15,7 @@ Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 Edge = Annotated[float, msgspec.Meta(ge=0, lt=1)]
 Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
+Length = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]  # [m] from a small boat's origin
 Delay = Annotated[float, msgspec.Meta(ge=-1, le=1)]  # [s] of a sensor; negative: stamped late
 Estimate = Literal["estimate"]  # instead of a number: the stage exists, its value is estimated
 
@@ -74,7 +75,7 @@ class PoseSource(Strict, frozen=True):
     child: str | None = None
     clock: Clock = "header"
     # [m] lever arm of the measured point from the origin: forward, second axis
-    lever: tuple[float, float] | None = None  # not stated: it is the origin
+    lever: tuple[Length, Length] | None = None  # not stated: it is the origin
     # [s] a pose stamped t shows the boat as it was at t - delay
     delay: Delay | Estimate | None = None  # of the position; not stated: none
     heading_delay: Delay | Estimate | None = None  # of the heading; not stated: the position's
@@ -100,8 +101,8 @@ class ScaleSource(Strict, frozen=True):
 class ThrusterEntry(Strict, frozen=True):
     """A fixed thruster."""
 
-    x: float  # [m]
-    y: float  # [m]
+    x: Length
+    y: Length
     angle_deg: float  # direction of thrust, from forward towards the second axis [deg]
 
 

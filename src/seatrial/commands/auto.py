@@ -28,6 +28,10 @@ def add(command: argparse.ArgumentParser) -> None:
         help="the measured point from the boat's origin [m], ahead and along the second axis",
     )  # fmt: skip
     command.add_argument(
+        "--thrusters", metavar="PLACES",
+        help="'X Y DEG; X Y DEG; ...': position [m] and direction of thrust [deg] of each, in the commands' order",
+    )  # fmt: skip
+    command.add_argument(
         "--yes", action="store_true", help="ask nothing: decide, and state what is assumed"
     )
     command.add_argument("--no-browser", action="store_true", help="do not open the report")
@@ -38,12 +42,15 @@ def run(args: argparse.Namespace) -> None:
     """All steps; what was assumed; the report in the browser, where there is one."""
     from seatrial.guide import auto
     from seatrial.identification.console import summary
-    from seatrial.inspection.proposal.sources import Choices
+    from seatrial.inspection.proposal.sources import Choices, thrusters_of
     from seatrial.util.questions import at_terminal
 
     folder = args.out or Path(f"{args.logs[0].name.partition('.')[0]}-model")
+    thrusters = () if args.thrusters is None else thrusters_of(args.thrusters)
     lever = None if args.lever is None else (args.lever[0], args.lever[1])
-    choices = Choices(name=args.name, pose=args.pose, commands=args.commands, lever=lever)
+    choices = Choices(
+        name=args.name, pose=args.pose, commands=args.commands, lever=lever, thrusters=thrusters
+    )
     found = auto(
         args.logs, folder, test=args.test, choices=choices, salvage=args.salvage, say=say,
         ask=at_terminal(quiet=args.quiet or args.yes),

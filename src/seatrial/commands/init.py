@@ -31,12 +31,12 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--pose",
         metavar="TOPIC",
-        help="topic or table of the poses, or columns: x=COL,y=COL,heading=COL",
+        help="topic or table of the poses; or columns, in bags and logs TOPIC/FIELD: x=COL,y=COL,heading=COL",
     )
     command.add_argument(
         "--commands",
         metavar="TOPIC",
-        help="topic or table of the commands, or columns: COL,COL or NAME=COL",
+        help="topic or table of the commands; or columns, in bags and logs TOPIC/FIELD: COL,COL or NAME=COL",
     )
     command.add_argument(
         "--parent", metavar="FRAME", help="the world's frame, where poses come from tf"
@@ -44,6 +44,14 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--child", metavar="FRAME", help="the boat's frame, where poses come from tf"
     )
+    command.add_argument(
+        "--lever", nargs=2, type=float, metavar=("X", "Y"),
+        help="the measured point from the boat's origin [m], ahead and along the second axis",
+    )  # fmt: skip
+    command.add_argument(
+        "--thrusters", metavar="PLACES",
+        help="'X Y DEG; X Y DEG; ...': position [m] and direction of thrust [deg] of each, in the commands' order",
+    )  # fmt: skip
     add_salvage(command)
     command.add_argument("--force", action="store_true", help="overwrite an existing file")
 
@@ -51,7 +59,7 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
     from seatrial.inspection.proposal.propose import init
-    from seatrial.inspection.proposal.sources import Choices, recognised_text
+    from seatrial.inspection.proposal.sources import Choices, recognised_text, thrusters_of
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
 
@@ -62,7 +70,11 @@ def run(args: argparse.Namespace) -> None:
         )
     ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
     axes = args.axes or _axes(args.recordings[0], ask)
-    choices = Choices(args.name, axes, args.pose, args.commands, args.parent, args.child)
+    choices = Choices(
+        args.name, axes, args.pose, args.commands, args.parent, args.child,
+        lever=None if args.lever is None else (args.lever[0], args.lever[1]),
+        thrusters=() if args.thrusters is None else thrusters_of(args.thrusters),
+    )  # fmt: skip
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)

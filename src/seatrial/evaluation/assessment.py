@@ -26,6 +26,7 @@ from seatrial.evaluation.scores import (
     fingerprint,
 )
 from seatrial.evaluation.scoring import axis_scores, score, seen
+from seatrial.evaluation.through_water import through_water
 from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
@@ -79,6 +80,9 @@ def assess(
     if not recordings:
         raise RecordingError("no recording given; pass at least one")
     check_horizon(horizon)
+    # velocities through the water, where a recording's current is known
+    given, moved = recordings, [through_water(model, recording) for recording in recordings]
+    recordings = [recording for recording, _ in moved]
     # the model's own filter along each recording: starts of predictions, and residuals
     noise, filters = _filters(model, recordings)
 
@@ -90,9 +94,12 @@ def assess(
 
     found = spread(one, list(zip(recordings, filters, strict=True)), "recording")
     # intervals in which something else than the thrusters moved the boat
-    if noise is None or any(one.filtered is None for one in found):
-        return found
-    return _with_disturbances(model, found, noise)
+    if noise is not None and all(one.filtered is not None for one in found):
+        found = _with_disturbances(model, found, noise)
+    return [
+        replace(one.with_findings(of_current), recording=recording)
+        for one, recording, (_, of_current) in zip(found, given, moved, strict=True)
+    ]
 
 
 def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -> list[Assessment]:
@@ -106,9 +113,10 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
             "validate again, with --json"
         )
     rows = {row.recording: row for row in scores.recordings}
+    given, recordings = recordings, [through_water(model, one)[0] for one in recordings]
     _, filters = _filters(model, recordings)
     found = []
-    for recording, filtered in zip(recordings, filters, strict=True):
+    for own, recording, filtered in zip(given, recordings, filters, strict=True):
         row = rows.get(recording.name)
         if row is None or abs(row.length - recording.duration) > SAME_LENGTH:
             raise ModelError(
@@ -121,7 +129,7 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
         look = Lookahead(model, recording, filtered=known, smoothed=smooth)
         found.append(
             Assessment(
-                recording, row.seen, look.predict(scores.horizon), None, (), known, smooth, row,
+                own, row.seen, look.predict(scores.horizon), None, (), known, smooth, row,
                 tuple(row.correlations), tuple(row.findings),
             )
         )  # fmt: skip

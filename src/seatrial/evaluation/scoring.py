@@ -12,6 +12,7 @@ from seatrial.evaluation.prediction import Prediction
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
 from seatrial.evaluation.scores import AxisScore, HorizonScore, Interval, RecordingScore
+from seatrial.evaluation.through_water import same_recording
 from seatrial.recording.excitation import excitation
 from seatrial.recording.recording import Recording
 from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
@@ -107,11 +108,9 @@ def _beyond(rms: float, floor: float) -> float:
 
 def seen(model: Model, recording: Recording) -> bool:
     """Whether the model was identified from any part of it: same file (or name), same seconds."""
-    own = {source.sha256 for source in recording.sources}
     begin, end = recording.offset, recording.offset + recording.duration
     for entry in model.recordings:
-        files = {file.sha256 for file in entry.files}
-        same = own == files if own and files else recording.name == entry.name
+        same = same_recording(entry, recording)
         if same and begin < entry.start + entry.length and entry.start < end:
             return True
     return False

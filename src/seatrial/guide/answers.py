@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: MIT
 """What no log can tell: asked at a terminal, else assumed and stated."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from seatrial.inspection.proposal.propose import Proposal
-from seatrial.inspection.proposal.sources import MOORE_PENROSE, Choices
+from seatrial.inspection.proposal.inputs import ThrustersUnknownError
+from seatrial.inspection.proposal.propose import Proposal, init
+from seatrial.inspection.proposal.sources import (
+    MOORE_PENROSE,
+    Choices,
+    lever_of,
+    thrusters_of,
+)
 from seatrial.io.formats import is_log
-from seatrial.util.errors import VehicleError
+from seatrial.util.format import joined
 from seatrial.util.frames import Axes
 from seatrial.util.questions import Questions
 
-LONGEST_LEVER = 50.0  # [m] of a small boat; a longer one is in other units
 LAST_QUARTER = "the last quarter of each recording"
 BOW, STERN = "the bow", "the stern"
 AXES_QUESTION = """\
@@ -26,8 +30,8 @@ LEVER_QUESTION = (
     "of the thrusters? Give metres ahead and metres to {side}, such as '0.35 -0.1'. Enter: not known"
 )
 THRUSTERS_QUESTION = (
-    "The commands are forces. Where are the thrusters? For each x ahead [m], y to {side} [m] and direction of "
-    "thrust [deg] from forward towards {side}, such as '0.2 0.2 135; 0.2 -0.2 -135; ...'. Enter: not known"
+    "Where are the thrusters{of}? For each x ahead [m], y to {side} [m] and direction of thrust [deg] from "
+    "forward towards {side}, such as '0.2 0.2 135; 0.2 -0.2 -135; ...'. Enter: not known"
 )
 SCHEME_QUESTION = "How does the boat's software allocate forces to thrusters?"
 SCHEMES = (MOORE_PENROSE, "always-forward")
@@ -47,15 +51,37 @@ def choices_of(path: Path, given: Choices, ask: Questions | None) -> Choices:
     return replace(given, lever=lever_of(answer)) if answer else given
 
 
-def thrusters_of(proposal: Proposal, given: Choices, ask: Questions | None) -> Choices:
-    """The same with the thrusters, where the commands are forces and nothing says what they are allocated to."""
-    if ask is None or proposal.drive.forces or given.thrusters:
-        return given
-    answer = ask.text(THRUSTERS_QUESTION.format(side=_side(given)))
-    if not answer:
-        return given
-    found = tuple(_thruster(part) for part in answer.split(";") if part.strip())
-    return replace(given, thrusters=found, scheme=ask.choose(SCHEME_QUESTION, SCHEMES))
+def proposed(
+    logs: Sequence[Path], given: Choices, ask: Questions | None, *, salvage: bool
+) -> tuple[Proposal, Choices]:
+    """The proposal of `init`, with the thrusters where they must be known, or are worth it."""
+    choose = None if ask is None else ask.choose
+    first, *more = logs
+
+    def propose() -> Proposal:
+        return init(first, *more, choices=given, ask=choose, salvage=salvage)
+
+    try:
+        proposal = propose()
+        known = bool(proposal.drive.forces or given.thrusters)
+        answer = "" if known or ask is None else ask.text(_thrusters_question("", given))
+        if answer:
+            assert ask is not None
+            given = replace(
+                given, thrusters=thrusters_of(answer), scheme=ask.choose(SCHEME_QUESTION, SCHEMES)
+            )
+            proposal = propose()
+    except ThrustersUnknownError as error:
+        answer = "" if ask is None else ask.text(_thrusters_question(joined(error.names), given))
+        if not answer:
+            raise
+        given = replace(given, thrusters=thrusters_of(answer))
+        proposal = propose()
+    return proposal, given
+
+
+def _thrusters_question(names: str, given: Choices) -> str:
+    return THRUSTERS_QUESTION.format(of=f" {names}" if names else "", side=_side(given))
 
 
 def test_of(names: Sequence[str], ask: Questions | None) -> str | None:
@@ -82,31 +108,6 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
             "thrusters not known, so that no dead zone is estimated (thrusters:, allocation:)"
         )
     return found
-
-
-def lever_of(text: str) -> tuple[float, float]:
-    """Two lengths [m]. Raises VehicleError."""
-    numbers = _numbers(text)
-    if len(numbers) != 2 or max(map(abs, numbers)) > LONGEST_LEVER:
-        raise VehicleError(f"lever arm '{text}': expected two lengths in metres, such as 0.35 -0.1")
-    return numbers[0], numbers[1]
-
-
-def _thruster(text: str) -> tuple[float, float, float]:
-    numbers = _numbers(text)
-    if len(numbers) != 3 or max(map(abs, numbers[:2])) > LONGEST_LEVER:
-        raise VehicleError(
-            f"thruster '{text.strip()}': expected x [m], y [m] and direction [deg], such as 0.2 0.2 135"
-        )
-    return numbers[0], numbers[1], numbers[2]
-
-
-def _numbers(text: str) -> list[float]:
-    """Numbers that spaces or commas divide; none where a word is no number."""
-    words = [word for word in re.split(r"[\s,]+", text.strip()) if word]
-    if not all(re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)", word) for word in words):
-        return []
-    return [float(word) for word in words]
 
 
 def _side(given: Choices) -> str:

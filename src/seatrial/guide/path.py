@@ -12,26 +12,25 @@ from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.evaluation.validation import scores_of, validate
-from seatrial.guide.answers import LAST_QUARTER, assumptions, choices_of, test_of, thrusters_of
+from seatrial.guide.answers import LAST_QUARTER, assumptions, choices_of, proposed, test_of
 from seatrial.guide.steps import Steps, digest_of
 from seatrial.identification.guided import identify_guided
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import inspect
-from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.reader import recording_name
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.model_evidence import evidence_of
-from seatrial.report.evidence.verdict import following, predicted
+from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
 from seatrial.report.model_report import write_evidence
-from seatrial.util.errors import FileError, IdentificationError, RecordingError
+from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import joined
 from seatrial.util.progress import over, stage
 from seatrial.util.questions import Questions
-from seatrial.workflow.next_step import NextStep, asked_for
+from seatrial.workflow.next_step import NextStep, asked_for, command
 
 HELD_OUT_SHARE = 0.25  # of each recording, its last part, where no recording is chosen for the test
 HELD_OUT_SUFFIX = "-held-out"  # of the name of such a part
@@ -130,14 +129,9 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
         raise FileError(
             f"{here.folder}: has a model but no vehicle.yaml; give another folder, or remove it"
         )
-    first, *more = here.logs
-    chosen = choices_of(first, choices, here.ask)
-    ask = None if here.ask is None else here.ask.choose
-    proposal = init(first, *more, choices=chosen, ask=ask, salvage=here.salvage)
-    further = thrusters_of(proposal, chosen, here.ask)
-    if further != chosen:
-        proposal = init(first, *more, choices=further, ask=ask, salvage=here.salvage)
-    here.assumed += assumptions(first, proposal, further, here.ask)
+    chosen = choices_of(here.logs[0], choices, here.ask)
+    proposal, chosen = proposed(here.logs, chosen, here.ask, salvage=here.salvage)
+    here.assumed += assumptions(here.logs[0], proposal, chosen, here.ask)
     write_text(path, proposal.text)
     inputs = joined([*proposal.drive.inputs])
     axes = joined(
@@ -170,7 +164,7 @@ def _held_out(
     training = [r.cut(None, end) for r, end in zip(recordings, ends, strict=True)]
     try:
         find_roles(vehicle, training)
-    except IdentificationError as error:
+    except RecordingError as error:
         find_roles(vehicle, recordings)  # an axis that is never driven is another matter
         here.assumed.append(
             f"nothing is held out, so that the scores are optimistic: without the last quarter {error}"
@@ -269,4 +263,12 @@ def _report(here: _Path, model: Model, recordings: Sequence[Recording], scores: 
     here.say(f"report    -> {here.file('report.html')}")
     files = here.file("vehicle.yaml"), here.file("model.yaml")
     wanted = asked_for(model, here.logs, *files)
-    return wanted or NextStep(following(evidence).removeprefix("Next: "))
+    if wanted is not None:
+        return wanted
+    step = following(evidence)
+    if step.endswith(USE_WITHIN_ENVELOPE):
+        use = command("predict", here.file("model.yaml"), here.logs[0])
+        return NextStep(
+            use, "the model is ready: velocity and odometry as on board; then tune, export, sim"
+        )
+    return NextStep(step.removeprefix("Next: "))

@@ -58,7 +58,7 @@ from seatrial.identification.likelihood.problem import (
 )
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
-from seatrial.identification.regression.start_lever import lever_from_poses, poses_of_origin
+from seatrial.identification.regression.start_lever import lever_from_poses
 from seatrial.identification.regression.start_values import start_values
 from seatrial.identification.selection.actuator_selection import (
     STAGES_SELECTED,
@@ -83,6 +83,7 @@ from seatrial.identification.uncertainty.covariance import (
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.recording.delays import at_one_time
+from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import IdentificationError

@@ -13,6 +13,7 @@ from seatrial.boat.model import DELAYS_TOLD, LEVER_TOLD, Model
 from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry, noise_vector
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.effect_noise import with_effects_as_noise
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import (
@@ -103,15 +104,22 @@ class Fit:
             noise = likelihood_noise(Point(theta, noise, self.runs), self.maximum_noise)
         recordings = problem.recordings
         noise = folded(noise, min(r.period for r in recordings))
+        entries = tuple(self._entry(i) for i in range(len(recordings)))
+        noise, earth = with_effects_as_noise(
+            noise,
+            [entry.effects for entry in entries],
+            problem.vehicle,
+            np.ascontiguousarray(theta[:n]),
+        )
         constants = theta[n:size]
         lever = theta[problem.effects(0)[: len(LEVER_NAMES)]]
         vehicle = with_further_delays(problem, theta)
         return Model(
             with_lever(vehicle, *lever.tolist()), theta[:n], covariance, constants,
             Integration("runge-kutta", problem.step),
-            noise_entry(noise, earth=problem.earth_fixed),
+            noise_entry(noise, earth=problem.earth_fixed if earth is None else earth),
             envelope(problem.vehicle, constants, recordings, self._moving()),
-            tuple(self._entry(i) for i in range(len(recordings))),
+            entries,
             EstimatorEntry(OUTPUT_ERROR, settings, findings=[*self.findings, *self._lever(), *self._delays()]),
         )  # fmt: skip
 

@@ -82,7 +82,7 @@ def read_tables(path: Path) -> list[TableSeen]:
             f"{path}: no table and no bag in this folder; tables are {', '.join(TABLES)}"
         )
     several = path.is_dir() or len(tables) > 1
-    return [_seen(path, key if several else "", table) for key, table in tables.items()]
+    return [table_seen(path, key if several else "", table) for key, table in tables.items()]
 
 
 def look_at_columns(path: Path) -> list[TableView]:
@@ -108,7 +108,8 @@ def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
     return {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(list(tables))}
 
 
-def _seen(path: Path, key: str, table: Table) -> TableSeen:
+def table_seen(path: Path, key: str, table: Table) -> TableSeen:
+    """A table with all its numbers. Raises RecordingError where it has none."""
     try:
         values = table.columns(table.names)
     except RecordingError:  # a cell is not a number

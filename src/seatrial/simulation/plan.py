@@ -4,7 +4,7 @@
 import re
 from importlib import resources
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
@@ -12,8 +12,11 @@ from seatrial.boat.schema import ChainGroup, NotNegative, Positive, Strict
 from seatrial.util.errors import FileError
 from seatrial.util.files import convert, expect_format, read_yaml
 
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
 PLAN_FORMAT = "plan 1"
-DEEPEST_BASE = 5  # plans that are based on each other: more is a cycle
+LONGEST_SHOWN = 40  # [characters] of a name in an error message
 TRIAL = re.compile(r"\w[\w. -]{0,63}")  # a name of files
 Range = tuple[float, float]
 
@@ -115,7 +118,7 @@ class PlanFile(Strict, frozen=True):
 
 def load_plan(path: str | Path) -> PlanFile:
     """A plan from a file, or a bundled one by its name."""
-    plan = convert(_resolved(path, 0), PlanFile, path)
+    plan = convert(_resolved(path), PlanFile, path)
     for name in plan.trials:
         if not TRIAL.fullmatch(name):
             raise FileError(
@@ -139,19 +142,29 @@ def plan_names() -> list[str]:
     )
 
 
-def _resolved(path: str | Path, depth: int) -> dict[str, Any]:
-    bundled = resources.files("seatrial") / "data" / "plans" / f"{path}.yaml"
+def _resolved(path: str | Path) -> dict[str, Any]:
+    """The content of a file or of a bundled plan, on that of its base."""
     given = Path(path)
-    if not given.exists() and not bundled.is_file():
+    if not given.exists() and str(path) not in plan_names():
         raise FileError(f"{path}: no such plan; give a file or one of {', '.join(plan_names())}")
-    content = read_yaml(given) if given.is_file() else read_yaml(bundled)
+    return _on_base(read_yaml(given if given.is_file() else _bundled(str(path))), path)
+
+
+def _on_base(content: dict[str, Any], path: str | Path) -> dict[str, Any]:
     expect_format(content, PLAN_FORMAT, path)
     base = content.pop("based_on", None)
     if base is None:
         return content
-    if depth > DEEPEST_BASE:
-        raise FileError(f"{path}: plans are based on each other in a cycle")
-    return _merged(_resolved(str(base), depth + 1), content)
+    if base not in plan_names():  # a name, never a path
+        raise FileError(
+            f"{path}: based_on: no bundled plan is named '{str(base)[:LONGEST_SHOWN]}'; "
+            f"there are {', '.join(plan_names())}"
+        )
+    return _merged(_on_base(read_yaml(_bundled(base)), base), content)
+
+
+def _bundled(name: str) -> "Traversable":
+    return resources.files("seatrial") / "data" / "plans" / f"{name}.yaml"
 
 
 def _merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:

@@ -18,8 +18,8 @@ from seatrial.boat.noise_scoring import Linearised
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
-from seatrial.identification.regression.start_lever import poses_of_origin
 from seatrial.recording.delays import at_one_time, with_delays
+from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.parallel import spread

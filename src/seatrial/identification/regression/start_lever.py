@@ -6,7 +6,6 @@ Gauss-Newton steps find it from 0, whatever its length.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from seatrial.identification.regression.start_values import (
     window_rows,
 )
 from seatrial.identification.regression.weak_rows import choose_widths
+from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
@@ -60,17 +60,3 @@ def lever_from_poses(
             break
         lever, here = further, there
     return lever
-
-
-def poses_of_origin(recording: Recording, lever: Array, current: Array | None = None) -> Recording:
-    """The recording with poses of the boat's origin instead of the measured point, a lever arm (2,) [m] away,
-    and in axes that drift with a current (2,) [m/s, earth-fixed]."""
-    if not (lever.any() or (current is not None and current.any())):
-        return recording
-    ahead, aside = lever
-    eta = recording.eta.copy()
-    c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
-    eta[:, :2] -= np.column_stack([c * ahead - s * aside, s * ahead + c * aside])
-    if current is not None:
-        eta[:, :2] -= recording.t[:, None] * current
-    return replace(recording, eta=eta)

@@ -6,6 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from seatrial.inspection.proposal.from_topics import (
+    BagTopics,
+    given_commands,
+    given_keys,
+    given_pose,
+    is_whole,
+)
 from seatrial.inspection.proposal.sources import (
     OPTIONS,
     Ask,
@@ -18,6 +25,7 @@ from seatrial.inspection.proposal.sources import (
 )
 from seatrial.io.bags.channels import number_fields, tf_frames
 from seatrial.io.bags.contents import NUMBER_TYPES, Contents, Entry, contents
+from seatrial.io.bags.opening import open_bag
 from seatrial.recording.timing import rate_text
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -49,37 +57,62 @@ FULL_COMMAND = {"mavros_msgs/msg/ManualControl": 1000.0}
 def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage: bool) -> Sources:
     """Topics of poses and commands by type and name. Raises RecordingError, FileError."""
     found = contents(path, salvage=salvage)
+    with open_bag(path, salvage=salvage) as bag:
+        topics = BagTopics(bag, salvage=salvage)
+        pose, recognised, pose_notes = _pose(found, topics, choices, ask, salvage=salvage)
+        given = None if choices.commands is None else given_commands(topics, choices.commands)
+    full: float | None = None
+    if given is not None:
+        commands: dict[str, Any] = {"topic": given[0]}
+        channels, command_notes = given[1], ["--commands"]
+    else:
+        driving = _one(found, "commands", choices.commands, ask, found.of("commands"))
+        siblings = _siblings(found, driving)
+        commands, channels = _channels(path, driving, siblings, salvage=salvage)
+        command_notes = _notes(found, driving, "commands", len(siblings))
+        full = FULL_COMMAND.get(driving.topic.type_name)
+    notes = {"pose": pose_notes, "commands": command_notes}
+    return Sources(
+        path, name, choices.axes, found.length, pose, commands, channels, notes, full, recognised=recognised
+    )  # fmt: skip
+
+
+def _pose(
+    found: Contents, topics: BagTopics, choices: Choices, ask: Ask | None, *, salvage: bool
+) -> tuple[dict[str, Any], tuple[Recognised, ...], list[str]]:
+    """The pose's entries, how they were recognised, and notes. Raises RecordingError."""
+    fields = given_keys(choices.pose)
+    if is_whole(fields):
+        return (*given_pose(topics, choices, {})[:2], ["--pose"])
     poses = _likely_poses(found.of("poses")) or found.of("positions")
-    chosen = _one(found, "poses", choices.pose, ask, poses)
+    chosen = _one(found, "poses", None if fields else choices.pose, ask, poses)
     pose: dict[str, Any] = {"topic": chosen.topic.name}
     recognised: tuple[Recognised, ...] = ()
     if chosen.topic.type_name.endswith(("TFMessage", "tfMessage")):
-        pose |= _frames(path, chosen.topic.name, choices, salvage=salvage)
+        pose |= _frames(found.path, chosen.topic.name, choices, salvage=salvage)
     elif chosen.role == "positions":
         more, recognised = _geographic(found, chosen, choices)
         pose |= more
-    driving = _one(found, "commands", choices.commands, ask, found.of("commands"))
-    siblings = _siblings(found, driving)
-    if len(siblings) > 1:  # a topic for each thruster
-        commands: dict[str, Any] = {}
-        channels = named(
-            (entry.topic.name if len(fields) == 1 else f"{entry.topic.name}/{f}",
-             {"field": f, "topic": entry.topic.name})
-            for entry in siblings
-            for fields in [_fields(path, entry, salvage=salvage)]
-            for f in fields
-        )  # fmt: skip
-    else:
-        commands = {"topic": driving.topic.name}
-        channels = named((f, {"field": f}) for f in _fields(path, driving, salvage=salvage))
-    notes = {
-        "pose": _notes(found, chosen, "poses"),
-        "commands": _notes(found, driving, "commands", len(siblings)),
-    }
-    return Sources(
-        path, name, choices.axes, found.length, pose, commands, channels, notes,
-        FULL_COMMAND.get(driving.topic.type_name), recognised=recognised,
+    if not fields:
+        return pose, recognised, _notes(found, chosen, "poses")
+    return (*given_pose(topics, choices, pose)[:2], ["--pose"])
+
+
+def _channels(
+    path: Path, driving: Entry, siblings: list[Entry], *, salvage: bool
+) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+    """The commands' entry, and the channels by name."""
+    if len(siblings) == 1:
+        names = _fields(path, driving, salvage=salvage)
+        return {"topic": driving.topic.name}, named((f, {"field": f}) for f in names)
+    channels = named(  # a topic for each thruster
+        (entry.topic.name if len(fields) == 1 else f"{entry.topic.name}/{f}",
+         {"field": f, "topic": entry.topic.name})
+        for entry in siblings
+        for fields in [_fields(path, entry, salvage=salvage)]
+        for f in fields
     )  # fmt: skip
+    return {}, channels
 
 
 def _one(

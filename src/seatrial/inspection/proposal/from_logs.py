@@ -1,14 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Topics of an autopilot's log that are the poses and the commands, by the messages that it is known to write."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import pi
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from seatrial.inspection.proposal.from_topics import (
+    STAMP,
+    LogTopics,
+    given_commands,
+    given_keys,
+    given_pose,
+    is_whole,
+)
 from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
 from seatrial.inspection.proposal.sources import (
     Ask,
@@ -19,6 +27,7 @@ from seatrial.inspection.proposal.sources import (
     choose,
     named,
 )
+from seatrial.io.columns import TableSeen
 from seatrial.io.formats import open_log
 from seatrial.io.formats.known import (
     HEADINGS,
@@ -30,7 +39,7 @@ from seatrial.io.formats.known import (
 )
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Axes
+from seatrial.util.frames import Array, Axes, Stamps
 from seatrial.util.progress import stage
 
 LEAST_POSITIONS = 20  # different ones, of a topic that is a position
@@ -82,28 +91,69 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
         # 1. All known signals that change, read in one pass.
         with stage("signals", READ):
             found = _Found(log, _candidates(log))
-        # 2. A position, raw before filtered, and a heading.
-        position = _position(found, choices, ask)
-        heading = _best(found, HEADINGS, "heading", LEAST_HEADINGS)
-        rate = next(iter(found.of(YAW_RATES, 1)), None)
-        # 3. Motors by the parameters, else all outputs that change.
-        driven = _motors(log, choices, ask)
+        # 2. A position, raw before filtered, and a heading; or those that the user names.
+        axes = Axes(choices.axes)
+        pose, rows, stamps, why = _chosen_pose(found, choices, ask)
+        # 3. Motors that the user names, by the parameters, else all outputs that change.
+        given = (
+            None if choices.commands is None else given_commands(LogTopics(log), choices.commands)
+        )
+        driven = [] if given else _motors(log, choices, ask)
+        if given:
+            commands, channels = {"topic": given[0]}, _as_motors(log, *given)
         voltage = _voltage(found)
-    axes = Axes(choices.axes)
-    pose = _pose(position, heading, rate, axes)
-    channels = named((m.name, {"topic": t.name, **m.column}) for t, m in driven)
-    commands = {"topic": driven[0][0].name}
+    if not given:
+        channels = named((m.name, {"topic": t.name, **m.column}) for t, m in driven)
+        commands = {"topic": driven[0][0].name}
     for column in channels.values():
-        if column["topic"] == commands["topic"]:
+        if column.get("topic") == commands["topic"]:
             column.pop("topic")
-    stamps = position.samples.stamps
     length = (int(stamps.max()) - int(stamps.min())) * 1e-9
-    recognised = _recognised(found, position, heading, rate, driven, voltage)
+    recognised = (*rows, *_recognised_drive(found, driven, channels if given else {}, voltage))
     return Sources(
         path, name, axes.value, length, pose, commands, channels,
-        {"known axes": [_axes_note(axes)], "pose": [position.why], "commands": [], "scales": _scales(voltage)},
+        {"known axes": [_axes_note(axes)], "pose": [why], "commands": [], "scales": _scales(voltage)},
         recognised=recognised,
     )  # fmt: skip
+
+
+def _chosen_pose(
+    found: "_Found", choices: Choices, ask: Ask | None
+) -> tuple[dict[str, Any], tuple[Recognised, ...], Stamps, str]:
+    """The pose's entries, how they were recognised, stamps [ns] of the positions, and a note."""
+    fields = given_keys(choices.pose)
+    topics = LogTopics(found.log)
+    if is_whole(fields):
+        entries, rows, seen = given_pose(topics, choices, {})
+        return entries, rows, _nanoseconds(seen), "--pose"
+    position = _position(found, replace(choices, pose=None) if fields else choices, ask)
+    heading = _best(found, HEADINGS, "heading", LEAST_HEADINGS)
+    rate = next(iter(found.of(YAW_RATES, 1)), None)
+    entries = _pose(position, heading, rate, Axes(choices.axes))
+    rows = _recognised(found, position, heading, rate)
+    if not fields:
+        return entries, rows, position.samples.stamps, position.why
+    entries, more, seen = given_pose(topics, choices, entries)
+    signals = {"position" if r.signal not in {"heading", "yaw rate"} else r.signal for r in more}
+    kept = tuple(r for r in rows if r.signal not in signals)
+    return entries, (*more, *kept), _nanoseconds(seen), "--pose"
+
+
+def _nanoseconds(seen: TableSeen) -> Stamps:
+    """Stamps (n,) [ns] from the first one on."""
+    return np.rint(seen.numbers(STAMP) * 1e9).astype(np.int64)
+
+
+def _as_motors(
+    log: Log, main: str, channels: dict[str, dict[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """Channels that the user named, with trim and range where the parameters state them."""
+    found = {}
+    for name, column in channels.items():
+        topic = log.topics[column.get("topic", main)]
+        stated = {m.column["field"]: m.column for m in motors(log, topic)}
+        found[name] = column | stated.get(column["field"], {})
+    return found
 
 
 class _Found:
@@ -310,30 +360,37 @@ def _scales(voltage: _Candidate | None) -> list[str]:
 # What was recognised #
 
 
-def _recognised(  # noqa: PLR0917
-    found: _Found,
-    position: _Candidate,
-    heading: _Candidate,
-    rate: _Candidate | None,
-    driven: Sequence[tuple[LogTopic, Motor]],
-    voltage: _Candidate | None,
+def _recognised(
+    found: _Found, position: _Candidate, heading: _Candidate, rate: _Candidate | None
 ) -> tuple[Recognised, ...]:
-    def one(signal: str, chosen: _Candidate, known: Sequence[Known], least: int) -> Recognised:
-        others = [c for c in found.of(known, least) if c is not chosen]
-        names = tuple(f"{c.topic.name} ({c.known.what})" for c in others)
-        return Recognised(signal, chosen.shown, chosen.why, Sureness.CERTAIN, names)
-
     rows = [
-        one("position", position, POSITIONS, LEAST_POSITIONS),
-        one("heading", heading, HEADINGS, LEAST_HEADINGS),
+        _row(found, "position", position, POSITIONS, LEAST_POSITIONS),
+        _row(found, "heading", heading, HEADINGS, LEAST_HEADINGS),
     ]
     if rate is not None:
-        rows.append(one("yaw rate", rate, YAW_RATES, 1))
+        rows.append(_row(found, "yaw rate", rate, YAW_RATES, 1))
+    return tuple(rows)
+
+
+def _row(
+    found: _Found, signal: str, chosen: _Candidate, known: Sequence[Known], least: int
+) -> Recognised:
+    others = [c for c in found.of(known, least) if c is not chosen]
+    names = tuple(f"{c.topic.name} ({c.known.what})" for c in others)
+    return Recognised(signal, chosen.shown, chosen.why, Sureness.CERTAIN, names)
+
+
+def _recognised_drive(
+    found: _Found,
+    driven: Sequence[tuple[LogTopic, Motor]],
+    given: Mapping[str, dict[str, Any]],
+    voltage: _Candidate | None,
+) -> Iterator[Recognised]:
     for topic, motor in driven:
         sure = Sureness.GUESS if motor.why.startswith("changes") else Sureness.CERTAIN
-        rows.append(
-            Recognised(motor.name, f"{topic.name} {motor.column['field']}", motor.why, sure)
-        )
+        shown = f"{topic.name} {motor.column['field']}"
+        yield Recognised(motor.name, shown, motor.why, sure)
+    for name, column in given.items():
+        yield Recognised(name, str(column["field"]), "--commands", Sureness.CHOSEN)
     if voltage is not None:
-        rows.append(one("battery", voltage, VOLTAGES, 3))
-    return tuple(rows)
+        yield _row(found, "battery", voltage, VOLTAGES, 3)

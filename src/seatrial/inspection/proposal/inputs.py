@@ -138,8 +138,16 @@ class Channels:
         return together and not all(a.trusted for a in self.assigned)
 
 
-def find_drive(sources: Sources, *, salvage: bool) -> Drive:
-    """Inputs, signs, scales and units from the recording itself."""
+class ThrustersUnknownError(RecordingError):
+    """Commands of thrusters that are always driven in the same combinations: only positions tell them apart."""
+
+    def __init__(self, message: str, names: Sequence[str]) -> None:
+        super().__init__(message)
+        self.names = tuple(names)  # of the channels, in order
+
+
+def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
+    """Inputs, signs, scales and units from the recording itself. `thrusters`: how many positions are known."""
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
@@ -153,6 +161,8 @@ def find_drive(sources: Sources, *, salvage: bool) -> Drive:
     channels = _channels(sources, draft, recordings, report.table)
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)
+    if not parts[0] and thrusters == len(channels.names):
+        parts = dict(channels.columns), dict.fromkeys(channels.names, "thruster, as given"), {}
     inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
     # 4. Axes without a drive; commands that are written only on change.
     driven = {f["axis"] for f in forces.values()}
@@ -295,7 +305,8 @@ def _thrusters(found: Channels) -> Parts:
     for axis, clear in enumerate(found.clear):
         mine = np.where(clear, found.gains[axis], 0.0)
         if clear.any():
-            weights = _equalised(mine, np.abs(mine / np.where(clear, found.t[axis], 1.0)))
+            errors = np.abs(mine / np.where(clear, found.t[axis], 1.0))
+            weights = _equalised(_without_lever(found, axis, mine), errors)
             of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
             forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
     used = {name for force in forces.values() for name in force["of"]}
@@ -306,16 +317,41 @@ def _thrusters(found: Channels) -> Parts:
     return inputs, {n: _moved_axes(found.t[:, found.names.index(n)]) for n in inputs}, forces
 
 
+def _without_lever(found: Channels, axis: int, gains: Array) -> Array:
+    """Gains (n,) of thrusters without what the measured point's lever arm adds, where that explains them.
+
+    Thrusters that turn the boat equally are identical. Then surge and sway gains are equal, and a lever arm a adds
+    a times the yaw gain: yaw accelerates the measured point.
+    """
+    own = gains != 0.0
+    turn = np.where(own, found.gains[2], 0.0)
+    errors = np.abs(turn / np.where(own, found.t[2], 1.0))
+    if axis == 2 or not found.clear[2][own].all() or not _alike(turn, errors):
+        return gains
+    design = np.column_stack([np.sign(gains), turn])[own]
+    (size, lever), *_ = np.linalg.lstsq(design, gains[own], rcond=None)
+    left = np.abs(gains[own] - design @ [size, lever]).max()
+    if abs(lever) > MOST_LEVER or left > EQUAL_GAINS * abs(size):
+        return gains
+    return np.asarray(np.where(own, np.sign(gains) * size, 0.0))
+
+
+def _alike(gains: Array, errors: Array) -> bool:
+    """Whether magnitudes of the gains (n,) that are not 0 do not differ, by `EQUAL_GAINS` or their errors (n,)."""
+    sizes, own = np.abs(gains), gains != 0.0
+    mean = float(sizes[own].mean())
+    near = np.abs(sizes - mean) < np.maximum(EQUAL_GAINS * mean, EQUAL_GAINS_ERRORS * errors)
+    return bool(near[own].all())
+
+
 def _equalised(gains: Array, errors: Array) -> Array:
     """Weights (n,) whose magnitudes sum to 1, equal where the gains do not differ significantly.
 
     Gains are equal within `EQUAL_GAINS` or `EQUAL_GAINS_ERRORS` standard errors (n,): thrusters are
     usually identical.
     """
-    sizes, own = np.abs(gains), gains != 0.0
-    mean = float(sizes[own].mean())
-    alike = np.abs(sizes - mean) < np.maximum(EQUAL_GAINS * mean, EQUAL_GAINS_ERRORS * errors)
-    even = np.sign(gains) * mean if alike[own].all() else gains
+    mean = float(np.abs(gains[gains != 0.0]).mean())
+    even = np.sign(gains) * mean if _alike(gains, errors) else gains
     return np.asarray(even / np.abs(even).sum())
 
 
@@ -348,10 +384,11 @@ def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
         length = sum(recording.duration for recording in recordings)
         count = _combinations(recordings)
         if 0 < count < len(found.names):
-            raise RecordingError(
+            raise ThrustersUnknownError(
                 f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
-                "allocation), so their separate effects are not identifiable. Write the vehicle file with "
-                "thrusters: and their positions (docs/vehicle.md)"
+                "allocation), so their separate effects are not identifiable. Give the position [m] and direction "
+                "[deg] of each, in this order: --thrusters 'X Y DEG; X Y DEG; ...' (docs/vehicle.md)",
+                found.names,
             )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "

@@ -56,7 +56,7 @@ def init(
     if choices.stern:
         sources = replace(sources, pose=turned_about(sources.pose))
     # 2. Units, signs, scales, and which channel drives which axis, from the data.
-    drive = find_drive(sources, salvage=salvage)
+    drive = find_drive(sources, thrusters=len(choices.thrusters), salvage=salvage)
     # 3. The file, with a comment on each value that needs a check.
     return Proposal(sources, drive, vehicle_text(sources, drive, choices))
 

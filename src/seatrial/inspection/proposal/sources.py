@@ -1,18 +1,20 @@
 # SPDX-License-Identifier: MIT
 """Sources of a recording's poses and commands, and the user's choices."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import RecordingError, VehicleError
 from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
+LONGEST_LEVER = 50.0  # [m] of a small boat; a longer one is in other units
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 
@@ -130,3 +132,33 @@ def recognised_text(found: Sequence[Recognised]) -> str:
         "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in (head, *shown)
     )
+
+
+def thrusters_of(text: str) -> tuple[tuple[float, float, float], ...]:
+    """Position [m] and direction [deg] of each thruster, divided by semicolons. Raises VehicleError."""
+    return tuple(_thruster(part) for part in text.split(";") if part.strip())
+
+
+def lever_of(text: str) -> tuple[float, float]:
+    """Two lengths [m]. Raises VehicleError."""
+    numbers = _numbers(text)
+    if len(numbers) != 2 or max(map(abs, numbers)) > LONGEST_LEVER:
+        raise VehicleError(f"lever arm '{text}': expected two lengths in metres, such as 0.35 -0.1")
+    return numbers[0], numbers[1]
+
+
+def _thruster(text: str) -> tuple[float, float, float]:
+    numbers = _numbers(text)
+    if len(numbers) != 3 or max(map(abs, numbers[:2])) > LONGEST_LEVER:
+        raise VehicleError(
+            f"thruster '{text.strip()}': expected x [m], y [m] and direction [deg], such as 0.2 0.2 135"
+        )
+    return numbers[0], numbers[1], numbers[2]
+
+
+def _numbers(text: str) -> list[float]:
+    """Numbers that spaces or commas divide; none where a word is no number."""
+    words = [word for word in re.split(r"[\s,]+", text.strip()) if word]
+    if not all(re.fullmatch(r"[-+]?(\d+\.?\d*|\.\d+)", word) for word in words):
+        return []
+    return [float(word) for word in words]

@@ -132,13 +132,13 @@ def _timeout(drive: Drive) -> list[str]:
 
 def _forces(drive: Drive, choices: Choices) -> list[str]:
     if choices.thrusters and not drive.forces:
+        direct = len(choices.thrusters) == len(drive.inputs) and not set(drive.inputs) & set(WRENCH)
+        names = [*drive.inputs] if direct else [f"T_{i + 1}" for i in range(len(choices.thrusters))]
+        places = [{"x": x, "y": y, "angle_deg": angle} for x, y, angle in choices.thrusters]
         return [
-            _commented("thrusters:", "positions [m] and directions [deg], as given"),
-            *(
-                f"  T_{i}: {{x: {x:g}, y: {y:g}, angle_deg: {angle:g}}}"
-                for i, (x, y, angle) in enumerate(choices.thrusters, 1)
-            ),
-            f"allocation: {{scheme: {choices.scheme}, limit: 1.0}}",
+            _commented("thrusters:", "positions [m] and directions of thrust [deg], as given"),
+            *(f"  {_line(name, place)}" for name, place in zip(names, places, strict=True)),
+            *([] if direct else [f"allocation: {{scheme: {choices.scheme}, limit: 1.0}}"]),
         ]
     if not drive.forces:
         return [

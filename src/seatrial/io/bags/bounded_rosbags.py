@@ -2,17 +2,24 @@
 """The limits of `budget` for rosbags, which unpacks what a chunk contains before it looks at the size."""
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
+from struct import Struct
 from typing import IO, TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from seatrial.io.bags.budget import PIECE, chunk_limit, file_limit, room
+from seatrial.io.bags.budget import PIECE, check_chunks, chunk_limit, file_limit, room
 from seatrial.io.bags.unpack import inflate, lz4_decompressor
 
 if TYPE_CHECKING:
     from types import ModuleType
+
+    from rosbags.rosbag2.storage_mcap import McapReader
+
+CHUNK = 0x06  # kind of an .mcap's record
+RECORD = Struct("<BQ")  # kind and length [bytes] of its content
+CHUNK_BEGIN = Struct("<QQQ")  # first and last time, unpacked size [bytes]
 
 
 class UriPath(type(Path())):  # type: ignore[misc]
@@ -79,6 +86,38 @@ def bound_rosbags() -> None:
     unpackers: dict[str, Callable[[bytes, int], bytes]] = storage_mcap.DECOMPRESSORS
     unpackers |= {"lz4": lz4, "zstd": lambda data, _: bounded.decompress(data)}
     setattr(reader, "zstd", bounded)  # noqa: B010, a module has no such type
+    # without an index of chunks the whole file is unpacked: when it is opened, and when it is read
+    for name in ("meta_scan", "messages_scan"):
+        scan = getattr(storage_mcap.McapReader, name)
+        setattr(storage_mcap.McapReader, name, _checked(scan))
+
+
+def _checked(scan: Callable[..., Any]) -> Callable[..., Any]:
+    """The method of an .mcap's reader, with all chunks checked before."""
+
+    def checked(reader: "McapReader", *arguments: object) -> object:
+        path = Path(str(reader.path))
+        check_chunks(path, _chunks(reader), path.stat().st_size)
+        return scan(reader, *arguments)
+
+    return checked
+
+
+def _chunks(reader: "McapReader") -> Iterator[tuple[int, int, int]]:
+    """Position, packed and unpacked bytes of each chunk, by the records of an open .mcap."""
+    file, at = reader.bio, reader.data_start
+    while file is not None and at < reader.data_end:
+        file.seek(at)
+        head = file.read(RECORD.size)
+        if len(head) < RECORD.size:
+            return
+        kind, length = RECORD.unpack(head)
+        if kind == CHUNK:
+            begin = file.read(CHUNK_BEGIN.size)
+            if len(begin) < CHUNK_BEGIN.size:
+                return
+            yield at, length, CHUNK_BEGIN.unpack(begin)[2]
+        at += RECORD.size + length
 
 
 def _whole(packed: Any, data: bytes) -> bytes:  # noqa: ANN401, of several libraries

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
-from seatrial.io.bags.budget import PIECE, chunk_limit
+from seatrial.io.bags.budget import PIECE, chunk_limit, file_limit, too_large
 from seatrial.io.bags.unpack import (
     LARGEST_MESSAGE,
     LZ4_RATIO,
@@ -69,7 +69,7 @@ class SalvagedMcap(Bag):
 
     def _walk(self, *, learn: bool = False) -> Iterator[tuple[int, int, bytes]]:
         """Channel, time and content of every message; with `learn` only schemas and channels."""
-        self._lost, self._latest = 0, 0
+        self._lost, self._latest, self._unpacked = 0, 0, 0
         at, size = len(MAGIC), len(self._data)
         while at + 9 <= size:
             kind, length = struct.unpack_from("<BQ", self._data, at)
@@ -125,10 +125,13 @@ class SalvagedMcap(Bag):
         except (struct.error, ValueError):
             self._lost += not part
             return
+        self._unpacked += len(records)
+        if self._unpacked > file_limit(len(self._data)):
+            raise too_large(self.path, f"its {len(self._data)} bytes", self._unpacked)
         at = 0
         while at + 9 <= len(records):
             kind, length = struct.unpack_from("<BQ", records, at)
-            if at + 9 + length > len(records):
+            if kind == 0 or at + 9 + length > len(records):  # zeros are no records
                 self._lost += not part
                 return
             if kind in (SCHEMA, CHANNEL, MESSAGE) and learn is not (kind == MESSAGE):

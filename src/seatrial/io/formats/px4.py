@@ -16,10 +16,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from seatrial.io.formats.layout import READ, Columns, Layout, Place, topic_name
+from seatrial.io.formats.layout import Columns, Layout, Place, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.progress import reach
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
 FILE_HEADER = 16  # [bytes]
@@ -105,6 +104,7 @@ class _Walk:
         self.losing = False  # whether the last bytes are no message
         self.dropouts, self.dropped = 0, 0  # and their length [ms]
         self.ends: list[int] = []  # offsets behind which data was appended
+        self.begins = FILE_HEADER  # where in the file the data at hand begin
         try:
             with path.open("rb") as file:
                 self._run(file, path.stat().st_size)
@@ -126,18 +126,15 @@ class _Walk:
     def _run(self, file: BinaryIO, size: int) -> None:
         if not file.read(FILE_HEADER).startswith(MAGIC):
             raise RecordingError(f"{self.path}: no PX4 log: it does not begin as a ULog file")
-        data, begins = b"", FILE_HEADER  # and where in the file data begin
-        while True:
-            block = file.read(READ)
-            data += block
-            at = self._pass(data, begins, ended=not block)
-            data, begins = data[at:], begins + at
-            reach(begins / max(size, 1))
-            if not block:
-                return
+        pass_blocks(file, size, self._pass)
 
-    def _pass(self, data: bytes, begins: int, *, ended: bool) -> int:
+    def _pass(self, data: bytes, ended: bool) -> int:
         """Pass all messages that are whole; returns where the next one begins."""
+        at = self._messages(data, self.begins, ended=ended)
+        self.begins += at
+        return at
+
+    def _messages(self, data: bytes, begins: int, *, ended: bool) -> int:
         at, end, numbers, unpack = 0, len(data), self.numbers, HEAD.unpack_from
         cut = self._cut(begins)
         while at + 3 <= end:

@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: MIT
+"""The guided path: from logs to a validated model in one call, and on from where it was stopped."""
+
+import json
+
+import numpy as np
+import pytest
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
+
+import seatrial
+from seatrial.boat.model import load
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.commands.cli import main
+from seatrial.evaluation.scores import load_scores
+from seatrial.guide import path as guided_path
+from seatrial.guide.answers import (
+    AXES_QUESTION,
+    BOW,
+    BOW_QUESTION,
+    LAST_QUARTER,
+    STERN,
+    TEST_QUESTION,
+)
+from seatrial.guide.steps import Steps
+from seatrial.inspection.proposal.sources import lever_of, thrusters_of
+from seatrial.recording.excitation import find_roles
+from seatrial.util.errors import RecordingError, SeatrialError
+
+LEVER, CURRENT = (0.30, -0.12), (0.05, -0.04)  # [m], [m/s]
+SECONDS = 480.0
+
+
+def tables(folder, recording, *, lever=(0.0, 0.0), current=(0.0, 0.0), flip=False):
+    """The recording as a folder of tables, of a point off the origin and in a current."""
+    eta, t = recording.eta, recording.t
+    c, s = np.cos(eta[:, 2]), np.sin(eta[:, 2])
+    x = eta[:, 0] + c * lever[0] - s * lever[1] + current[0] * t
+    y = eta[:, 1] + s * lever[0] + c * lever[1] + current[1] * t
+    folder.mkdir(parents=True)
+    psi = eta[:, 2] + (np.pi if flip else 0.0)
+    poses = np.column_stack([t + 100.0, x, y, psi])
+    np.savetxt(folder / "poses.csv", poses, "%.6f", ",", header="t,x,y,psi", comments="")
+    stamps = (recording.commands.stamps - recording.stamps[0]) * 1e-9 + 100.0
+    commands = np.column_stack([stamps, recording.commands.values])
+    np.savetxt(folder / "commands.csv", commands, "%.6f", ",", header="t,left,right", comments="")
+    return folder
+
+
+def one_drive(seconds=SECONDS, seed=1):
+    """The survey boat, driven by two thrusters."""
+    size = lambda g: g.uniform(-1, 1)  # noqa: E731
+    return driven({}, [size, size], seconds=seconds, seed=seed)[1]
+
+
+class Owner:
+    """Someone who knows the boat: answers by question, and all questions that came."""
+
+    def __init__(self, **answers):
+        self.answers, self.asked = answers, []
+
+    def choose(self, question, options):
+        """The answer, or the usual one."""
+        self.asked.append(question)
+        found = [a for key, a in self.answers.items() if key in question]
+        assert not found or found[0] in options
+        return found[0] if found else options[0]
+
+    def text(self, question):
+        """The answer, or that it is not known."""
+        self.asked.append(question)
+        return next((a for key, a in self.answers.items() if key in question), "")
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory):
+    """A log of a boat in a current, its antenna off the origin."""
+    folder = tmp_path_factory.mktemp("logs") / "lake"
+    return tables(folder, one_drive(), lever=LEVER, current=CURRENT)
+
+
+@pytest.fixture(scope="module")
+def guided(drive, tmp_path_factory):
+    """The path without anyone to ask, and what it said."""
+    folder, said = tmp_path_factory.mktemp("out") / "lake", []
+    return seatrial.auto([drive], folder, say=said.append), said
+
+
+def test_one_call_finds_terms_effects_and_truth(guided):
+    found, _ = guided
+    model = found.model
+    # v r in surge and -u r in sway are terms of every boat: their coefficients are beside 1
+    truth = {
+        **TRUTH,
+        "X_vr": TRUTH["X_vr"] - 1.0,
+        "Y_ur": TRUTH["Y_ur"] + 1.0,
+        "latency": LATENCY,
+        "lag": LAG,
+    }
+    assert set(model.values) == set(TRUTH) - {"Y_F", "N_b"}
+    assert as_stated(model, {n: x for n, x in truth.items() if n not in ("Y_F", "N_b")}) == {}
+    np.testing.assert_allclose(model.vehicle.lever, LEVER, atol=0.01)
+    (entry,) = model.recordings
+    assert entry.effects["current_x"] == pytest.approx(
+        CURRENT[0], abs=4 * entry.errors["current_x"]
+    )
+    assert entry.effects["current_y"] == pytest.approx(
+        CURRENT[1], abs=4 * entry.errors["current_y"]
+    )
+
+
+def test_it_is_tested_on_what_was_held_out(guided):
+    found, said = guided
+    (row,) = found.scores.recordings
+    assert row.recording.endswith("held-out") and not row.seen
+    assert row.length == pytest.approx(SECONDS / 4, abs=0.5)
+    assert found.model.recordings[0].length == pytest.approx(0.75 * SECONDS, abs=0.5)
+    for score in row.scores.values():
+        assert score.ratio < 0.3 and score.as_foreseen
+    assert any(LAST_QUARTER in one for one in found.assumed)
+    assert any("lever is estimated" in one for one in found.assumed)
+    assert [line.split()[0] for line in said] == [
+        "vehicle",
+        "inspect",
+        "identify",
+        "validate",
+        "report",
+    ]
+
+
+def test_its_files_are_those_of_the_single_commands(guided):
+    folder = guided[0].folder
+    assert {p.name for p in folder.iterdir()} == {
+        "vehicle.yaml", "inspect.txt", "model.yaml", "scores.json", "report.html", "steps.json",
+    }  # fmt: skip
+    assert load(folder / "model.yaml").values == pytest.approx(guided[0].model.values)
+    assert load_scores(folder / "scores.json") == guided[0].scores
+    assert load_vehicle(folder / "vehicle.yaml").automatic
+    assert "lake-held-out" in (folder / "report.html").read_text()
+
+
+def test_what_is_done_is_not_done_again(guided, drive, monkeypatch):
+    found, _ = guided
+    folder, calls = found.folder, []
+    before = (folder / "model.yaml").read_bytes()
+
+    def count(*args, **kwargs):
+        calls.append(args)
+        raise SeatrialError("identified again")
+
+    monkeypatch.setattr(guided_path, "identify_guided", count)
+    again = seatrial.auto([drive], folder)
+    assert not calls and again.scores == found.scores and again.next == found.next
+    assert (folder / "model.yaml").read_bytes() == before
+    # an edited vehicle file is used, and asks for another model
+    file = folder / "vehicle.yaml"
+    text = file.read_text()
+    file.write_text(text.replace("name: lake", "name: pond"))
+    with pytest.raises(SeatrialError, match="identified again"):
+        seatrial.auto([drive], folder)
+    file.write_text(text)
+
+
+def test_only_what_no_log_can_tell_is_asked(drive, tmp_path, monkeypatch):
+    def stop(*_, **__):
+        raise SeatrialError("far enough")
+
+    monkeypatch.setattr(guided_path, "identify_guided", stop)
+    owner = Owner(**{"middle of the thrusters": "0.30 -0.12"})
+    with pytest.raises(SeatrialError, match="far enough"):
+        seatrial.auto([drive], tmp_path / "a", ask=owner)
+    assert owner.asked[:2] == [AXES_QUESTION, BOW_QUESTION] and len(owner.asked) == 3
+    assert load_vehicle(tmp_path / "a" / "vehicle.yaml").lever == LEVER
+    # the answers are in the vehicle file: nothing is asked again
+    with pytest.raises(SeatrialError, match="far enough"):
+        seatrial.auto([drive], tmp_path / "a", ask=(later := Owner()))
+    assert later.asked == []
+
+
+def test_a_heading_of_the_stern_is_turned(tmp_path, monkeypatch):
+    recording = one_drive(seconds=120.0)
+    drive = tables(tmp_path / "log", recording, flip=True)
+    monkeypatch.setattr(guided_path, "identify_guided", _stop)
+    for end in (BOW, STERN):
+        with pytest.raises(SeatrialError, match="far enough"):
+            seatrial.auto([drive], tmp_path / end, ask=Owner(**{"Which end": end}))
+    bow, stern = (load_vehicle(tmp_path / end / "vehicle.yaml") for end in (BOW, STERN))
+    read = seatrial.read(drive, stern)
+    turn = np.median(read.eta[:, 2] - recording.eta[:, 2])
+    assert np.cos(turn) == pytest.approx(1.0, abs=1e-6)
+    # by the heading of the stern the boat seems to drive astern
+    np.testing.assert_allclose(stern.mix[0], [0.5, 0.5], atol=0.03)
+    assert not np.allclose(bow.mix[0] * bow.input_signs, stern.mix[0] * stern.input_signs, atol=0.2)
+
+
+def _stop(*_, **__):
+    raise SeatrialError("far enough")
+
+
+def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
+    logs = [tables(tmp_path / name, one_drive(60.0, seed)) for name, seed in (("a", 1), ("b", 2))]
+    seen = []
+    monkeypatch.setattr(
+        guided_path,
+        "identify_guided",
+        lambda found, *_, **__: (seen.append([r.name for r in found]), _stop()),
+    )
+    for where, options in (
+        ("given", {"test": logs[0]}),
+        ("answered", {"ask": Owner(**{TEST_QUESTION: "a"})}),
+        ("answered", {}),  # which is remembered
+    ):
+        with pytest.raises(SeatrialError, match="far enough"):
+            seatrial.auto(logs, tmp_path / where, **options)
+    assert seen == [["b"]] * 3
+    with pytest.raises(SeatrialError, match=r"--test c: expected one of several logs"):
+        seatrial.auto(logs, tmp_path / "given", test="c")
+
+
+def test_an_axis_that_is_driven_at_the_end_only_is_not_held_out(tmp_path, monkeypatch):
+    """A run of pulses in surge, then in yaw, has no yaw in its first three quarters."""
+    drive = tables(tmp_path / "log", one_drive(240.0))
+    lengths = []
+
+    def roles(vehicle, recordings):
+        if recordings[0].duration < 200.0:
+            raise RecordingError("yaw: no recording excites it")
+        return find_roles(vehicle, recordings)
+
+    def stop(found, *_, **__):
+        lengths.append(found[0].duration)
+        _stop()
+
+    monkeypatch.setattr(guided_path, "find_roles", roles)
+    monkeypatch.setattr(guided_path, "identify_guided", stop)
+    with pytest.raises(SeatrialError, match="far enough"):
+        seatrial.auto([drive], tmp_path / "out")
+    assert lengths == [pytest.approx(240.0, abs=0.5)]
+
+
+@pytest.mark.parametrize(
+    "content", ["[]", '{"seatrial": "steps 1", "steps": 3}', "{", '{"seatrial": "model 3"}']
+)
+def test_a_file_of_steps_that_is_none_is_refused(tmp_path, content):
+    (tmp_path / "steps.json").write_text(content)
+    with pytest.raises(SeatrialError, match=r"steps\.json"):
+        Steps(tmp_path)
+
+
+def test_steps_of_other_inputs_or_changed_files_are_not_done(tmp_path):
+    file = tmp_path / "model.yaml"
+    file.write_text("one")
+    steps = Steps(tmp_path)
+    steps.note("model", "abc", [file])
+    assert Steps(tmp_path).done("model", "abc", [file])
+    assert not Steps(tmp_path).done("model", "abd", [file])
+    file.write_text("two")
+    assert not Steps(tmp_path).done("model", "abc", [file])
+    file.unlink()
+    assert not Steps(tmp_path).done("model", "abc", [file])
+    odd = {"seatrial": "steps 1", "steps": {"model": 3, "answers": [1]}}
+    (tmp_path / "steps.json").write_text(json.dumps(odd))
+    assert not Steps(tmp_path).done("model", "abc", []) and Steps(tmp_path).answer("test") is None
+
+
+@pytest.mark.parametrize("text", ["0.3", "0.3 0.2 0.1", "a b", "nan 0", "0.3;0.2", "60 0", "1e9 0"])
+def test_a_lever_arm_that_is_none_is_refused(text):
+    with pytest.raises(SeatrialError, match="expected two lengths in metres"):
+        lever_of(text)
+
+
+def test_answers_on_thrusters():
+    assert thrusters_of("0.3, 0.2, -45; -.3 0 90;") == ((0.3, 0.2, -45.0), (-0.3, 0.0, 90.0))
+    with pytest.raises(SeatrialError, match=r"thruster '0\.3 0\.2'"):
+        thrusters_of("0.3 0.2 -45; 0.3 0.2")
+
+
+def test_the_command_says_what_is_assumed_and_what_is_next(drive, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    log = tables(tmp_path / "short log", one_drive(90.0))
+    assert main(["auto", str(log), "--lever", "0", "0", "--name", "tub"]) == 0
+    said = capsys.readouterr().out
+    assert "tub, output-error" in said and "\nassumed: axes forward-left-up" in said
+    assert said.splitlines()[-1].startswith("next: ")
+    assert (tmp_path / "short log-model" / "report.html").is_file()
+    assert main(["auto", str(tmp_path / "none.csv")]) == 1
+    assert "none.csv" in capsys.readouterr().err
+    assert main(["auto", str(log), "--lever", "100", "0", "-o", "far"]) == 1

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""The next step after a command: a line that can be run, from the finding that matters most."""
+
+import shlex
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import make_model
+from survey_boat import TRUTH, boat
+
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION
+from seatrial.boat.findings import (
+    FindingKind,
+    advice_of,
+    finding_of,
+    finding_text,
+    most_important,
+    sentence_of,
+)
+from seatrial.boat.schema import EstimatorEntry
+from seatrial.commands import make_parser
+from seatrial.evaluation.scores import AxisScore, RecordingScore, Scores
+from seatrial.identification.console import MOST_FINDINGS, summary
+from seatrial.workflow.next_step import after_identify, after_validate
+
+LOGS, VEHICLE = ["my log.bag", "b.bag"], "v.yaml"
+CURRENT = finding_of(FindingKind.UNMODELLED_CURRENT, size=0.08)
+MISSING = finding_of(FindingKind.MISSING_TERM, "yaw", "N_uv * u * v", errors=9.0, improvement=0.2)
+AT_BOUND = finding_of(FindingKind.AT_BOUND, "lag", bound=0.002)
+DISTURBED = finding_of(FindingKind.DISTURBED_INTERVAL, "my log", start=3.5, end=8.0, ratio=4.0)
+
+
+def model_with(*findings, warnings=(), spread=0.001):
+    """A well-known model with findings."""
+    model = make_model(boat(), TRUTH)
+    theta = np.concatenate([model.coefficients, model.constants])
+    return replace(
+        model,
+        covariance=np.diag((spread * np.where(theta == 0.0, 1.0, theta)) ** 2),
+        estimator=EstimatorEntry("output-error", {}, findings=list(findings)),
+        warnings=tuple(warnings),
+    )
+
+
+def parsed(step):
+    """The command of a step, as the program reads it."""
+    words = shlex.split(step.do)
+    assert words[0] == "seatrial"
+    return words[1], make_parser().parse_args(words[1:])
+
+
+def test_an_unmodelled_effect_is_estimated_with_the_options_there_were():
+    options = ["--effect", "lever", "--without", "b=3-9"]
+    step = after_identify(model_with(AT_BOUND, MISSING, CURRENT), LOGS, VEHICLE, "m.yaml", options)
+    name, args = parsed(step)
+    assert name == "identify" and [str(p) for p in args.recordings] == LOGS
+    assert args.effect == ["lever", "current"] and args.without == ["b=3-9"]
+    assert (str(args.vehicle), str(args.out)) == (VEHICLE, "m.yaml")
+    assert "a current of up to 0.08 m/s" in step.why and "identify with" not in step.why
+    assert step.text.startswith("next: seatrial identify 'my log.bag'") and "\n" not in step.text
+
+
+@pytest.mark.parametrize(
+    ("finding", "name", "attribute", "value"),
+    [
+        (MISSING, "identify", "structure", "auto"),
+        (finding_of(FindingKind.MODEL_MISMATCH, horizon=1.0), "select", "out", None),
+        (finding_of(FindingKind.OUTLIERS, share=0.05), "inspect", "vehicle", VEHICLE),
+        (DISTURBED, "identify", "without", ["my log=3.5-8"]),
+    ],
+)
+def test_a_finding_has_its_command(finding, name, attribute, value):
+    got, args = parsed(after_identify(model_with(finding), LOGS, VEHICLE, "m.yaml"))
+    found = getattr(args, attribute)
+    assert got == name and (str(found) if attribute == "vehicle" else found) == value
+
+
+def test_what_no_command_mends_is_advice():
+    offset = finding_of(FindingKind.HEADING_OFFSET, size=0.3, psi_offset=0.3)
+    step = after_identify(model_with(offset), LOGS, VEHICLE)
+    assert step.do == advice_of(offset) and step.why == sentence_of(offset)
+
+
+def test_doubts_come_first():
+    step = after_identify(
+        model_with(CURRENT, warnings=["lake: 9 % of its poses are left out"]), LOGS, VEHICLE
+    )
+    assert parsed(step)[0] == "inspect" and step.why == "lake: 9 % of its poses are left out"
+
+
+def test_a_good_model_is_tested_next_and_a_loose_one_says_so():
+    name, args = parsed(after_identify(model_with(AT_BOUND), LOGS, VEHICLE, "m.yaml"))
+    assert name == "validate" and str(args.model) == "m.yaml"
+    loose = after_identify(model_with(spread=0.4), LOGS, VEHICLE, "m.yaml")
+    assert parsed(loose)[0] == "validate" and "standard errors are large: " in loose.why
+
+
+def test_every_kind_has_a_place_and_sentence_and_advice_are_its_text():
+    assert len(set(ASK_FOR_ACTION)) == len(ASK_FOR_ACTION)
+    assert [f.kind for f in most_important([AT_BOUND, DISTURBED, CURRENT])] == [
+        CURRENT.kind, DISTURBED.kind, AT_BOUND.kind,
+    ]  # fmt: skip
+    assert finding_text(CURRENT) == f"{sentence_of(CURRENT)}. {advice_of(CURRENT)}"
+
+
+def test_a_brief_summary_has_what_matters_most_and_counts_the_rest():
+    model = model_with(AT_BOUND, DISTURBED, MISSING, CURRENT, warnings=["poses are rounded"])
+    said, whole = summary(model, brief=True), summary(model)
+    shown = [line for line in said.splitlines() if line.startswith("  - ")]
+    assert len(shown) == MOST_FINDINGS and "(and 2 more: -v shows all)" in said
+    assert "doubt: poses are rounded" in shown[0] and "a current of up to" in shown[1]
+    assert all(finding_text(f) in whole for f in (AT_BOUND, DISTURBED, MISSING, CURRENT))
+    assert "What matters most" not in summary(model_with(), brief=True)
+
+
+def scores(ratio, *, seen=False, findings=()):
+    """Scores of one recording."""
+    one = AxisScore(ratio, 1.0, ratio, 0.01, 0.1, 0.01, ratio, 0.0, 3.0, None, None, None, None)
+    row = RecordingScore(
+        "S7", 100.0, 50, 1.0, seen, None, dict.fromkeys("uvr", one), findings=list(findings)
+    )
+    return Scores("scores 5", "boat", "output-error", 1.0, [row])
+
+
+@pytest.mark.parametrize(
+    ("found", "name", "why"),
+    [
+        (scores(0.3), "report", ""),
+        (scores(0.3, seen=True), "validate", "identified from these"),
+        (scores(0.95), "report", "surge, sway and yaw hardly better than a constant velocity"),
+        (
+            scores(0.3, findings=[
+                finding_of(FindingKind.EXCEEDS_EXPECTED_ERROR, "yaw", ratio=3.0, horizon=1.0, cause="change")
+            ]),
+            "report", "3.0 times the expected error",
+        ),
+    ],
+)  # fmt: skip
+def test_scores_ask_for_a_test_a_look_or_nothing(found, name, why):
+    step = after_validate("m.yaml", msgspec.structs.replace(found), LOGS)
+    assert parsed(step)[0] == name and why in step.why
