@@ -76,7 +76,8 @@ def library() -> list[str]:
 
 
 def plain(signature: str) -> str:
-    """A signature with the types' own names, without their modules."""
+    """A signature with the types' own names, without their modules; a function as default is `...`."""
+    signature = re.sub(r"<function .+? at 0x[0-9a-f]+>", "...", signature)
     return re.sub(r"(?:\b[a-z_]+\.)+(?=[A-Z])", "", signature.replace("'", ""))
 
 

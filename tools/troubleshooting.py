@@ -75,6 +75,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.NO_FILTER: "The model states no noise, or diverges with it.",
         K.HORIZON_NOT_PREDICTED: "The recording is shorter than the horizon, or the model diverges within it.",
         K.EXCEEDS_EXPECTED_ERROR: "The model is worse on this recording than it says of itself.",
+        K.THROUGH_WATER: "The current is the model's own, not the boat's motion.",
         K.SLOW_POSES: "Errors are partly those of the reference.",
     },
 }  # fmt: skip
