@@ -12,7 +12,8 @@ runs = [
     seatrial.read(SHIP / "csv" / f"CSE1_data_{name}.csv", vehicle)
     for name in ("random_run1", "random_run3", "run1")
 ]
-model = seatrial.identify(runs[:2], vehicle)
+with seatrial.show_progress():  # a line on the terminal; or a function of your own gets the status
+    model = seatrial.identify(runs[:2], vehicle)
 for name, value in model.values.items():
     print(
         f"{name:<5} {value:8.4f} ± {model.standard_errors[name]:.4f} {model.structure.units[name]}"

@@ -1,10 +1,27 @@
 # SPDX-License-Identifier: MIT
 """The command line within a test."""
 
+import json
+from pathlib import Path
+
+import msgspec
+
 from seatrial.commands.cli import main
+from seatrial.commands.shared.schemas import SCHEMAS
 
 
 def run(capsys, *arguments) -> tuple[int, str, str]:
     code = main([str(a) for a in arguments])
     shown = capsys.readouterr()
     return code, shown.out, shown.err
+
+
+def documented(command: str, path: Path) -> dict:
+    """The content of a JSON file, which is as docs/json.md says: no other field, none missing, no other type."""
+    content = json.loads(path.read_text())
+    kind = SCHEMAS[command][content["seatrial"]]
+    msgspec.convert(content, kind, strict=True)
+    names = {field.name: field.required for field in msgspec.structs.fields(kind)}
+    assert set(content) - {"seatrial"} <= set(names)
+    assert {name for name, required in names.items() if required} <= set(content)
+    return content

@@ -2,9 +2,11 @@
 """The guided path: from logs to a validated model in one call, and on from where it was stopped."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_tools import documented
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
 import seatrial
@@ -277,7 +279,12 @@ def test_answers_on_thrusters():
 def test_the_command_says_what_is_assumed_and_what_is_next(drive, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     log = tables(tmp_path / "short log", one_drive(90.0))
-    assert main(["auto", str(log), "--lever", "0", "0", "--name", "tub"]) == 0
+    result = tmp_path / "auto.json"
+    options = ["--lever", "0", "0", "--name", "tub", "--json", str(result)]
+    assert main(["auto", str(log), *options]) == 0
+    content = documented("auto", result)
+    assert content["identified"]["name"] == "tub"
+    assert all(Path(content[name]).is_file() for name in ("report", "scores"))
     said = capsys.readouterr().out
     assert "tub, output-error" in said and "\nassumed: axes forward-left-up" in said
     assert said.splitlines()[-1].startswith("next: ")

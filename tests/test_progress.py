@@ -14,27 +14,39 @@ from pathlib import Path
 
 import pytest
 
-from seatrial.util import progress
+from seatrial.util import progress, progress_line
 from seatrial.util.parallel import spread
-from seatrial.util.progress import Line, Status, duration_text, line_text, show_progress
+from seatrial.util.progress import show_progress
+from seatrial.util.progress_bar import left_text, percent_text, stage_text
+from seatrial.util.progress_line import ProgressLine
+from seatrial.util.status import Status, duration_text
 
 
 class Terminal(io.StringIO):
-    """A stream that says it is one, and what it shows after all it was sent."""
+    """A stream that says it is one, and the line it shows after all it was sent."""
 
     def isatty(self) -> bool:
         return True
 
     def shown(self) -> str:
-        row = [" "] * 400
-        at = 0
-        for letter in self.getvalue():
-            if letter == "\r":
-                at = 0
+        rows, at, column = [[]], 0, 0
+        for control, letter in re.findall(r"\x1b\[([\d;?]*[A-Za-z])|([\s\S])", self.getvalue()):
+            if control == "2K":
+                rows[at] = []
+            elif control == "1A":
+                at -= 1
+            elif letter == "\r":
+                column = 0
+            elif letter == "\n":
+                at, column = at + 1, 0
+                rows += [[] for _ in range(at + 1 - len(rows))]
+            elif letter:
+                rows[at][len(rows[at]) :] = " " * (column - len(rows[at]))
+                rows[at][column : column + 1] = letter
+                column += 1
             else:
-                row[at] = letter
-                at += 1
-        return "".join(row).rstrip()
+                assert control.endswith("m"), control  # colours; the cursor is never hidden
+        return "\n".join("".join(row).rstrip() for row in rows).rstrip()
 
 
 def heard(work) -> list[tuple[str, float]]:
@@ -87,6 +99,24 @@ def test_a_stage_gets_no_more_than_what_is_left():
 
     shares = [share for name, share in heard(work) if not name]
     assert shares == [0.7, 1.0, 1.0]
+
+
+def test_an_exception_of_the_listener_ends_the_work():
+    """So a program with a window cancels a long call."""
+
+    class CancelledError(Exception):
+        pass
+
+    def report(status):
+        if status.share >= 0.5:
+            raise CancelledError
+
+    reached = []
+    with pytest.raises(CancelledError), show_progress(report):
+        for item in progress.over(range(4)):
+            reached.append(item)
+    assert reached == [0, 1]
+    assert progress._current.get() is None
 
 
 def test_the_share_never_falls():
@@ -225,59 +255,88 @@ def test_time_left_is_what_the_done_share_took(monkeypatch):
     ]
 
 
-def test_the_line_says_stage_percentage_and_time_left():
-    assert line_text(Status("reading", 0.123, None), None) == "reading  12 %"
-    assert line_text(Status("", 0.5, None), 59.6) == "50 %, 1 min 0 s left"
+def test_the_line_says_stage_percentage_and_time_left(monkeypatch):
+    assert percent_text(Status("reading", 0.123, None)) == "12 %"
+    monkeypatch.setattr(progress.time, "monotonic", lambda: 159.6)
+    assert left_text(Status("", 0.5, None), 100.0) == "1 min 0 s left"
+    assert left_text(Status("", 0.001, None), 100.0) == ""  # too early
     texts = [duration_text(s) for s in (0.4, 59.4, 125.0, 3599.6, 3780.0)]
     assert texts == ["0 s", "59 s", "2 min 5 s", "1 h 0 min", "1 h 3 min"]
 
 
-def drawn(status: Status) -> tuple[Terminal, Line]:
+def drawn(stage: str, share: float, columns: int, monkeypatch) -> tuple[Terminal, ProgressLine]:
+    """A line that is on a terminal of so many columns since 10 s."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.setattr(progress_line, "LINE_AFTER", 0.0)
     terminal = Terminal()
-    line = Line(terminal)
+    line = ProgressLine(terminal)
     line.begun -= 10.0
-    line.status = status
-    line.draw()
+    line.update(Status(stage, share, None))
+    wait_for(lambda: percent_text(line.status) in terminal.shown())
     return terminal, line
 
 
-def test_the_line_is_drawn_over_and_removed_for_what_is_printed():
-    terminal, line = drawn(Status("a long name of a stage", 0.5, None))
-    assert terminal.shown() == "a long name of a stage  50 %, 10 s left"
-    line.status = Status("short", 0.99, None)
-    line.draw()
-    assert terminal.shown() == "short  99 %, 0 s left"
+def wait_for(true) -> None:
+    until = time.monotonic() + 20.0
+    while not true():
+        assert time.monotonic() < until
+        time.sleep(0.01)
+
+
+def test_the_line_is_drawn_over_and_removed_for_what_is_printed(monkeypatch):
+    terminal, line = drawn("a long name of a stage", 0.5, 60, monkeypatch)
+    assert re.fullmatch(r"a long name of a stage  +50 % 10 s left", terminal.shown())
+    line.update(Status("short", 0.99, None))
+    wait_for(lambda: re.fullmatch(r"short  +99 % 0 s left", terminal.shown()))
     with line.hidden():
         assert terminal.shown() == ""
-        other = threading.Thread(target=line.draw)  # the thread that draws, meanwhile
-        other.start()
-        other.join(0.05)
+        time.sleep(0.6)  # longer than between two drawings
         assert terminal.shown() == ""
-    other.join()
-    assert terminal.shown() == "short  99 %, 0 s left"
-    line.clear()
-    assert terminal.shown() == ""
+        terminal.write("printed\n")
+    wait_for(lambda: re.fullmatch(r"printed\nshort  +99 % 0 s left", terminal.shown()))
+    line.__exit__()
+    assert terminal.shown() == "printed"
 
 
-def test_the_line_is_never_wider_than_the_terminal():
-    terminal, _ = drawn(Status("x" * 200, 0.5, None))
-    assert terminal.shown() == "x" * 79
+@pytest.mark.parametrize("columns", [30, 60, 80, 120])
+def test_the_line_is_never_wider_than_the_terminal(columns, monkeypatch):
+    terminal, line = drawn("x" * 200, 0.5, columns, monkeypatch)
+    shown = terminal.shown()
+    line.__exit__()
+    assert "\n" not in shown
+    assert len(shown) <= columns
+    assert re.search(r"^x+… .*50 % 10 s left$", shown)
+    assert ("━" in shown) == (columns >= 76)
+
+
+def test_the_inner_stage_is_shown_where_not_all_fit():
+    assert stage_text("a: bb: ccc", 20) == "a: bb: ccc"
+    assert stage_text("a: bb: ccc", 9) == "… bb: ccc"
+    assert stage_text("a: bb: ccc", 8) == "… ccc"
+    assert stage_text("a: bb: ccc", 1) == "… ccc"  # cut where it is drawn
+    assert stage_text("cccccc", 3) == "cccccc"
+
+
+def test_names_from_files_are_no_markup_and_no_escape_sequence(monkeypatch):
+    terminal, line = drawn("[red]a[/red] \x1b[2J\x9b1A :boom:", 0.5, 80, monkeypatch)
+    assert terminal.shown().startswith("[red]a[/red] ?[2J?1A :boom: ")
+    line.__exit__()
 
 
 def test_a_terminal_shows_long_work_only_and_is_clean_at_its_end(monkeypatch):
     terminal = Terminal()
+    monkeypatch.setenv("TERM", "xterm-256color")
     monkeypatch.setattr(progress.sys, "stderr", terminal)
-    monkeypatch.setattr(progress, "LINE_EVERY", 0.01)
     with show_progress(), progress.stage("short"):
         time.sleep(0.05)
     assert terminal.getvalue() == ""
-    monkeypatch.setattr(progress, "LINE_AFTER", 0.0)
+    monkeypatch.setattr(progress_line, "LINE_AFTER", 0.0)
     with show_progress(quiet=True), progress.stage("quiet"):
         time.sleep(0.05)
     assert terminal.getvalue() == ""
     with show_progress(), progress.stage("long"):
-        while "long  0 %" not in terminal.shown():
-            time.sleep(0.01)
+        wait_for(lambda: re.fullmatch(r"long .* 0 %", terminal.shown()))
         with progress.hidden():
             assert terminal.shown() == ""
     assert terminal.shown() == ""
@@ -304,17 +363,30 @@ def test_a_command_shows_its_progress_on_a_terminal(quiet, tmp_path):
     if quiet:
         assert shown == ""
         return
-    found = re.findall(r"simulating trial \d/7  +(\d+) %", shown)
+    found = re.findall(
+        r"simulating trial \d/7 [^%\r]*?(\d+) %", re.sub(r"\x1b\[[\d;]*m", "", shown)
+    )
     assert [int(share) for share in found] == sorted(map(int, found))
     assert found
-    assert "\n" not in shown
-    assert shown.endswith(" \r")
+    screen = Terminal()
+    screen.write(shown)
+    assert screen.shown() == ""
+
+
+def test_nothing_is_drawn_on_a_terminal_that_only_appends(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setenv("TERM", "dumb")
+    monkeypatch.setattr(progress.sys, "stderr", terminal)
+    monkeypatch.setattr(progress_line, "LINE_AFTER", 0.0)
+    with show_progress(), progress.stage("long"):
+        time.sleep(0.3)
+    assert terminal.getvalue() == ""
 
 
 def test_nothing_is_drawn_where_standard_error_is_a_file(monkeypatch):
     plain = io.StringIO()
     monkeypatch.setattr(progress.sys, "stderr", plain)
-    monkeypatch.setattr(progress, "LINE_AFTER", 0.0)
+    monkeypatch.setattr(progress_line, "LINE_AFTER", 0.0)
     with show_progress(), progress.stage("piped"):
         assert progress._current.get() is None
     assert plain.getvalue() == ""

@@ -106,8 +106,8 @@ def test_without_recordings_the_page_is_shorter_and_asks_for_them(models, tmp_pa
     assert 'id="prediction"' not in text
     assert "Next: give recordings" in text
     assert {p.stem for p in (tmp_path / "f").glob("*.svg")} == {
-        "known", "differences", "curve", "answer", "start-u", "start-v", "start-r",
+        "picture", "known", "differences", "curve", "answer", "start-u", "start-v", "start-r",
     }  # fmt: skip
     assert {p.name for p in (tmp_path / "t").glob("*.csv")} == {
-        "known.csv", "differences.csv", "boat.csv", "provenance.csv",
+        "causes.csv", "known.csv", "differences.csv", "boat.csv", "provenance.csv",
     }  # fmt: skip

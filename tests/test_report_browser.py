@@ -25,12 +25,13 @@ pytestmark = [
 ]
 DRAWN = """() => [...document.querySelectorAll('.plot')].filter(d => !d.closest('details:not([open])'))
     .every(d => d.querySelector('.main-svg'))"""
+UNFOLD = "() => document.querySelectorAll('details.fold').forEach((part) => { part.open = true; })"
 ARGUMENTS = (
     "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
 )  # fmt: skip
 PLOTS = 19  # of a recording: its track, and six for each axis
-OVERALL = 17  # of all together: 1 of what is known, 2 of actuators, 2 + 3 of what was recorded,
+OVERALL = 18  # of all together: 1 picture, 1 of what is known, 2 of actuators, 2 + 3 of what was recorded,
 # 3 horizons, 2 of whether recordings agree, 3 of the boat, 1 of the next drive
 WIDE = '.plot.wide[data-figure="velocity-u"]'
 PATIENCE = 120_000  # [ms] a machine that tests other things beside is slow
@@ -349,6 +350,7 @@ def whole_and_quiet(browser, path, *, close=True):
     """Visit a page on a narrow and on a wide screen: all that is open is drawn, nothing sticks out."""
     for width in (390, 1280):
         one = Visit(browser, path, width=width)
+        one.page.evaluate(UNFOLD)
         tall = one.page.evaluate("document.documentElement.scrollHeight")
         one.page.set_viewport_size({"width": width, "height": int(tall)})  # all in view
         one.until(DRAWN)
@@ -369,7 +371,7 @@ def test_a_hostile_name_stays_text(browser, cse1, cse1_vehicle, tmp_path):
     write_report(model, [replace(cse1["run1"], name=name)], path)
     one = Visit(browser, path)
     one.wide()
-    assert one.page.locator("summary b").first.inner_text() == name
+    assert one.page.locator("#prediction summary b").first.inner_text() == name
     assert one.page.locator("img").count() == 0
     assert one.page.evaluate("window.hit") is None
     one.context.close()

@@ -70,7 +70,7 @@ def test_mathml_reads_as_the_structure_says(models):
             expected = [model.structure.equation(axis, values) for axis in range(3)]
             text = equations(model.structure, values)
             assert drawn(text) == expected
-            pre = re.findall(r"<pre>(.*?)</pre>", text, re.DOTALL)
+            pre = re.findall(r"<pre[^>]*>(.*?)</pre>", text, re.DOTALL)
             assert unescape(pre[0]).split("\n") == expected
 
 
@@ -84,7 +84,7 @@ def test_signs_numbers_and_an_equation_without_terms():
 
 def test_latex_has_every_term(models):
     text = equations(models[0].structure, models[0].values)
-    lines = unescape(re.findall(r"<pre>(.*?)</pre>", text, re.DOTALL)[1]).split("\n")
+    lines = unescape(re.findall(r"<pre[^>]*>(.*?)</pre>", text, re.DOTALL)[1]).split("\n")
     assert lines[0] == (
         r"\dot u &= v \, r - 0.1000 \, u - 1.670 \, |u| \, u + 0.1500 \, F_{\mathrm{u}} \\"
     )

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Selection: exact aliases, tests of terms, repeats, held-out prediction, the command."""
 
-import json
 from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
+from cli_tools import documented
 from conftest import CSE1
 from scipy import stats
 
@@ -354,7 +354,7 @@ def test_the_command_writes_a_vehicle_that_identifies(tmp_path, capsys, mp):
     shown = capsys.readouterr()
     assert (code, shown.err) == (0, "")
     assert "stays: weak: distinguishable from zero" in shown.out
-    content = json.loads(scores.read_text())
+    content = documented("select", scores)
     assert {t["coefficient"]: t["kept"] for t in content["terms"]}["Y_r"] is False
     assert content["structure"] == seatrial.load_vehicle(str(out)).structure.lines()
     assert seatrial.load_vehicle(str(out)).structure.coefficients == mp.structure.coefficients

@@ -81,7 +81,7 @@ def test_what_may_be_large_for_all_its_bound_stays(value, said):
 
 
 def test_the_last_drag_of_an_axis_is_not_up_for_removal(mp):
-    search = TermSearch(mp, (), 1.0, lambda _: None)
+    search = TermSearch(mp, (), 1.0)
     terms = mp.structure.terms
     assert {"X_u", "X_uu"} <= set(search.removable(terms))
     fewer = search.removable([t for t in terms if t.coefficient != "X_u"])

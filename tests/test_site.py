@@ -11,6 +11,7 @@ from test_docs import ROOT
 from seatrial.commands.cli import main
 
 sys.path.insert(0, str(ROOT / "tools"))
+import json_page
 import pictures
 import reference
 
@@ -50,6 +51,12 @@ def test_pictures_of_the_tutorial_and_of_the_gallery_are_those_that_the_tool_mak
         assert f'savefig("{name}.png")' in text
     for page in pictures.PAGES.values():
         assert page in text
+
+
+def test_the_page_on_json_is_what_the_program_writes():
+    assert (DOCS / "json.md").read_text() == json_page.page(), "run tools/json_page.py"
+    assert "| `written` | text | path |" in json_page.page()
+    assert "| `rms` | number |" in json_page.page()
 
 
 @pytest.mark.system

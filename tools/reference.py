@@ -15,6 +15,19 @@ import seatrial
 from seatrial.commands import make_parser
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "reference.md"
+TERMINAL = """\
+## On a terminal
+
+- A command that takes longer than half a second shows one line: its stage, the share done and the time left.
+  `--quiet` hides it; a pipe never gets it. In Python: `with seatrial.show_progress():`, or with your own function.
+- Colours depend on the terminal. `NO_COLOR=1` leaves them out, `FORCE_COLOR=1` writes them to a pipe, too.
+- Lines and tables fit the terminal. A wide table continues below with its first column again. A pipe gets whole
+  lines.
+- The shell completes commands, options, choices and files after `source <(seatrial completion bash)` in
+  `~/.bashrc`; for zsh `seatrial completion zsh > DIR/_seatrial`, where DIR is one of `$fpath`; for tcsh
+  `seatrial completion tcsh`.
+- `--help` of every command ends with examples. Every command writes its [result as JSON](json.md).
+"""
 SHARED = 3  # commands from which on an option is explained once for all of them
 
 
@@ -76,14 +89,20 @@ def library() -> list[str]:
 
 
 def plain(signature: str) -> str:
-    """A signature with the types' own names, without their modules; a function as default is `...`."""
-    signature = re.sub(r"<function .+? at 0x[0-9a-f]+>", "...", signature)
+    """A signature with the types' own names, without their modules; a function as default value is `...`."""
+    signature = re.sub(r"<function .*? at 0x[0-9a-f]+>", "...", signature)
     return re.sub(r"(?:\b[a-z_]+\.)+(?=[A-Z])", "", signature.replace("'", ""))
 
 
 def page() -> str:
     """The whole page."""
-    head = ["# Reference", "", "Made by `tools/reference.py` from the program itself.", ""]
+    head = [
+        "# Reference",
+        "",
+        "Made by `tools/reference.py` from the program itself.",
+        "",
+        TERMINAL,
+    ]
     return "\n".join([*head, *commands(make_parser()), *library()]).rstrip() + "\n"
 
 

@@ -5,11 +5,13 @@ Each reads, calls the library function of the same name, prints and writes. Its 
 """
 
 import argparse
-from collections.abc import Iterable
+import sys
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from typing import Any, NoReturn
 
-from seatrial.util.printing import say
+from seatrial.util.printing import complain, say
 
 COMMANDS = {
     "auto": "from logs to a validated model and its report, in one command",
@@ -30,21 +32,86 @@ COMMANDS = {
     "export": "write a model for another program",
     "sim": "simulate boats live: lines of commands in; lines of poses, IMU, LiDAR and truth out",
     "mimic": "make a holonomic robot move as the boat does: commands and robot poses in, robot velocity out",
+    "completion": "print the script by which a shell completes commands, options and files",
 }
+EXAMPLES_TITLE = "examples:"
+
+
+class Formatter(argparse.HelpFormatter):
+    """Lines of examples stay as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return text if text.startswith(EXAMPLES_TITLE) else super()._fill_text(text, width, indent)
 
 
 class Parser(argparse.ArgumentParser):
-    """Its errors are one line, as all others of the program, and exit with 2."""
+    """Its errors are one line, as all others of the program, and exit with 2; they name what is spelt alike."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:  # noqa: ANN401, as the class that it extends
+        options.setdefault("formatter_class", Formatter)
+        super().__init__(*args, **options)
+        self.color = False  # Python 3.14's own; colours are those of all other text
 
     def error(self, message: str) -> NoReturn:
         """What is wrong with the arguments, and where to read what they may be."""
-        self.exit(2, f"{self.prog}: {message}; see {self.prog} --help\n")
+        joint = " See" if message.endswith("?") else "; see"
+        complain(f"{message}{joint} {self.prog} --help", self.prog)
+        self.exit(2)
+
+    def parse_known_args(
+        self,
+        args: Iterable[str] | None = None,
+        namespace: Any = None,  # noqa: ANN401, as the method that it overrides
+    ) -> tuple[Any, list[str]]:
+        """As any parser's. An unknown option is named first: what else is missing may follow from it."""
+        given = list(sys.argv[1:] if args is None else args)
+        for word in given:
+            if word == "--" or not (word.startswith("-") or self.takes_all_options):
+                break
+            if word.startswith("--") and " " not in word:
+                self._check_option(word.partition("=")[0])
+        return super().parse_known_args(given, namespace)
+
+    takes_all_options = False  # those after the first word are of a command
+
+    def _check_option(self, option: str) -> None:
+        known = [name for name in self._option_string_actions if name.startswith("--")]
+        if not any(name.startswith(option) for name in known):
+            self.error(f"unknown option {option}{alike(option, known)}")
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:  # noqa: ANN401
+        if action.choices is None or value in action.choices:
+            return
+        choices = [str(choice) for choice in action.choices]
+        kind = "command" if action.metavar == "COMMAND" else f"value for {_name(action)}"
+        close = alike(str(value), choices) or f"; known: {', '.join(choices)}"
+        self.error(f"unknown {kind} '{value}'{close}")
+
+    def format_help(self) -> str:
+        """As any parser's, with examples at the end."""
+        self.epilog = examples_of(self.prog.partition(" ")[2])
+        return super().format_help()
+
+    def _print_message(self, message: str, file: Any = None) -> None:  # noqa: ANN401
+        if message:
+            say(message, end="", file=file)
+
+
+def alike(word: str, known: Sequence[str]) -> str:
+    """What may have been meant, as the end of a sentence."""
+    close = get_close_matches(word, known, 1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def _name(action: argparse.Action) -> str:
+    return "/".join(action.option_strings) or str(action.metavar or action.dest)
 
 
 class CommandParser(Parser):
     """Parser of one command, empty until its command is called."""
 
     file: str | None = None  # of the command; None: its arguments are there
+    takes_all_options = True
 
     def fill(self) -> None:
         """Import the command's file, which adds its arguments."""
@@ -63,6 +130,13 @@ class CommandParser(Parser):
         """As any parser's, with the command's own arguments."""
         self.fill()
         return super().parse_known_args(args, namespace)
+
+
+def examples_of(command: str) -> str:
+    """The end of its --help; "": of the program's."""
+    from seatrial.commands.shared.examples import EXAMPLES
+
+    return "\n  ".join([EXAMPLES_TITLE, *EXAMPLES[command].splitlines()])
 
 
 class Version(argparse.Action):

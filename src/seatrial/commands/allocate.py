@@ -11,6 +11,7 @@ from seatrial.commands.shared import (
     check_png,
     guard,
     read_all,
+    write_json,
 )
 from seatrial.control.allocation import PRIORITY, AllocatorScheme
 from seatrial.util.printing import say
@@ -56,7 +57,6 @@ def run(args: argparse.Namespace) -> None:
         wrench_text,
     )
     from seatrial.util.errors import FileError
-    from seatrial.util.files import dump_json, write_text
 
     inputs = args.boat, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
@@ -72,8 +72,7 @@ def run(args: argparse.Namespace) -> None:
             boat, recordings, scheme=args.scheme, priority=args.priority, margin=args.margin
         )
     text = allocation_text(found) if args.wrench is None else wrench_text(found, args.wrench)
-    if args.json is not None:
-        write_text(args.json, dump_json(allocation_json(found)))
+    write_json(args, "allocation 1", allocation_json(found))
     if args.out is not None:
         from seatrial.control.allocation.page import write_allocation
 

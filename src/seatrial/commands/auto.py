@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-from seatrial.commands.shared import add_salvage
+from seatrial.commands.shared import add_json, add_salvage, guard, to_programs, write_json
 from seatrial.util.printing import say
 
 
@@ -36,15 +36,18 @@ def add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--no-browser", action="store_true", help="do not open the report")
     add_salvage(command)
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """All steps; what was assumed; the report in the browser, where there is one."""
+    from seatrial.commands.shared.results import AutoResult, identified
     from seatrial.guide import auto
     from seatrial.identification.console import summary
     from seatrial.inspection.proposal.sources import Choices, thrusters_of
     from seatrial.util.questions import at_terminal
 
+    guard(args.json, "{", *args.logs, args.test)
     folder = args.out or Path(f"{args.logs[0].name.partition('.')[0]}-model")
     thrusters = () if args.thrusters is None else thrusters_of(args.thrusters)
     lever = None if args.lever is None else (args.lever[0], args.lever[1])
@@ -53,12 +56,18 @@ def run(args: argparse.Namespace) -> None:
     )
     found = auto(
         args.logs, folder, test=args.test, choices=choices, salvage=args.salvage, say=say,
-        ask=at_terminal(quiet=args.quiet or args.yes),
+        ask=at_terminal(quiet=args.quiet or args.yes or to_programs(args)),
     )  # fmt: skip
     say(f"\n{summary(found.model, brief=True)}")
     for assumed in found.assumed:
         say(f"assumed: {assumed}")
     say(found.next.text)
+    model = identified(found.model, folder / "model.yaml", found.next.text)
+    scores = folder / "scores.json"
+    result = AutoResult(
+        str(folder), str(found.report), str(scores), model, list(found.assumed), found.next.text
+    )
+    write_json(args, "auto 1", result)
     if not args.no_browser and _has_browser():
         import webbrowser
 

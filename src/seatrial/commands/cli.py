@@ -4,11 +4,11 @@
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 
 from seatrial.commands import make_parser
 from seatrial.util.errors import SeatrialError
-from seatrial.util.printing import complain
+from seatrial.util.printing import STANDARD_OUTPUT, columns_of, complain, data_only, tables_fit
 from seatrial.util.progress import show_progress
 
 DONE, MISTAKE, INTERRUPTED = 0, 1, 130
@@ -21,7 +21,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     _hold_streams()
     try:
         args = make_parser().parse_args(arguments)  # imports the command
-        with show_progress(quiet=args.quiet):
+        to_programs = str(getattr(args, "json", "")) == STANDARD_OUTPUT
+        with (
+            show_progress(quiet=args.quiet),
+            tables_fit(columns_of(sys.stdout)),
+            data_only() if to_programs else nullcontext(),
+        ):
             args.run(args)
         if sys.stdout is not None:
             sys.stdout.flush()

@@ -13,6 +13,7 @@ from seatrial.commands.shared import (
     check_png,
     guard,
     read_all,
+    write_json,
 )
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.util.printing import say
@@ -43,10 +44,14 @@ def run(args: argparse.Namespace) -> None:
     """Two models side by side, on the terminal and as a page."""
     from seatrial.boat.model import load
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.evaluation.comparison.compare import compare, comparison_json, drive_of
-    from seatrial.evaluation.comparison.console import comparison_text
+    from seatrial.evaluation.comparison.compare import (
+        COMPARISON_FORMAT,
+        compare,
+        comparison_json,
+        drive_of,
+    )
+    from seatrial.evaluation.comparison.console import comparison_text, next_text
     from seatrial.util.errors import FileError
-    from seatrial.util.files import dump_json, write_text
 
     inputs = args.a, args.b, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
@@ -64,8 +69,7 @@ def run(args: argparse.Namespace) -> None:
     labels = str(args.a), str(args.b)
     with stage("comparing", None if args.out is None else 0.5):
         found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
-    if args.json is not None:
-        write_text(args.json, dump_json(comparison_json(found)))
+    write_json(args, COMPARISON_FORMAT, comparison_json(found))
     if args.out is not None:
         from seatrial.report.comparison import write_comparison
 
@@ -77,3 +81,4 @@ def run(args: argparse.Namespace) -> None:
     say(comparison_text(found))
     if args.out is not None:
         say(f"wrote {args.out}")
+    say(f"next: {next_text(found)}")

@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_salvage, guard
+from seatrial.commands.shared import add_json, add_salvage, guard, write_json
 from seatrial.util.printing import say
 
 
@@ -25,18 +25,25 @@ def add(command: argparse.ArgumentParser) -> None:
         help="a new folder for tables, or a file name ending in .mcap, .bag or .db3",
     )
     add_salvage(command)
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """A recording as tables or as a bag."""
     from seatrial.boat.vehicle import load_vehicle
+    from seatrial.commands.shared.results import ConvertResult
     from seatrial.io.convert import convert
 
     guard(args.out, "", args.recording, args.vehicle)
+    guard(args.json, "{", args.recording, args.vehicle, args.out)
     vehicle = None if args.vehicle is None else load_vehicle(args.vehicle)
     written = convert(args.recording, args.out, vehicle, salvage=args.salvage)
     for path in written:
         say(f"wrote {path}")
+    follow = None
     if vehicle is not None:
         recording = args.out if args.out.is_dir() else written[0]
-        say(f"next: seatrial inspect {recording} --vehicle {written[-1]}")
+        follow = f"seatrial inspect {recording} --vehicle {written[-1]}"
+        say(f"next: {follow}")
+    paths = [str(path) for path in written]
+    write_json(args, "convert 1", ConvertResult(str(args.recording), paths, follow))

@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import guard, load_model
+from seatrial.commands.shared import add_json, guard, load_model, write_json
 from seatrial.util.printing import say
 
 if TYPE_CHECKING:
@@ -52,17 +52,22 @@ def add(command: argparse.ArgumentParser) -> None:
         default=2,
         help="ros: version of ROS, 1 or 2 (default: %(default)d)",
     )
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """The file."""
+    from seatrial.commands.shared.results import ExportResult
     from seatrial.export import export, format_of
 
     chosen = format_of(args.to)
     guard(args.out, chosen.begins, args.model, args.vehicle)
+    guard(args.json, "{", args.model, args.vehicle, args.out)
     model = load_model(args)
     export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros)
     say(f"wrote {args.out}: {chosen.about}")
+    found = ExportResult(str(args.model), args.to, chosen.about, str(args.out))
+    write_json(args, "export 1", found)
 
 
 def _hull(args: argparse.Namespace) -> "Hull | None":

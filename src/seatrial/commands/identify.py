@@ -5,7 +5,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.commands.shared import add_recordings, guard, read_all
+from seatrial.commands.shared import add_json, add_recordings, guard, read_all, write_json
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -21,6 +21,7 @@ def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
     add_recordings(command, vehicle=None)
     command.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
+    add_json(command)
     command.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
@@ -73,6 +74,7 @@ def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
     from seatrial.boat.model import load, save
     from seatrial.boat.vehicle import load_vehicle
+    from seatrial.commands.shared.results import identified
     from seatrial.identification.methods import (
         EquationErrorSettings,
         identify_with_fit,
@@ -84,6 +86,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.workflow.next_step import after_identify
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
+    guard(args.json, "{", args.vehicle, args.prior, *args.recordings, args.out)
     if args.prior_spread is not None and args.prior is None:
         raise IdentificationError("--prior-spread belongs to --prior OLD; no prior is given")
     vehicle = load_vehicle(args.vehicle)
@@ -125,6 +128,7 @@ def run(args: argparse.Namespace) -> None:
     say(f"wrote {args.out}")
     step = after_identify(model, args.recordings, args.vehicle, args.out, _same_options(args))
     say(step.text)
+    write_json(args, "identify 1", identified(model, args.out, step.text))
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from seatrial.commands.shared import add_salvage, guard
+from seatrial.commands.shared import add_json, add_salvage, guard, to_programs, write_json
 from seatrial.util.frames import Axes
 from seatrial.util.printing import say
 from seatrial.util.progress import hidden, stage
@@ -53,22 +53,29 @@ def add(command: argparse.ArgumentParser) -> None:
         help="'X Y DEG; X Y DEG; ...': position [m] and direction of thrust [deg] of each, in the commands' order",
     )  # fmt: skip
     add_salvage(command)
+    add_json(command)
     command.add_argument("--force", action="store_true", help="overwrite an existing file")
 
 
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
+    from seatrial.commands.shared.results import InitResult, RecognisedSignal
     from seatrial.inspection.proposal.propose import init
     from seatrial.inspection.proposal.sources import Choices, recognised_text, thrusters_of
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
 
     guard(args.out, "", *args.recordings)
+    guard(args.json, "{", *args.recordings, args.out)
     if args.out.exists() and not args.force:
         raise FileError(
             f"{args.out}: exists already; give another name, or --force to write over it"
         )
-    ask = _ask if sys.stdin.isatty() and sys.stdout.isatty() and not args.quiet else None
+    ask = (
+        _ask
+        if sys.stdin.isatty() and sys.stdout.isatty() and not (args.quiet or to_programs(args))
+        else None
+    )
     axes = args.axes or _axes(args.recordings[0], ask)
     choices = Choices(
         args.name, axes, args.pose, args.commands, args.parent, args.child,
@@ -82,7 +89,14 @@ def run(args: argparse.Namespace) -> None:
     if proposal.sources.recognised:
         say(f"{recognised_text(proposal.sources.recognised)}\n")
     say(proposal.text, end="")
-    say(f"wrote {args.out}; next: seatrial inspect {shown} --vehicle {args.out}")
+    follow = f"seatrial inspect {shown} --vehicle {args.out}"
+    say(f"wrote {args.out}; next: {follow}")
+    found = [
+        RecognisedSignal(r.signal, r.column, r.why, r.sure.value, list(r.others))
+        for r in proposal.sources.recognised
+    ]
+    paths = [str(path) for path in args.recordings]
+    write_json(args, "init 1", InitResult(str(args.out), paths, found, follow))
 
 
 def _axes(recording: Path, ask: Ask | None) -> str:

@@ -3,7 +3,7 @@
 
 import argparse
 
-from seatrial.commands.shared import add_json, add_recordings, guard, read_all
+from seatrial.commands.shared import add_json, add_recordings, guard, read_all, write_json
 from seatrial.util.printing import say
 from seatrial.util.progress import over, stage
 
@@ -17,7 +17,6 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Rates, gaps, faults, signs; without a vehicle file the topics or columns."""
     from seatrial.util.errors import VehicleError
-    from seatrial.util.files import dump_json, write_text
 
     guard(args.json, "{", args.vehicle, *args.recordings)
     if args.vehicle is None:
@@ -29,6 +28,7 @@ def run(args: argparse.Namespace) -> None:
 
         found = [look(path, salvage=args.salvage) for path in over(args.recordings, "reading")]
         text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
+        kind = "contents 1"
     else:
         from seatrial.boat.vehicle import load_vehicle
         from seatrial.inspection.console import inspection_text
@@ -40,6 +40,6 @@ def run(args: argparse.Namespace) -> None:
         with stage("checking"):
             inspection = inspect(recordings, vehicle)
         text, content = inspection_text(inspection), inspection_json(inspection)
-    if args.json is not None:
-        write_text(args.json, dump_json(content))
+        kind = "inspection 1"
+    write_json(args, kind, content)
     say(text)

@@ -4,6 +4,7 @@
 import argparse
 from pathlib import Path
 
+from seatrial.commands.shared import add_json, guard_lines, write_json
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.printing import complain
@@ -48,11 +49,13 @@ def add(command: argparse.ArgumentParser) -> None:
         "--clock", choices=CLOCKS, default=CLOCKS[0],
         help="clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """Lines until the input ends."""
     from seatrial.boat.physics import axis_physics
+    from seatrial.commands.shared.results import MimicResult
     from seatrial.onboard.live import Settings
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.mimic import Carrier, Mimic
@@ -62,10 +65,13 @@ def run(args: argparse.Namespace) -> None:
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
 
+    guard_lines(args, args.model)
     names = [name.replace("-", "_") for name in LIMITS]
     carrier = Carrier(**{name: getattr(args, name) for name in names})
     settings = Settings(args.format, args.rate, args.clock)
     mimic = Mimic(args.model, carrier)
     axis_physics(mimic.model)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
-    MimicStream(mimic, settings, complain).serve(source)
+    stream = MimicStream(mimic, settings, complain)
+    stream.serve(source)
+    write_json(args, "mimic 1", MimicResult(str(args.model), stream.lines, stream.mistakes))

@@ -5,7 +5,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_recordings, guard, load_model, read_all
+from seatrial.commands.shared import (
+    add_json,
+    add_recordings,
+    guard,
+    load_model,
+    read_all,
+    write_json,
+)
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
@@ -50,6 +57,7 @@ def add(command: argparse.ArgumentParser) -> None:
         "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
         help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -72,6 +80,8 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.util.errors import LiveError
 
+    if args.json is not None:
+        raise LiveError("--json belongs to a recording; with --live the lines themselves are JSON")
     if args.out is not None or args.vehicle is not None:
         raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
     if args.udp is None and args.to is not None:
@@ -82,6 +92,7 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 
 def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
+    from seatrial.commands.shared.results import PredictResult
     from seatrial.onboard.live import Writer, replay
     from seatrial.util.errors import LiveError
     from seatrial.util.files import write_text
@@ -93,6 +104,7 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
     model = load_model(args)
     writer = Writer(model.vehicle, settings.form)
     guard(args.out, writer.header or "{", args.model, *args.recordings)
+    guard(args.json, "{", args.model, *args.recordings, args.out)
     with stage("reading", 0.5):
         (recording,) = read_all(args, model.vehicle)
     lines = [] if writer.header is None else [writer.header]
@@ -102,3 +114,8 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
         lines += [writer.odometry(out) for out in outs]
     write_text(args.out, "\n".join(lines) + "\n")
     say(f"wrote {args.out}")
+    estimates = len(lines) - (writer.header is not None)
+    found = PredictResult(
+        str(args.model), recording.name, recording.duration, settings.rate, estimates, str(args.out)
+    )
+    write_json(args, "predict 1", found)

@@ -7,11 +7,13 @@ from pathlib import Path
 from seatrial.commands.shared import (
     add_exports,
     add_horizon,
+    add_json,
     add_recordings,
     check_png,
     guard,
     load_model,
     read_all,
+    write_json,
 )
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -28,23 +30,32 @@ def add(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument("-o", "--out", type=Path, required=True, metavar="HTML")
     add_exports(command)
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """The page, and its figures and tables beside it."""
+    from seatrial.commands.shared.results import ReportResult
     from seatrial.evaluation.scores import load_scores
-    from seatrial.report import write_report
+    from seatrial.report.evidence.model_evidence import collect
+    from seatrial.report.evidence.verdict import following
+    from seatrial.report.model_report import write_evidence
 
     guard(args.out, "<!doctype html", args.model, args.vehicle, args.scores, *args.recordings)
+    guard(args.json, "{", args.model, args.vehicle, args.scores, *args.recordings, args.out)
     check_png(args)
     model = load_model(args)
     scores = None if args.scores is None else load_scores(args.scores)
     with stage("reading", 0.3):
         recordings = read_all(args, model.vehicle)
     with stage("report"):
-        write_report(
-            model, recordings, args.out,
-            horizon=args.horizon, scores=scores, figures=args.figures, raster=args.png, tables=args.tables,
-        )  # fmt: skip
+        evidence = collect(model, recordings, args.horizon, scores)
+        write_evidence(
+            evidence, args.out, figures=args.figures, raster=args.png, tables=args.tables
+        )
     written = [args.out, *(folder for folder in (args.figures, args.tables) if folder is not None)]
+    paths = [str(path) for path in args.recordings]
+    found = ReportResult(str(args.model), paths, [str(path) for path in written])
+    write_json(args, "report 1", found)
     say(f"wrote {', '.join(map(str, written))}")
+    say(f"next: {following(evidence).removeprefix('Next: ')}")

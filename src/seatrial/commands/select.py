@@ -2,14 +2,18 @@
 """`seatrial select`."""
 
 import argparse
-from functools import partial
 from pathlib import Path
 
-from seatrial.commands.shared import add_horizon, add_json, add_recordings, guard, read_all
+from seatrial.commands.shared import (
+    add_horizon,
+    add_json,
+    add_recordings,
+    guard,
+    read_all,
+    write_json,
+)
 from seatrial.util.printing import say
-from seatrial.util.progress import stage, step
-
-SELECTION_STEPS = 30  # usual number of them
+from seatrial.util.progress import stage
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -32,12 +36,13 @@ def run(args: argparse.Namespace) -> None:
     """The table of terms, and the vehicle with the chosen ones."""
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.identification.selection.terms import (
+        SELECTION_FORMAT,
         given_candidates,
         select,
         selection_json,
         selection_text,
     )
-    from seatrial.util.files import dump_json, dump_yaml, write_text
+    from seatrial.util.files import dump_yaml, write_text
 
     guard(args.out, "seatrial: vehicle", args.vehicle, *args.recordings, *args.candidates or ())
     guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())
@@ -48,10 +53,8 @@ def run(args: argparse.Namespace) -> None:
     with stage("selecting terms"):
         found = select(
             recordings, vehicle, candidates=candidates, horizon=args.horizon,
-            say=partial(step, SELECTION_STEPS),
         )  # fmt: skip
-    if args.json is not None:
-        write_text(args.json, dump_json(selection_json(found)))
+    write_json(args, SELECTION_FORMAT, selection_json(found))
     if args.out is not None:
         write_text(args.out, dump_yaml(found.vehicle.to_mapping()))
     say(selection_text(found))

@@ -4,6 +4,7 @@
 import argparse
 from pathlib import Path
 
+from seatrial.commands.shared import add_json, guard_lines, write_json
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
 from seatrial.util.printing import complain
@@ -46,11 +47,13 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
     )
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """Lines until the input ends, or the duration is over."""
     from seatrial.boat.physics import axis_physics, negative_latencies
+    from seatrial.commands.shared.results import SimResult
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.server import serve
     from seatrial.simulation.world import World
@@ -59,6 +62,7 @@ def run(args: argparse.Namespace) -> None:
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
 
+    guard_lines(args, *args.models, args.scene)
     kinds = [kind.strip() for kind in args.lines.split(",") if kind.strip()]
     settings = Settings(args.rate, args.speed, args.duration, kinds)
     world = World(args.scene, current=args.current, seed=args.seed)
@@ -68,4 +72,7 @@ def run(args: argparse.Namespace) -> None:
         for words in negative_latencies(added):
             complain(f"{added.name}: {words}")
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
-    serve(world, source, settings, complain)
+    stream = serve(world, source, settings, complain)
+    names = [boat.name for boat in world.boats]
+    found = SimResult(names, args.seed, world.time, stream.lines, stream.mistakes)
+    write_json(args, "sim 1", found)

@@ -5,6 +5,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from seatrial.commands.shared import add_json, guard, write_json
 from seatrial.io.bags.write import BAG_FORMATS
 from seatrial.util.printing import say
 from seatrial.util.progress import over
@@ -23,6 +24,7 @@ def add(command: argparse.ArgumentParser) -> None:
         help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
     command.add_argument("-o", "--out", type=Path, required=True, metavar="DIR")
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -30,10 +32,12 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.model import load
     from seatrial.boat.physics import negative_latencies
     from seatrial.boat.vehicle import load_vehicle
+    from seatrial.commands.shared.results import SimulatedVehicle, SimulateResult
     from seatrial.io.trial_files import guard_trials, write_setting, write_trial
     from seatrial.simulation.plan import load_plan, with_seed
     from seatrial.simulation.trials import plant_model, simulate
 
+    guard(args.json, "{", args.plan, args.vehicle, args.model)
     plan = load_plan(args.plan)
     if args.seed is not None:
         plan = with_seed(plan, args.seed)
@@ -42,11 +46,15 @@ def run(args: argparse.Namespace) -> None:
     vehicles = [load_vehicle(name) for name in names]
     for vehicle in vehicles:
         guard_trials(plan, vehicle, args.out)
+    done: list[SimulatedVehicle] = []
     for vehicle in over(vehicles, "vehicle" if len(vehicles) > 1 else ""):
         truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
         for words in negative_latencies(truth):
             say(f"seatrial: {truth.name}: {words}", file=sys.stderr)
-        say(f"vehicle {write_setting(plan, vehicle, truth, args.out)}")
+        done.append(SimulatedVehicle(str(write_setting(plan, vehicle, truth, args.out)), []))
+        say(f"vehicle {done[-1].vehicle}")
         trials = over(simulate(plan, vehicle, given), "simulating trial", len(plan.trials))
         for trial in trials:
-            say(f"  {write_trial(trial, args.out, args.format)}")
+            done[-1].trials.append(str(write_trial(trial, args.out, args.format)))
+            say(f"  {done[-1].trials[-1]}")
+    write_json(args, "simulate 1", SimulateResult(plan.name, str(args.out), done))

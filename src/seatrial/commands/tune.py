@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import guard
+from seatrial.commands.shared import add_json, guard, write_json
 from seatrial.control import ALLOCATIONS, CONTROLLER_RATE, KNOB, VEHICLE
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -41,18 +41,21 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--report", type=Path, metavar="HTML", help="step responses and Bode plots"
     )
+    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
     """Gains and margins, shown and written."""
     from seatrial.boat.model import load
     from seatrial.control import save_gains, save_ros, tune, tuning_text
+    from seatrial.control.gains_file import GAINS_FORMAT, gains_of
 
     ros = "seatrial_tracking:"
     begins = ("seatrial: gains", ros, ros, "<!doctype html")
     outs = (args.out, args.ros, args.ros2, args.report)
     for i, (out, begin) in enumerate(zip(outs, begins, strict=True)):
         guard(out, begin, args.model, *outs[:i])
+    guard(args.json, "{", args.model, *outs)
     model = load(args.model)
     with stage("margins over the model's covariance", None if args.report is None else 0.5):
         found = tune(
@@ -69,6 +72,7 @@ def run(args: argparse.Namespace) -> None:
         save_ros(found, args.ros)
     if args.ros2 is not None:
         save_ros(found, args.ros2, ros2=True)
+    write_json(args, GAINS_FORMAT, gains_of(found))
     say(tuning_text(found))
     for out in outs:
         if out is not None:

@@ -11,6 +11,7 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
+    write_json,
 )
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -21,7 +22,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("model", type=Path, metavar="MODEL")
     add_recordings(command)
     add_horizon(command, "how far ahead [s] (default: %(default)g)")
-    add_json(command, "also write the scores as JSON")
+    add_json(command)
     command.add_argument(
         "--reference", choices=("smoothed", "stencil"), default="smoothed",
         help="velocity to compare with: smoothed, predicted from the model's filter, or the paper's five-point "
@@ -38,9 +39,8 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import head_to_head_text
-    from seatrial.evaluation.scores import scores_json
+    from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
-    from seatrial.util.files import dump_json, write_text
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
     model = load_model(args)
@@ -49,8 +49,7 @@ def run(args: argparse.Namespace) -> None:
         recordings = read_all(args, model.vehicle)
     with stage("validating"):
         scores = validate(model, recordings, args.horizon, other=other, reference=args.reference)
-    if args.json is not None:
-        write_text(args.json, dump_json(scores_json(scores)))
+    write_json(args, SCORES_FORMAT, scores_json(scores))
     say(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
     if scores.against is not None:
         say(head_to_head_text(scores.against))

@@ -17,7 +17,7 @@ from seatrial.evaluation.head_to_head import HeadToHead
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
 from seatrial.util.above import above
-from seatrial.util.files import convert, expect_format, read_json
+from seatrial.util.files import convert, expect_format, finite_or_none, read_json
 
 if TYPE_CHECKING:
     from seatrial.util.above import Figure
@@ -185,17 +185,8 @@ def fingerprint(model: Model) -> str:
 
 def scores_json(scores: Scores) -> dict[str, object]:
     """The content of `scores.json`."""
-    content: dict[str, object] = _finite(msgspec.to_builtins(scores))
+    content: dict[str, object] = finite_or_none(msgspec.to_builtins(scores))
     return content
-
-
-def _finite(content: Any) -> Any:  # noqa: ANN401
-    """JSON has no infinity and no NaN: null (a boat that never moves has no ratio)."""
-    if isinstance(content, dict):
-        return {key: _finite(value) for key, value in content.items()}
-    if isinstance(content, list):
-        return [_finite(value) for value in content]
-    return None if isinstance(content, float) and not np.isfinite(content) else content
 
 
 def load_scores(path: Path) -> Scores:

@@ -288,9 +288,18 @@ def dump_yaml(content: dict[str, Any]) -> str:
     return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100))
 
 
-def dump_json(content: object) -> str:
+def dump_json(content: object, *, ascii_only: bool = False) -> str:
     """Indented JSON; NaN is refused, as JSON has none."""
-    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=ascii_only) + "\n"
+
+
+def finite_or_none(content: Any) -> Any:  # noqa: ANN401
+    """JSON has no infinity and no NaN: null (a boat that never moves has no ratio)."""
+    if isinstance(content, dict):
+        return {key: finite_or_none(value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [finite_or_none(value) for value in content]
+    return None if isinstance(content, float) and not math.isfinite(content) else content
 
 
 def sha256(path: Path) -> str:

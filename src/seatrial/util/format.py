@@ -5,6 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.util.printing import table_columns
+
 
 def joined(words: Sequence[str]) -> str:
     """`a, b and c`."""
@@ -31,8 +33,15 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns of text, numbers to the right."""
+def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, spare: Sequence[int] = ()) -> str:
+    """Columns of text, numbers to the right. spare: columns that a narrow terminal lacks, the first one first."""
+    columns, left = table_columns.get(), list(range(len(head)))
+    for i in spare:
+        wide = sum(2 + max(len(row[k]) for row in (head, *rows)) for k in left)
+        if columns is None or wide <= columns:
+            break
+        left.remove(i)
+    head, rows = [head[i] for i in left], [[row[i] for i in left] for row in rows]
     widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
     return "\n".join(
         "  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()

@@ -2,10 +2,10 @@
 """Progress of long work: its stage, the share done, the time left.
 
 Work reports with `stage`, `over`, `reach` and `step`, from any depth of calls. `show_progress` around it draws one
-line, or calls a function. Without that nothing happens. A thread reports to its own listener only.
+line (progress_line.py), or calls a function. Without that nothing happens.
+A thread reports to its own listener only.
 """
 
-import os
 import sys
 import threading
 import time
@@ -14,27 +14,17 @@ from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from itertools import islice
 from math import exp
-from typing import NamedTuple, TextIO, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
-from seatrial.util.errors import printable
+from seatrial.util.status import Status, time_left
+
+if TYPE_CHECKING:
+    from seatrial.util.progress_line import ProgressLine
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-LINE_AFTER = 0.5  # [s] work that is shorter shows no line
-LINE_EVERY = 0.25  # [s] between two drawings of the line
-TIME_LEFT_AFTER = 1.0  # [s] before, the time left is not estimated
-TIME_LEFT_FROM = 0.02  # share done from which on the time left is estimated
-USUAL_COLUMNS = 80  # of a terminal that does not say
 STEPS_KNEE = 0.8  # share of the expected steps from which on further ones count less
-
-
-class Status(NamedTuple):
-    """How far the work is."""
-
-    stage: str  # names of the stages, the outer one first
-    share: float  # of all the work, 0 to 1; never falls
-    left: float | None  # [s] estimated; None: too early for an estimate
 
 
 Report = Callable[[Status], None]
@@ -43,7 +33,7 @@ Report = Callable[[Status], None]
 class _Work:
     """All the work: who listens, since when, how far it is."""
 
-    def __init__(self, report: Report, line: "Line | None" = None) -> None:
+    def __init__(self, report: Report, line: "ProgressLine | None" = None) -> None:
         self.report, self.line = report, line
         self.begun = time.monotonic()
         self.share = 0.0
@@ -183,13 +173,22 @@ def hidden() -> Iterator[None]:
 def show_progress(report: Report | None = None, *, quiet: bool = False) -> Iterator[None]:
     """Show the progress of the work inside: one line on standard error, if that is a terminal and not `quiet`.
 
-    `report`: a function that gets each `Status` instead, in the thread that works.
+    `report`: a function that gets each `Status` instead, in the thread that works: `stage`, `share` (0 to 1) and
+    `left`, the time left [s] or None. An exception that it raises ends the work.
+
+        def report(status):
+            print(f"{status.stage}: {100 * status.share:.0f} %")
+
+        with seatrial.show_progress(report):
+            model = seatrial.identify(recordings, vehicle)
     """
     if report is not None:
         with _listening(_Work(report)):
             yield
     elif sys.stderr is not None and sys.stderr.isatty() and not quiet:
-        with Line(sys.stderr) as line, _listening(_Work(line.update, line)):
+        from seatrial.util.progress_line import ProgressLine
+
+        with ProgressLine(sys.stderr) as line, _listening(_Work(line.update, line)):
             yield
     else:
         yield
@@ -216,94 +215,3 @@ def _inside(whole: _Part, part: _Part) -> Iterator[None]:
     finally:
         _current.set(before)
         whole.finish(part)
-
-
-class Line:
-    """One line of a terminal, drawn again and again, also between two reports."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self.stream = stream
-        self.begun = time.monotonic()
-        self.status: Status | None = None
-        self.width = 0  # columns in use
-        self.lock = threading.RLock()
-        self.ended = threading.Event()
-        self.thread = threading.Thread(target=self._redraw, name="progress", daemon=True)
-
-    def __enter__(self) -> "Line":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.ended.set()
-        if self.thread.is_alive():
-            self.thread.join()
-        self.clear()
-
-    def update(self, status: Status) -> None:
-        """Show this at the next drawing."""
-        self.status = status
-        if not self.thread.ident and not self.ended.is_set():
-            self.thread.start()
-
-    @contextmanager
-    def hidden(self) -> Iterator[None]:
-        """Remove the line, and do not draw it meanwhile."""
-        with self.lock:
-            self.clear()
-            yield
-
-    def clear(self) -> None:
-        """Remove the line."""
-        with self.lock:
-            if self.width:
-                self.stream.write("\r" + " " * self.width + "\r")
-                self.stream.flush()
-                self.width = 0
-
-    def draw(self) -> None:
-        """Write the line over the one before."""
-        if self.status is None or time.monotonic() - self.begun < LINE_AFTER:
-            return
-        text = line_text(self.status, time_left(self.begun, self.status.share))
-        text = printable(text, "")[: self._columns()]
-        with self.lock:
-            self.stream.write("\r" + text.ljust(self.width))
-            self.stream.flush()
-            self.width = len(text)
-
-    def _columns(self) -> int:
-        """All but the last: some terminals wrap there."""
-        try:
-            columns = os.get_terminal_size(self.stream.fileno()).columns
-        except OSError:  # no terminal: io.UnsupportedOperation is one, too
-            columns = 0
-        return (columns or USUAL_COLUMNS) - 1
-
-    def _redraw(self) -> None:
-        while not self.ended.wait(LINE_EVERY):
-            self.draw()
-
-
-def time_left(begun: float, share: float) -> float | None:
-    """[s] Estimated from the share done since `begun` [s] on the monotonic clock; None: too early."""
-    elapsed = time.monotonic() - begun
-    if elapsed < TIME_LEFT_AFTER or share < TIME_LEFT_FROM:
-        return None
-    return elapsed * (1.0 - share) / share
-
-
-def line_text(status: Status, left: float | None) -> str:
-    """The line: stage, percentage, time left [s]."""
-    percent = f"{status.stage}  {100 * status.share:.0f} %".lstrip()
-    return percent if left is None else f"{percent}, {duration_text(left)} left"
-
-
-def duration_text(seconds: float) -> str:
-    """For people: 12 s, 2 min 5 s, 1 h 3 min."""
-    s = round(seconds)
-    if s < 60:
-        return f"{s} s"
-    minutes, s = divmod(s, 60)
-    if minutes < 60:
-        return f"{minutes} min {s} s"
-    return f"{minutes // 60} h {minutes % 60} min"

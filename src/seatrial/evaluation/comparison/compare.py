@@ -10,6 +10,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.comparison.boats import AxisMeaning, axis_meanings, notes, same_data
+from seatrial.evaluation.comparison.causes import Cause, causes
 from seatrial.evaluation.comparison.parameters import (
     Factor,
     Joint,
@@ -65,6 +66,9 @@ class Comparison(msgspec.Struct, frozen=True):
     ahead: list[PredictionRow] = []
     better: dict[str, dict[str, str | None]] = {}  # by horizon, by u, v, r: "A", "B" or neither
     same_data: bool = False  # both were identified from the same recordings
+    causes: list[
+        Cause
+    ] = []  # the most probable first; none where both are from the same recordings
 
     @property
     def changed(self) -> list[Pair]:
@@ -110,7 +114,8 @@ def compare(
         horizons = sorted({DEFAULT_HORIZON, horizon})
         rows = predict_both(a, b, recordings, horizons, same_boat_errors(a, b, seen, found))
         better = {f"{h:g}": verdict([r for r in rows if r.horizon == h]) for h in horizons}
-    # 3. Parameters without a counterpart, common factors, physics, and reservations.
+    # 3. Parameters without a counterpart, common factors, causes, physics, and reservations.
+    same = same_data(a, b)
     return Comparison(
         COMPARISON_FORMAT,
         _side(a, labels[0]),
@@ -124,7 +129,8 @@ def compare(
         notes(a, b, seen),
         rows,
         better,
-        same_data(a, b),
+        same,
+        [] if same else causes(a, b, found, seen),
     )
 
 

@@ -5,6 +5,17 @@ from collections.abc import Iterator
 from math import floor, log10
 
 from seatrial.boat.schema import CorrelatedEntry
+from seatrial.evaluation.comparison.causes import (
+    BATTERY,
+    CURRENT,
+    MASS,
+    NO_CHANGE,
+    OFF_CENTRE,
+    ONE_THRUSTER,
+    cause_text,
+    inseparable,
+    most_probable,
+)
 from seatrial.evaluation.comparison.compare import Comparison, Side
 from seatrial.evaluation.comparison.parameters import SIGNIFICANCE, Factor, OneSided, Pair
 from seatrial.evaluation.comparison.prediction import (
@@ -22,6 +33,46 @@ LEAST_SHOWN_DISTURBANCE = 1e-5  # [m/s^2], [rad/s^2] of process noise that is sh
 OTHER_BOAT_FACTOR = 0.1  # common factor of drag and thrust, below which a payload is no explanation
 SLIGHT_DIFFERENCE = 0.005  # of the error; a smaller difference is negligible, however significant
 COMMON_FACTOR_P = 0.01  # p below which one factor does not explain an axis
+
+
+WHAT_TO_DO = {  # by the most probable cause
+    MASS: "use B while this payload is on board",
+    OFF_CENTRE: "use B while this payload is on board, or move it to the middle",
+    BATTERY: "measure the battery voltage; with a voltage signal under scales: one model holds for all charges",
+    CURRENT: "identify both with --effect current, and compare again",
+}
+
+
+def next_text(found: Comparison) -> str:
+    """What to do next, one line."""
+    if found.same_data:
+        return "keep the model that predicts a held-out recording better"
+    if not found.better:
+        return "give recordings, to test whether the change matters for prediction"
+    return _by_cause(found) or _by_prediction(found)
+
+
+def _by_cause(found: Comparison) -> str:
+    """Empty where no cause is most probable, or where it leads to nothing."""
+    if inseparable(found.causes):
+        return "measure the battery voltage, and look for weeds or damage at each thruster"
+    cause = most_probable(found.causes)
+    if cause is None:
+        return ""
+    if cause.cause == ONE_THRUSTER:
+        return f"look for weeds or damage at thruster {cause.what}"
+    if cause.cause == NO_CHANGE:
+        return "identify from the recordings of both together, for narrower intervals"
+    return WHAT_TO_DO.get(cause.cause, "")
+
+
+def _by_prediction(found: Comparison) -> str:
+    better = {letter for axes in found.better.values() for letter in axes.values()} - {None}
+    if better == {"B"}:
+        return "use B, which predicts these recordings better"
+    if better == {"A"}:
+        return "keep A, which predicts these recordings better; record longer for B"
+    return "record longer, with every axis excited, and identify B again"
 
 
 def comparison_text(found: Comparison) -> str:
@@ -98,6 +149,8 @@ def changes_text(found: Comparison, mark: str = "") -> Iterator[str]:
     yield from _untested(found)
     for factor in found.factors if not found.same_data else ():
         yield from _factor(factor)
+    if found.causes:
+        yield f"{cause_text(found.causes)}."
 
 
 def _untested(found: Comparison) -> Iterator[str]:

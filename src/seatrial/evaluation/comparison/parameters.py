@@ -283,10 +283,10 @@ def factors(a: Model, b: Model, found: list[Pair], seen: tuple[View, View]) -> l
     where its curves differ in stages: one unknown factor is then in all its rows.
     """
     out = []
-    known = {pair.name for pair in found if _estimated(pair)}
+    known = {pair.name for pair in found if estimated_in_both(pair)}
     thrust_differs = bool(stages_apart(a, b, any(view.converted for view in seen)))
     for axis, word in enumerate(AXES):
-        kinds = {kind: names & known for kind, names in _thrust_and_drag(a, axis).items()}
+        kinds = {kind: names & known for kind, names in thrust_and_drag(a, axis).items()}
         if thrust_differs:
             del kinds["thrust"]
         names = [n for n in a.structure.coefficients if n in set().union(*kinds.values())]
@@ -298,7 +298,7 @@ def factors(a: Model, b: Model, found: list[Pair], seen: tuple[View, View]) -> l
     return out
 
 
-def _estimated(pair: Pair) -> bool:
+def estimated_in_both(pair: Pair) -> bool:
     """Whether both were estimated with information; an unused parameter is arbitrary."""
     errors = (pair.error_a, pair.error_b)
     return min(errors) > 0.0 and max(errors) < UNKNOWN_ERROR * max(abs(pair.a), abs(pair.b))
@@ -309,7 +309,7 @@ def _common(names: list[str], seen: tuple[View, View]) -> CommonFactor:
     return common_factor(a, b)
 
 
-def _thrust_and_drag(model: Model, axis: int) -> dict[str, set[str]]:
+def thrust_and_drag(model: Model, axis: int) -> dict[str, set[str]]:
     """Coefficients of an axis' terms with a force, and of all others, without those of masses."""
     own = [t for t in model.structure.terms if t.axis == axis and t.coefficient]
     of_masses = {t.coefficient for t in own if t.of_masses}

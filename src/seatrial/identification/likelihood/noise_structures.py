@@ -37,6 +37,7 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.start_noise import correlated_size, noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.util.frames import Array
+from seatrial.util.progress import over, stage
 
 # All gains and prices are falls of -2 log likelihood.
 PARAMETER_PRICE = 4.0  # of a parameter of a noise source
@@ -47,6 +48,7 @@ SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
 WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
 LONGER = 6.0  # times the memory of correlated pose errors, that is tried
+SCREENING_SHARE = 0.4  # of the time left for the noise structure, for the progress
 SEARCHED = 2  # structures that are searched in full after the screening, at most
 NEGLIGIBLE_NOISE = 0.01  # of the unit of a noise source: less is as good as none
 DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
@@ -117,17 +119,19 @@ def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
     """
     frames = {at.runs.problem.earth_fixed: at}
     found: list[Screened] = []
-    for structure in STRUCTURES:
-        begin = _in_frame(at, structure, frames) if structure.poses_only == poses_only else None
-        if begin is None:
-            continue
-        for noise in _start_noises(structure, at, begin.runs.problem):
-            beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
-            box = noise_box(noise, NOISE_LEAST)
-            promise = linearised_optimum(begin, box, noise=noise, beat=beat)
-            runs = begin.runs.relinearised(promise.noise, promise.move)
-            there = Point(begin.theta + promise.move, promise.noise, runs)
-            found.append(Screened(begin, promise, is_white(there)))
+    tried = [structure for structure in STRUCTURES if structure.poses_only == poses_only]
+    with stage("", SCREENING_SHARE):
+        for structure in over(tried):
+            begin = _in_frame(at, structure, frames)
+            if begin is None:
+                continue
+            for noise in _start_noises(structure, at, begin.runs.problem):
+                beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
+                box = noise_box(noise, NOISE_LEAST)
+                promise = linearised_optimum(begin, box, noise=noise, beat=beat)
+                runs = begin.runs.relinearised(promise.noise, promise.move)
+                there = Point(begin.theta + promise.move, promise.noise, runs)
+                found.append(Screened(begin, promise, is_white(there)))
     return sorted(found, key=lambda s: s.cost)
 
 

@@ -6,7 +6,8 @@
   const touch = matchMedia("(pointer: coarse)");
   const BRIGHTER = { "#000000": "#f2f2f2", "#0072b2": "#56b4e9", "#56b4e9": "#2f7fb0",
     "rgba(0,114,178,0.15)": "rgba(86,180,233,0.22)" };
-  const NARROW = 500, MANY = 6; // [px] of a plot, and traces, from which on there is no room for a legend
+  const NARROW = 500; // [px] of a plot with a smaller legend
+  const FOLDS = "details.run, details.fold, details.kept";
   const stores = new Map();
   let printing = false, linking = false;
 
@@ -50,7 +51,7 @@
   function dressed(layout) {
     const [text, grid] = isDark() ? ["#e8eaed", "#363c42"] : ["#1a1d21", "#dfe3e7"];
     const whole = { ...layout };
-    for (const name of ["xaxis", "yaxis", "yaxis2"]) {
+    for (const name of ["xaxis", "yaxis", "yaxis2", "yaxis3"]) {
       if (!layout[name]) continue;
       const title = { ...layout[name].title, standoff: 6, font: { size: 13 } };
       whole[name] = { gridcolor: grid, zerolinecolor: grid, linecolor: grid, automargin: true,
@@ -77,7 +78,7 @@
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize",
       toImageButtonOptions: { format: "png", scale: 3, filename: `${div.dataset.run}-${div.dataset.figure}` } };
     const layout = dressed(figure.layout);
-    if (div.clientWidth < NARROW && figure.data.length > MANY) layout.showlegend = false; // it would be all
+    if (div.clientWidth < NARROW) layout.legend = { ...layout.legend, font: { size: 10 }, itemwidth: 30 };
     Plotly.react(div, figure.data, layout, config);
     if (!known && linked) div.on("plotly_relayout", (change) => follow(div, change));
   }
@@ -102,7 +103,7 @@
 
   function press(button) {
     if (button.dataset.do === "all") {
-      const runs = [...document.querySelectorAll("details.run")];
+      const runs = [...document.querySelectorAll(FOLDS)];
       const open = runs.some((run) => !run.open);
       runs.forEach((run) => { run.open = open; });
       button.textContent = open ? "close all" : "open all";
@@ -138,7 +139,7 @@
   let opened = [];
   addEventListener("beforeprint", () => {
     printing = true;
-    opened = [...document.querySelectorAll("details.run:not([open])")];
+    opened = [...document.querySelectorAll(FOLDS)].filter((part) => !part.open);
     opened.forEach((run) => { run.open = true; });
     document.body.classList.add("printing");
     plots().forEach(draw);
@@ -160,5 +161,14 @@
     if (!event.target.open) return;
     event.target.querySelectorAll(".plot").forEach((div) => { if (drawn(div)) Plotly.Plots.resize(div); });
   }, true);
+  // a link to a folded section opens it
+  function unfold() {
+    const target = location.hash.length > 1 && document.getElementById(decodeURIComponent(location.hash.slice(1)));
+    const fold = target && target.querySelector(":scope > details.fold");
+    if (fold) { fold.open = true; target.scrollIntoView(); }
+  }
+  addEventListener("hashchange", unfold);
+  document.addEventListener("click", (event) => { if (event.target.closest("nav a")) setTimeout(unfold); });
+  unfold();
   plots().forEach((div) => watcher.observe(div));
 })();

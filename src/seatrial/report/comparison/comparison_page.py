@@ -2,6 +2,7 @@
 """Head-to-head comparison of two models as one HTML file."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from seatrial.boat.model import Model
@@ -14,6 +15,8 @@ from seatrial.report.figures.png import check
 from seatrial.report.html import page
 from seatrial.report.papers import write_page
 from seatrial.report.sections.base import Section
+
+FOLDED = frozenset(("known", "actuators", "recorded", "errors", "physics", "advice", "provenance"))
 
 
 def comparison_report(
@@ -56,11 +59,12 @@ def _sections(
 ) -> list[Section]:
     pair = model_pair(a, b, recordings, found, horizon)
     order = (
-        models.verdict, models.known, models.parameters, models.actuators, prediction.recorded,
+        models.verdict, models.causes, models.known, models.parameters, models.actuators, prediction.recorded,
         prediction.horizons, prediction.ahead, errors.errors, models.boat, models.advised,
         models.provenance,
     )  # fmt: skip
-    return [section for one in order if (section := one(pair)) is not None]
+    sections = [section for one in order if (section := one(pair)) is not None]
+    return [replace(section, folded=section.name in FOLDED) for section in sections]
 
 
 def _title(a: Model, b: Model) -> str:

@@ -39,6 +39,7 @@ from seatrial.util.frames import SYMBOLS, Array
 from seatrial.util.statistics import NORMAL_95
 
 COMMAND_COLOURS = (GREEN, PURPLE, ORANGE, BLACK)  # other than those of the models
+LARGEST_CHANGE_SHOWN = 120.0  # [%]
 CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces, other than those of A and B
 
 
@@ -105,6 +106,32 @@ def differences(found: Sequence[Pair]) -> Figure:
         traces, "(B − A) / its standard error [–]", "", yaxis=rows.axis,
         xaxis={"range": [-reach, reach]}, showlegend=True,
         shapes=[upright(0.0, BLACK, "solid"), upright(NORMAL_95, BLACK), upright(-NORMAL_95, BLACK)],
+    )  # fmt: skip
+
+
+def changes(found: Sequence[Pair]) -> Figure:
+    """Change of each parameter from A to B relative to A's value [%], with 95 % intervals."""
+    tested = [pair for pair in found if pair.z is not None and pair.a]
+    rows = Rows([pair.name for pair in tested])
+    size = np.array([abs(pair.a) for pair in tested])
+    x = 100.0 * np.array([abs(pair.b) - abs(pair.a) for pair in tested]) / size
+    half = 100.0 * NORMAL_95 * np.array([pair.error for pair in tested]) / size
+    changed = np.array([pair.differs for pair in tested], dtype=bool)
+    reach = min(1.15 * float(np.max(np.abs(x) + half, initial=10.0)), LARGEST_CHANGE_SHOWN)
+    within, traces = np.abs(x) < reach, []
+    for name, mine, colour, sign in (
+        ("not significant", ~changed & within, MODEL_COLOURS[0], "circle"),
+        ("significant (Holm)", changed & within, MODEL_COLOURS[1], "diamond"),
+        ("beyond the axis", ~within, PURPLE, "cross"),
+    ):
+        if mine.any():
+            shown = np.clip(x[mine], -0.97 * reach, 0.97 * reach)
+            trace = marks(name, np.column_stack([shown, rows.place[mine]]), colour, sign, size=9)
+            ends = whiskers(x[mine], (x - half)[mine], (x + half)[mine], colour)
+            traces.append(trace | {"opacity": 1.0} | ({"error_x": ends} if sign != "cross" else {}))
+    return figure(
+        traces, "change of its size from A to B [%]", "", yaxis=rows.axis, xaxis={"range": [-reach, reach]},
+        showlegend=True, shapes=[upright(0.0, BLACK, "solid")],
     )  # fmt: skip
 
 

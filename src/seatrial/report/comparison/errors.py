@@ -8,9 +8,9 @@ from seatrial.report.comparison.two_models import ModelPair
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import errors as draw_errors
 from seatrial.report.figures.base import Figure
-from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
+from seatrial.report.sections.base import Section, axis_heading, first_of, foldable, plot, store_of
 from seatrial.report.text import prose
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import SYMBOLS
 
 
 def errors(pair: ModelPair) -> Section | None:
@@ -46,8 +46,8 @@ def _figures(a: Run, b: Run) -> dict[str, Figure]:
 
 def _one(store: str) -> str:
     return "".join(
-        f"<h4>{axis.capitalize()} <i>{s}</i></h4>"
-        f'<div class="pair">{plot(store, f"histogram-{s}", "histogram of the errors of both", "small")}'
+        axis_heading(axis)
+        + f'<div class="pair">{plot(store, f"histogram-{s}", "histogram of the errors of both", "small")}'
         f"{plot(store, f'autocorrelation-{s}', 'autocorrelation of the errors of both', 'small')}</div>"
-        for axis, s in zip(AXES, SYMBOLS, strict=True)
+        for axis, s in enumerate(SYMBOLS)
     )

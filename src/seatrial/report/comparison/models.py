@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Sections on two models: verdict, accuracy, parameters, actuators, boat, provenance."""
 
+from html import escape
 from itertools import zip_longest
 
+from seatrial.evaluation.comparison.causes import cause_text, probability_text
 from seatrial.evaluation.comparison.console import changes_text, prediction_text
 from seatrial.evaluation.comparison.parameters import Pair
-from seatrial.report.comparison import draw
+from seatrial.report.comparison import draw, first
 from seatrial.report.comparison.two_models import LETTERS, ModelPair
 from seatrial.report.evidence.actuators import curves, step_responses
 from seatrial.report.evidence.advice import advice
@@ -16,10 +18,10 @@ from seatrial.report.sections.known import share, verdict_text
 from seatrial.report.sections.physics import PHYSICS_HEAD, physics_cells
 from seatrial.report.sections.provenance import facts_of
 from seatrial.report.text import prose
-from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit
+from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text, Unit, Worded
 from seatrial.report.text.cells import known as number_or_dash
 from seatrial.report.text.equations import equations
-from seatrial.report.text.markup import listing
+from seatrial.report.text.markup import NOT_A_NUMBER, listing
 from seatrial.report.text.names import names_in, sentence
 from seatrial.report.text.numbers import minutes
 from seatrial.report.text.table import Table
@@ -27,7 +29,7 @@ from seatrial.util.frames import AXES, SYMBOLS
 
 
 def verdict(pair: ModelPair) -> Section:
-    """What is compared, what changed, whether it matters."""
+    """The first screen; below it what is compared, what changed, whether it matters."""
     found = pair.found
     sides = "; ".join(
         f"{letter} is {side.label} ({side.vehicle}, {side.method}"
@@ -35,21 +37,37 @@ def verdict(pair: ModelPair) -> Section:
         for letter, side in zip(LETTERS, (found.a, found.b), strict=True)
     )
     lines = [f"{sides}.", " ".join(map(_opened, changes_text(found)))]
-    if found.better:
-        lines += [f"{name} s ahead, {prediction_text(found, name)}." for name in found.better]
-    else:
-        lines.append("Next: give recordings, to test whether the change matters for prediction.")
+    lines += [f"{name} s ahead, {prediction_text(found, name)}." for name in found.better]
     names = names_in(*pair.models)
     text = "".join(f"<p>{sentence(line, names)}</p>" for line in lines)
     notes = "".join(
         f'<p class="sanity">{sentence(_opened(note), names)}</p>' for note in found.notes
     )
-    html = f"""<header><h1>A and B</h1>
-<p class="subtitle">Two dynamic models side by side</p></header>
-<section id="verdict"><h2 class="quiet">Verdict</h2>
+    screen, figures = first.screen(pair)
+    html = f"""{screen}
+<section id="verdict"><h2 class="quiet">Verdict in numbers</h2>
 <div class="said">{text}</div>
 {notes}</section>"""
-    return Section("verdict", "", html)
+    return Section("verdict", "", html, figures)
+
+
+def causes(pair: ModelPair) -> Section | None:
+    """The probability of each cause of the difference."""
+    if not pair.found.causes:
+        return None
+    rows: list[list[Cell]] = [
+        [
+            Text(one.cause), Worded(one.probability, probability_text(one.probability)),
+            NOTHING if one.change is None else Number(one.change, 2, 100.0, " %"), Text(one.what or NOT_A_NUMBER),
+        ]
+        for one in pair.found.causes
+    ]  # fmt: skip
+    head = ("cause", "probability", "change that fits best", "of")
+    table = Table("causes", "Probabilities of causes", head, rows)
+    html = f"""<section id="causes"><h2>Causes</h2>
+<p>{escape(cause_text(pair.found.causes))}.</p>
+{table.html()}<p class="note">{prose.CAUSES}</p></section>"""
+    return Section("causes", "Causes", html, tables=(table,))
 
 
 def known(pair: ModelPair) -> Section:

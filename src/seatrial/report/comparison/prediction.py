@@ -10,6 +10,7 @@ from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import (
     ALL,
     Section,
+    axis_heading,
     first_of,
     foldable,
     plot,
@@ -91,11 +92,14 @@ def ahead(pair: ModelPair) -> Section | None:
             for axis, s in enumerate(SYMBOLS)
         }
         drawn = "".join(
-            f"<h4>{axis.capitalize()} <i>{s}</i></h4>"
+            axis_heading(axis)
             + plot(
-                store, f"velocity-{s}", f"{axis} velocity, measured and predicted by both", "wide"
+                store,
+                f"velocity-{s}",
+                f"{AXES[axis]} velocity, measured and predicted by both",
+                "wide",
             )
-            for axis, s in zip(AXES, SYMBOLS, strict=True)
+            for axis, s in enumerate(SYMBOLS)
         )
         facts = f"A: {sizes(a)}. B: {sizes(b)}"
         parts.append(foldable(a.name, facts, linked(a, drawn), opened=i == opened))

@@ -35,7 +35,7 @@ def advice(evidence: Evidence) -> list[str]:
             "Do not use this model. Check the recordings and the vehicle file's signs with inspect, "
             "then identify again from driving at several speeds in every axis."
         ]
-    found = _poor_axes(runs)
+    found = _poor_axes(model, runs)
     if not any(r.unseen for r in runs if r.tested):
         found.append(
             "Validate on a recording that the model has not seen: drive one more run, or identify "
@@ -60,18 +60,29 @@ def _insignificant(model: Model) -> list[str]:
     ]
 
 
-def _poor_axes(runs: Sequence[Run]) -> list[str]:
+def _poor_axes(model: Model, runs: Sequence[Run]) -> list[str]:
     chosen = judged(runs)
     if not chosen:
         return []
-    ratio = resolved_ratio(chosen)
+    ratio, driven = resolved_ratio(chosen), _driven(model)
     return [
-        f"The {name} prediction is {ratio_word(ratio[axis])}: drive "
-        f"one minute more of {name} pulses in both directions at several amplitudes. Then check "
-        f"whether the {name} equation lacks a term, a latency or a dead zone."
+        f"The {name} prediction is {ratio_word(ratio[axis])}: "
+        + (
+            f"drive one minute more of {name} pulses in both directions at several amplitudes. Then check "
+            f"whether the {name} equation lacks a term, a latency or a dead zone."
+            if axis in driven
+            else f"no command drives {name}, so check whether its equation lacks a term, and look for wind "
+            "and current."
+        )
         for axis, name in enumerate(AXES)
         if ratio[axis] > GOOD_RATIO
     ]
+
+
+def _driven(model: Model) -> set[int]:
+    """Axes with a force in their equation."""
+    forces = {force.name for force in model.structure.forces}
+    return {term.axis for term in model.structure.terms if forces & {*term.factors}}
 
 
 def _at_floor(runs: Sequence[Run]) -> list[str]:
@@ -145,7 +156,8 @@ def _beyond_envelope(model: Model, run: Run) -> list[str]:
     ]
     if not axes:
         return []
+    exceed = "exceeds" if len(axes) == 1 else "exceed"
     return [
-        f"{run.name}: {joined(axes)} exceeds the speeds of the identification data, so the model "
+        f"{run.name}: {joined(axes)} {exceed} the speeds of the identification data, so the model "
         "extrapolates; identify from faster driving too."
     ]

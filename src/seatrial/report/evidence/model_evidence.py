@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from seatrial.report.evidence.physics import Physics, physics
 from seatrial.report.evidence.runs import Run, gather
 from seatrial.util.errors import SeatrialError
 from seatrial.util.progress import stage
+from seatrial.workflow.fitness import Fitness, fitness
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,11 @@ class Evidence:
     by_recording: tuple[RecordingInformation, ...]  # each recording's own estimate
     gains: tuple[ManoeuvreGain, ...]  # expected information of further manoeuvres
     no_information: str  # why there is none; empty: there is
+
+    @cached_property
+    def fitness(self) -> tuple[Fitness, ...]:
+        """For simulation, control and odometry."""
+        return fitness(self.model, self.scores)
 
     @property
     def horizon(self) -> float:

@@ -21,6 +21,7 @@ from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import Array
 
 PLOT_WINDOW = 40.0  # [s] that a plot shows at first, as in Figs. 5 and 6
+PICTURE_WINDOW = 60.0  # [s] of the first screen's picture
 WINDOW_STEP = 5.0  # [s] between the windows that are compared
 MOST_ROWS = 16_000  # drawn of all recordings together
 NEARLY_ALL_PREDICTED = 0.95  # of the best window's predictions: a window with fewer is not chosen
@@ -172,13 +173,15 @@ def thinned(present: NDArray[np.bool_], every: int) -> NDArray[np.intp]:
     return np.flatnonzero(keep)
 
 
-def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[float, float]:
-    """The `PLOT_WINDOW` [s] with the strongest commands, among those with nearly all predictions."""
+def busy_window(
+    t: Array, predicted: NDArray[np.bool_], forces: Array, length: float = PLOT_WINDOW
+) -> tuple[float, float]:
+    """The `length` [s] with the strongest commands, among those with nearly all predictions."""
     end = float(t[-1])
-    if end <= PLOT_WINDOW:
+    if end <= length:
         return 0.0, end
-    starts = np.append(np.arange(0.0, end - PLOT_WINDOW, WINDOW_STEP), end - PLOT_WINDOW)
-    first, last = np.searchsorted(t, starts), np.searchsorted(t, starts + PLOT_WINDOW)
+    starts = np.append(np.arange(0.0, end - length, WINDOW_STEP), end - length)
+    first, last = np.searchsorted(t, starts), np.searchsorted(t, starts + length)
     count = np.concatenate([[0], np.cumsum(predicted)])
     effort = np.concatenate([[0.0], np.cumsum(np.sum(forces**2, axis=1))])
     found = count[last] - count[first]
@@ -186,4 +189,4 @@ def busy_window(t: Array, predicted: NDArray[np.bool_], forces: Array) -> tuple[
         found >= NEARLY_ALL_PREDICTED * found.max(), effort[last] - effort[first], -1.0
     )
     best = float(starts[int(np.argmax(strength))])
-    return best, best + PLOT_WINDOW
+    return best, best + length

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The report's first three sentences: what was identified, how well it predicts, what to do."""
+"""The report's first sentences: verdict, what was identified, how well it predicts, what to do."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -23,13 +23,32 @@ from seatrial.report.text.numbers import (
 )
 from seatrial.util.format import joined, shortened
 from seatrial.util.frames import AXES, Array
+from seatrial.workflow.fitness import Level
 
 USE_WITHIN_ENVELOPE = "use it within the speeds and commands of its identification data."
 
 
 def verdict(evidence: Evidence) -> list[str]:
-    """Three sentences."""
+    """Three sentences in numbers."""
     return [identified(evidence), predicted(evidence), following(evidence)]
+
+
+def headline(evidence: Evidence) -> str:
+    """The verdict in plain words: how well the model predicts, and what it is fit for."""
+    runs = judged(evidence.runs)
+    if evidence.physics.unstable:
+        return f"It can't be used: {evidence.physics.unstable}."
+    if not runs:
+        return f"It predicts none of the recordings: {evidence.runs[0].failure}."
+    kind = "which it has not seen" if runs[0].unseen else "which it was identified from"
+    fit = {level: [f.use.value for f in evidence.fitness if f.level is level] for level in Level}
+    words = {Level.FIT: "Fit for", Level.LIMITED: "limited for", Level.NOT_FIT: "not fit for"}
+    parts = [f"{words[level]} {joined(uses)}" for level, uses in fit.items() if uses]
+    uses = "; ".join(parts)
+    return (
+        f"It predicts {_by_axis(runs)}, {evidence.horizon:g}\u00a0s ahead on {names_of(runs)}, {kind}. "
+        f"{uses[:1].upper()}{uses[1:]}."
+    )
 
 
 def identified(evidence: Evidence) -> str:
@@ -70,11 +89,7 @@ def predicted(evidence: Evidence) -> str:
     if not runs:
         return f"It predicts none of the recordings: {evidence.runs[0].failure}."
     rms, ratio = rms_and_ratio(runs)
-    groups: dict[str, list[str]] = {}
-    words = map(axis_word, resolved_ratio(runs).tolist(), at_floor(runs).tolist(), ratio.tolist())
-    for axis, word in zip(AXES, words, strict=True):
-        groups.setdefault(word, []).append(axis)
-    verdicts = joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
+    verdicts = _by_axis(runs)
     sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), ERROR_UNITS, strict=True)]
     shares = [number(share, 2) for share in ratio.tolist()]
     kind = "that it has not seen" if runs[0].unseen else "that it was identified from"
@@ -87,6 +102,16 @@ def predicted(evidence: Evidence) -> str:
         f"RMS error {joined(sizes)}, {joined(shares)} times that of constant "
         f"velocity{_floor(runs, rms)}{missing}."
     )
+
+
+def _by_axis(runs: Sequence[Run]) -> str:
+    """`surge and sway well and yaw fairly`."""
+    ratio = rms_and_ratio(runs)[1].tolist()
+    words = map(axis_word, resolved_ratio(runs).tolist(), at_floor(runs).tolist(), ratio)
+    groups: dict[str, list[str]] = {}
+    for axis, word in zip(AXES, words, strict=True):
+        groups.setdefault(word, []).append(axis)
+    return joined([f"{joined(axes)} {word}" for word, axes in groups.items()])
 
 
 def axis_word(resolved: float, hidden: bool, ratio: float) -> str:

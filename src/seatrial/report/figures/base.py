@@ -19,6 +19,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, RED, PURPLE = (
 SHADE = "rgba(0,114,178,0.15)"
 WARM = "rgba(230,159,0,0.18)"
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, BLACK)
+LEAST_SHOWN = 1e-5  # of the largest value, on a logarithmic axis
 FEW_DECADES = 2.6  # of a logarithmic axis: below it 2 and 5 are ticks, too
 DASHES = ("solid", "dash", "dot")  # the next dash after each cycle of colours
 SIGNS = ("circle", "square", "diamond", "cross", "triangle-up")
@@ -33,6 +34,12 @@ def forces_in(model: Model, axis: int) -> list[int]:
     forces = model.structure.forces
     places = [i for i, f in enumerate(forces) if f.name in used]
     return sorted(places, key=lambda i: forces[i].axis != axis)
+
+
+def driven_axes(model: Model) -> list[int]:
+    """The axes with a force in their equation; all where there is none."""
+    found = [axis for axis in range(3) if forces_in(model, axis)]
+    return found or [0, 1, 2]
 
 
 def line(
@@ -116,7 +123,7 @@ def room_for(traces: Sequence[Figure]) -> Figure:
     if not len(every):
         return {"type": "log"}
     return logarithmic(
-        0.9 * max(float(every.min()), 1e-3 * float(every.max())), 1.1 * float(every.max())
+        0.9 * max(float(every.min()), LEAST_SHOWN * float(every.max())), 1.1 * float(every.max())
     )
 
 

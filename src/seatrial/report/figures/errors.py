@@ -43,7 +43,7 @@ def histogram(run: Run, axis: int) -> Figure:
     errors = run.prediction.errors[:, axis] * scale
     spread, mean = float(np.std(errors)), float(np.mean(errors))
     titles = f"error in {SYMBOLS[axis]} [{name}]", "share of errors [%]"
-    layout: Figure = {"yaxis": {"rangemode": "tozero"}, "bargap": 0.06}
+    layout: Figure = {"yaxis": {"rangemode": "tozero"}, "bargap": 0.06, "showlegend": True}
     if not (np.isfinite(spread) and spread > 0):
         return figure([], *titles, **layout)
     edges = mean + np.linspace(-BIN_RANGE, BIN_RANGE, BINS + 1) * spread
@@ -66,7 +66,10 @@ def outline(run: Run, axis: int) -> Figure:
     density = share / (len(errors) * (edges[1] - edges[0]))
     unit = f"density of errors [1/({name})]"
     return figure(
-        [line("errors", middle, density, RED)], f"error in {SYMBOLS[axis]} [{name}]", unit
+        [line("errors", middle, density, RED)],
+        f"error in {SYMBOLS[axis]} [{name}]",
+        unit,
+        showlegend=True,
     )
 
 
@@ -75,7 +78,7 @@ def correlation(run: Run, axis: int) -> Figure:
     found = run.prediction
     errors, steps, samples = found.errors[:, axis], found.steps, len(found.t)
     titles = "lag [s]", f"autocorrelation of {SYMBOLS[axis]} [–]"
-    layout: Figure = {"xaxis": {"rangemode": "tozero"}}
+    layout: Figure = {"xaxis": {"rangemode": "tozero"}, "showlegend": True}
     if not np.isfinite(errors).all():
         return figure([], *titles, **layout)
     index = found.index

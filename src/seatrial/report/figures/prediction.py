@@ -7,7 +7,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.evaluation.scores import Scored, Start
-from seatrial.report.evidence.runs import Run
+from seatrial.report.evidence.runs import PICTURE_WINDOW, Run, busy_window
 from seatrial.report.figures.base import (
     BLACK,
     BLUE,
@@ -15,7 +15,9 @@ from seatrial.report.figures.base import (
     FORCE_COLOURS,
     ORANGE,
     RED,
+    SPEED_UNITS,
     Figure,
+    driven_axes,
     figure,
     force_name,
     forces_in,
@@ -25,8 +27,10 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SYMBOLS
+from seatrial.util.frames import SYMBOLS, Array
 
+PICTURE_MARGIN = {"l": 52, "r": 10, "t": 24, "b": 38}  # [px]
+PANEL_GAP = 0.05  # [share of the height] between panels of a picture
 START_KINDS = (
     ("stencil", "measured start", BLUE, "square"),
     ("filter", "filter start", RED, "circle"),
@@ -42,17 +46,52 @@ def velocity(model: Model, run: Run, axis: int) -> Figure:
     return above_commands(traces, model, run, axis, FORCE_COLOURS)
 
 
+def picture(model: Model, run: Run, predictions: Sequence[tuple[str, Array, str]]) -> Figure:
+    """Measured and predicted velocity of every driven axis, one above the other, over the busiest minute.
+
+    predictions: of each its name, velocities (n, 3) and colour.
+    """
+    usable = np.isfinite(np.sum([p[1] for p in predictions], axis=0)[:, 0]) if predictions else (
+        np.isfinite(run.measured[:, 0])
+    )  # fmt: skip
+    begin, end = busy_window(run.t, usable, run.forces, PICTURE_WINDOW)
+    at = np.flatnonzero((run.t >= begin) & (run.t <= end))
+    axes = driven_axes(model)
+    each = 1.0 / len(axes)
+    traces, panels = [], {}
+    for k, axis in enumerate(axes):
+        key = "" if k == 0 else f"{k + 1}"
+        low = 1.0 - (k + 1) * each + (PANEL_GAP if k < len(axes) - 1 else 0.0)
+        panels[f"yaxis{key}"] = {
+            "title": {"text": f"{SYMBOLS[axis]} [{SPEED_UNITS[axis]}]"}, "domain": [low, 1.0 - k * each],
+        }  # fmt: skip
+        own = [line("measured", run.t[at], run.measured[at, axis], BLACK, width=3.0)]
+        own += [line(n, run.t[at], v[at, axis], c, width=1.6) for n, v, c in predictions]
+        traces += [
+            t | {"yaxis": f"y{key}", "showlegend": k == 0, "legendgroup": t["name"]} for t in own
+        ]
+    last = f"y{len(axes)}" if len(axes) > 1 else "y"
+    return figure(
+        traces, "time [s]", "", **panels, hovermode="x", showlegend=True, margin=PICTURE_MARGIN,
+        xaxis={"range": [begin, end], "anchor": last},
+    )  # fmt: skip
+
+
 def above_commands(
     traces: Sequence[Figure], model: Model, run: Run, axis: int, colours: Sequence[str]
 ) -> Figure:
     """Traces of one velocity over time, and below them the forces of the axis."""
     at, below = run.shown, []
-    for n, place in enumerate(forces_in(model, axis)):
+    for n, place in enumerate(forces_in(model, axis)):  # none: no panel below
         trace = line("", run.t[at], run.forces[at, place], colours[n % len(colours)])
         trace["line"]["shape"] = "hv"
         below.append(trace | {"yaxis": "y2", "name": force_name(model, place)})
+    if not below:
+        return figure(
+            traces, "time [s]", speed(axis), xaxis={"range": list(run.window)}, hovermode="x", showlegend=True
+        )  # fmt: skip
     return figure(
-        [*traces, *below], "time [s]", speed(axis),
+        [*traces, *below], "time [s]", speed(axis), showlegend=True,
         xaxis={"range": list(run.window), "anchor": "y2"}, yaxis={"domain": [0.38, 1.0]},
         yaxis2={"title": {"text": COMMAND}, "domain": [0.0, 0.3]}, hovermode="x",
     )  # fmt: skip

@@ -89,7 +89,14 @@ def _plan(traces: Sequence[Figure]) -> Figure:
     every = every[np.isfinite(every)]
     room = MARGIN * float(np.ptp(every)) if len(every) else 0.0
     wide: Figure = {"range": [every.min() - room, every.max() + room]} if room > 0 else {}
-    return figure(traces, "x [m]", "y [m]", xaxis=wide, yaxis={"scaleanchor": "x", "scaleratio": 1})
+    return figure(
+        traces,
+        "x [m]",
+        "y [m]",
+        xaxis=wide,
+        yaxis={"scaleanchor": "x", "scaleratio": 1},
+        showlegend=True,
+    )
 
 
 def timeline(runs: Sequence[Run]) -> Figure:
@@ -116,6 +123,7 @@ def timeline(runs: Sequence[Run]) -> Figure:
     return figure(
         traces, "time [s]", "recording []",
         yaxis={**ticks, "range": [-len(runs) + 0.4, 0.6], "zeroline": False, "title": {"text": ""}},
+        showlegend=True,
     )  # fmt: skip
 
 

@@ -55,7 +55,7 @@ def _axes(
     left, top, right, bottom = box
     x = axis_of(layout.get("xaxis", {}), _values(traces, "x"), left, right)
     panels = {}
-    for name, key in (("y", "yaxis"), ("y2", "yaxis2")):
+    for name, key in (("y", "yaxis"), ("y2", "yaxis2"), ("y3", "yaxis3")):
         if key not in layout:
             continue
         own = layout[key]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A section: its text, its plots, its tables."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -23,6 +24,29 @@ class Section:
     html: str
     figures: Mapping[str, Mapping[str, Figure]] = field(default_factory=dict)  # by store, by name
     tables: Sequence[Table] = ()
+    folded: bool = False  # its text, below its heading
+
+
+def first_screen(title: str, verdict: str, picture: str, dials: str, following: str) -> str:
+    """A picture and a verdict, what to do next; all but the title are HTML."""
+    return f"""<header><h1>{escape(title)}</h1>
+<p class="lead">{verdict}</p></header>
+<div class="screen">{picture}
+<div class="dials">{dials}</div></div>
+<p class="next">{following}</p>"""
+
+
+def unfolded(section: Section) -> str:
+    """The text of a section; of a folded one with its heading as the handle."""
+    if not section.folded:
+        return section.html
+    head = re.match(
+        r'(<section id="[\w-]+">)(<h2>.*?</h2>)(.*)(</section>)$', section.html, re.DOTALL
+    )
+    if head is None:
+        return section.html
+    opening, title, inside, closing = head.groups()
+    return f'{opening}<details class="fold"><summary>{title}</summary>{inside}</details>{closing}'
 
 
 def store_of(place: int) -> str:
@@ -41,17 +65,24 @@ def plot(
     high = f' style="height:{ROWS_HEAD + ROW_HEIGHT * rows}px"' if rows else ""
     return (
         f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
-        f'role="img" aria-label="{escape(label)}"></div></figure>'
+        f'role="group" aria-label="plot: {escape(label)}"></div></figure>'
     )
 
 
-def three(store: str, figure: str, label: str, size: str = "small") -> str:
+def axis_heading(axis: int, facts: str = "") -> str:
+    """Heading of the plots of one axis; `facts` in small print."""
+    more = f' <span class="told">{escape(facts)}</span>' if facts else ""
+    return f'<h3 class="one">{AXES[axis].capitalize()} <i>{SYMBOLS[axis]}</i>{more}</h3>'
+
+
+def three(
+    store: str, figure: str, label: str, size: str = "small", *, axes: Sequence[int] = (0, 1, 2)
+) -> str:
     """One plot for each axis, side by side."""
     drawn = "".join(
-        plot(store, f"{figure}-{symbol}", f"{axis}: {label}", size)
-        for axis, symbol in zip(AXES, SYMBOLS, strict=True)
+        plot(store, f"{figure}-{SYMBOLS[axis]}", f"{AXES[axis]}: {label}", size) for axis in axes
     )
-    return f'<div class="three">{drawn}</div>'
+    return f'<div class="{"pair" if len(axes) == 2 else "three"}">{drawn}</div>'
 
 
 def foldable(name: str, facts: str, inside: str, *, opened: bool) -> str:
@@ -60,9 +91,10 @@ def foldable(name: str, facts: str, inside: str, *, opened: bool) -> str:
     return f'<details class="run"{" open" if opened else ""}>{title}\n{inside}</details>'
 
 
-def fine(title: str, inside: str) -> str:
-    """Details, folded."""
-    return f'<details class="fine"><summary>{escape(title)}</summary>{inside}</details>'
+def fine(title: str, inside: str, *, printed: bool = False) -> str:
+    """Details, folded; on paper only where they are to be printed."""
+    kind = "kept" if printed else "fine"
+    return f'<details class="{kind}"><summary>{escape(title)}</summary>{inside}</details>'
 
 
 def first_of(runs: Sequence[Run]) -> int:

@@ -2,15 +2,14 @@
 """Residuals: histograms, autocorrelations, residuals against inputs."""
 
 from collections.abc import Sequence
-from html import escape
 from string import Template
 
 from seatrial.evaluation.residuals import in_words
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import errors as draw
-from seatrial.report.figures.base import Figure
-from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
+from seatrial.report.figures.base import Figure, driven_axes
+from seatrial.report.sections.base import Section, axis_heading, first_of, foldable, plot, store_of
 from seatrial.report.sections.prediction import sizes
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Number, Text
@@ -18,7 +17,7 @@ from seatrial.report.text.markup import listing, number
 from seatrial.report.text.names import names_in, sentence
 from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import SYMBOLS
 
 MOST_CORRELATIONS = 4  # sentences on the residuals of a recording
 
@@ -28,8 +27,11 @@ def section(evidence: Evidence) -> Section | None:
     if not evidence.tested:
         return None
     first, names = first_of(evidence.runs), names_in(evidence.model)
+    driven = driven_axes(evidence.model)
     parts = "\n".join(
-        _one(run, i, names, opened=i == first) for i, run in enumerate(evidence.runs) if run.tested
+        _one(run, i, names, driven, opened=i == first)
+        for i, run in enumerate(evidence.runs)
+        if run.tested
     )
     note = Template(prose.ERRORS).substitute(horizon=f"{evidence.horizon:g}")
     html = f"""<section id="errors"><h2>Residuals</h2>
@@ -62,13 +64,14 @@ def _figures(evidence: Evidence, run: Run) -> dict[str, Figure]:
     for axis, symbol in enumerate(SYMBOLS):
         found[f"histogram-{symbol}"] = draw.histogram(run, axis)
         found[f"autocorrelation-{symbol}"] = draw.correlation(run, axis)
-        found[f"command-{symbol}"] = draw.against_command(evidence.model, run, axis)
+        if axis in driven_axes(evidence.model):
+            found[f"command-{symbol}"] = draw.against_command(evidence.model, run, axis)
         if run.correlations:
             found[f"followed-{symbol}"] = draw.residual_correlations(run, axis)
     return found
 
 
-def _one(run: Run, place: int, names: Sequence[str], *, opened: bool) -> str:
+def _one(run: Run, place: int, names: Sequence[str], driven: Sequence[int], *, opened: bool) -> str:
     significant = sorted(
         (c for c in run.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
     )
@@ -77,11 +80,11 @@ def _one(run: Run, place: int, names: Sequence[str], *, opened: bool) -> str:
         lines.append(f"and {len(significant) - MOST_CORRELATIONS} more, in the plots")
     if run.correlations and not significant:
         lines = ["no residual is significantly correlated with a force"]
-    parts = "".join(_axis(run, place, axis) for axis in range(3))
+    parts = "".join(_axis(run, place, axis, driven) for axis in range(3))
     return foldable(run.name, sizes(run), listing(lines) + parts, opened=opened)
 
 
-def _axis(run: Run, place: int, axis: int) -> str:
+def _axis(run: Run, place: int, axis: int, driven: Sequence[int]) -> str:
     sign, (name, scale), store = SYMBOLS[axis], ERROR_UNITS[axis], store_of(place)
     found = run.score.scores[sign]
     summary = (
@@ -91,10 +94,11 @@ def _axis(run: Run, place: int, axis: int) -> str:
     drawn = [
         plot(store, f"histogram-{sign}", f"histogram of the errors: {summary}", "small"),
         plot(store, f"autocorrelation-{sign}", "autocorrelation of the errors", "small"),
-        plot(store, f"command-{sign}", "mean error against the commands", "small"),
     ]
+    if axis in driven:
+        drawn.append(plot(store, f"command-{sign}", "mean error against the commands", "small"))
     if run.correlations:
         label = "correlation of residuals with forces"
         drawn.append(plot(store, f"followed-{sign}", label, "small"))
-    return f"""<h4>{AXES[axis].capitalize()} <i>{sign}</i> <span class="told">{escape(summary)}</span></h4>
+    return f"""{axis_heading(axis, summary)}
 <div class="four">{"".join(drawn)}</div>"""

@@ -14,7 +14,7 @@ from seatrial.identification.uncertainty.identifiability import (
 )
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import known as draw
-from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.sections.base import ALL, Section, fine, plot
 from seatrial.report.text import prose
 from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text
 from seatrial.report.text.markup import listing, number, true_minus
@@ -39,14 +39,14 @@ def section(evidence: Evidence) -> Section:
     scatter = model.estimator.method == EQUATION_ERROR
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
     table = verdicts(found)
+    matrix = f'<p class="note">{prose.CORRELATIONS}</p>{correlation_map(found)}'
     html = f"""<section id="known"><h2>What is known</h2>
 <p class="note">{prose.KNOWN}</p>
 {warned}<div class="pair wider">{table.html()}
 {plot(ALL, "known", "relative error of every parameter", "tall", rows=len(found.names))}</div>
 {listing([*combinations, *notes])}
-<h3>Correlations</h3>
-<p class="note">{prose.CORRELATIONS}</p>
-{correlation_map(found)}</section>"""
+{fine("correlations of the estimates", matrix, printed=True)}
+</section>"""
     tables = (table, correlations(found))
     return Section("known", "What is known", html, {ALL: {"known": draw.errors(found)}}, tables)
 

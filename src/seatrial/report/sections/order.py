@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """The report's sections in the order of the page."""
 
+from dataclasses import replace
+
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections import (
     actuators,
     advice,
     coefficients,
+    effects,
     errors,
     homogeneity,
     horizons,
@@ -20,11 +23,17 @@ from seatrial.report.sections import (
 from seatrial.report.sections.base import Section
 
 SECTION_ORDER = (
-    verdict, known, coefficients, actuators, recorded, horizons, prediction, errors, scores,
+    verdict, known, coefficients, effects, actuators, recorded, horizons, prediction, errors, scores,
     homogeneity, physics, advice, provenance,
 )  # fmt: skip
 
 
+FOLDED = frozenset(
+    ("actuators", "recorded", "errors", "scores", "repeat", "physics", "advice", "provenance")
+)
+
+
 def all_sections(evidence: Evidence) -> list[Section]:
-    """Every section with content."""
-    return [found for one in SECTION_ORDER if (found := one.section(evidence)) is not None]
+    """Every section with content; those that few readers look at are folded."""
+    found = [section for one in SECTION_ORDER if (section := one.section(evidence)) is not None]
+    return [replace(section, folded=section.name in FOLDED) for section in found]

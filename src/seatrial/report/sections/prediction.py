@@ -7,7 +7,7 @@ from string import Template
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import PLOT_WINDOW, Run
 from seatrial.report.figures import prediction as draw
-from seatrial.report.sections.base import Section, first_of, foldable, plot, store_of
+from seatrial.report.sections.base import Section, axis_heading, first_of, foldable, plot, store_of
 from seatrial.report.text import prose
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import ERROR_UNITS
@@ -66,8 +66,13 @@ def linked(run: Run, inside: str) -> str:
 def _one(run: Run, place: int, *, opened: bool) -> str:
     warning = "" if run.tested else f'<p class="warning">{escape(run.failure)}</p>'
     drawn = "".join(
-        f"<h4>{axis.capitalize()} <i>{s}</i></h4>"
-        + plot(store_of(place), f"velocity-{s}", f"{axis} velocity, measured and predicted", "wide")
-        for axis, s in zip(AXES, SYMBOLS, strict=True)
+        axis_heading(axis)
+        + plot(
+            store_of(place),
+            f"velocity-{s}",
+            f"{AXES[axis]} velocity, measured and predicted",
+            "wide",
+        )
+        for axis, s in enumerate(SYMBOLS)
     )
     return foldable(run.name, sizes(run), warning + linked(run, drawn), opened=opened)

@@ -8,6 +8,7 @@ from seatrial.recording.pose_faults import FaultKind
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import recorded as draw
+from seatrial.report.figures.base import driven_axes
 from seatrial.report.sections.base import (
     ALL,
     Section,
@@ -29,7 +30,10 @@ from seatrial.util.frames import AXES, SYMBOLS
 def section(evidence: Evidence) -> Section:
     """All recordings together, then each."""
     model, runs = evidence.model, evidence.runs
-    parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
+    driven = driven_axes(model)
+    parts = "\n".join(
+        _one(run, i, driven, opened=i == first_of(runs)) for i, run in enumerate(runs)
+    )
     note = Template(prose.RECORDED_NOTE).substitute(scatter=draw.SCATTER)
     html = f"""<section id="recorded"><h2>Recordings</h2>
 <p class="note">{note}</p>
@@ -37,17 +41,17 @@ def section(evidence: Evidence) -> Section:
 {plot(ALL, "timeline", "when poses and commands were usable", "square", "missing data over time")}</div>
 {summary(evidence).html()}
 <h3>Speeds against commands</h3>
-{three(ALL, "cells", "time at each speed and command")}
+{three(ALL, "cells", "time at each speed and command", axes=driven)}
 {parts}</section>"""
     figures = {
         ALL: {
             "tracks": draw.tracks(runs),
             "timeline": draw.timeline(runs),
-            **{f"cells-{s}": draw.cells(model, runs, i) for i, s in enumerate(SYMBOLS)},
+            **{f"cells-{SYMBOLS[i]}": draw.cells(model, runs, i) for i in driven},
         }
     }
     for i, run in enumerate(runs):
-        cover = {f"coverage-{s}": draw.coverage(model, run, a) for a, s in enumerate(SYMBOLS)}
+        cover = {f"coverage-{SYMBOLS[a]}": draw.coverage(model, run, a) for a in driven}
         figures[store_of(i)] = {"track": draw.track(run), **cover}
     return Section("recorded", "Recordings", html, figures, (summary(evidence), excitations(runs)))
 
@@ -116,7 +120,7 @@ def faults(run: Run) -> Table:
     return Table("faults", f"Faults of {run.name}", ("fault", "from [s]", "to [s]", "poses"), rows)
 
 
-def _one(run: Run, place: int, *, opened: bool) -> str:
+def _one(run: Run, place: int, driven: Sequence[int], *, opened: bool) -> str:
     recording, store = run.recording, store_of(place)
     facts = (
         f"{minutes(recording.duration)}, {len(recording.t)} poses at "
@@ -128,5 +132,5 @@ def _one(run: Run, place: int, *, opened: bool) -> str:
         broken = fault_kinds(run).html() + every
     inside = f"""<div class="pair">{plot(store, "track", "track of the boat", "square")}
 <div>{excited(run).html()}{broken}</div></div>
-{three(store, "coverage", "speed against command")}"""
+{three(store, "coverage", "speed against command", axes=driven)}"""
     return foldable(recording.name, facts, inside, opened=opened)

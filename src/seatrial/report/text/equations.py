@@ -22,7 +22,7 @@ def equations(structure: Structure, values: Values | None = None) -> str:
     tex = latex_equations(structure, values)
     return (
         f'<div class="equations">{drawn}<details class="fine"><summary>as text and LaTeX</summary>'
-        f"<pre>{escape(plain)}</pre><pre>{escape(tex)}</pre></details></div>"
+        f'<pre tabindex="0">{escape(plain)}</pre><pre tabindex="0">{escape(tex)}</pre></details></div>'
     )
 
 

@@ -3,6 +3,14 @@
 
 ALL_WELL = "<p>No open issue: use the model within its envelope.</p>"
 
+USES = "What the model is fit for"
+
+EFFECTS = """Forward-left-up axes. Lever arm: the measured point from the boat's origin. Delay: the age of a
+sensor's value at its stamp. Current: velocity of the water over ground, in earth axes. Trim: steady
+acceleration in body axes. Wind: steady acceleration in earth axes. Stated: from the vehicle file."""
+
+NO_EFFECTS = "None was stated or estimated."
+
 AXES_NOTE = """All values are in forward-left-up axes (<i>x</i> forward, <i>y</i> left, yaw positive to the
 left)."""
 
@@ -106,6 +114,15 @@ of the recordings that the model was identified from."""
 
 DIFFERENCES = """Differences in standard errors of the difference, for independent models. Dotted: 95 % limits of
 a single test. Marked: significant after Holm's correction."""
+
+CAUSES_SHORT = "Probability of each cause"
+
+CAUSES = """Each cause is a map from A's coefficients to B's. Mass: every coefficient of an axis is divided by one
+factor. Mass off centre: the coupling terms change, too. Battery: all thrust by one factor. One thruster: its
+gain alone. Current: surge and sway but for thrust, each coefficient by itself, as in a current that was not
+estimated; fouling looks alike. None of these: every coefficient by itself. All are equally probable before
+the recordings, with changes of 30 % (standard deviation); Laplace's approximation gives the probabilities.
+Two causes at once are none of these."""
 
 BOTH_HORIZONS = """All recordings together, each model from its own filter to its own smoothed velocity. Dotted:
 noise floor of the poses. Dashed: constant velocity. The table: both models from the same starts to the

@@ -10,6 +10,7 @@ from html import escape
 from seatrial.report.text.cells import Cell, Interval, Text, Worded
 from seatrial.report.text.latex import latex_text
 
+VERDICTS = ("verdict", "better")  # heads of columns that say what the numbers mean
 LONGEST_WORD = 30  # characters of a cell that stays on one line, to the right
 
 
@@ -27,8 +28,8 @@ class Table:
     def html(self) -> str:
         """For the page; it scrolls sideways where it is too wide."""
         top = "".join(
-            f'<th scope="col"{_kind(words)}>{escape(cell)}</th>'
-            for cell, words in zip(self.head, self.wordy, strict=True)
+            f'<th scope="col"{_kind(words, sight)}>{escape(cell)}</th>' if cell else "<td></td>"
+            for cell, words, sight in zip(self.head, self.wordy, self.in_sight, strict=True)
         )
         body = "".join(self._row(place, row) for place, row in enumerate(self.rows))
         kind = f"numbers {self.name}" if self.numbers else self.name
@@ -42,8 +43,8 @@ class Table:
         if not rest:
             return f'<tr class="group"><th scope="rowgroup" colspan="{len(self.head)}">{first}</th></tr>'
         mark = ' class="marked"' if place in self.marked else ""
-        wordy = self.wordy[1:]
-        cells = "".join(f"<td{_kind(w)}>{c}</td>" for c, w in zip(rest, wordy, strict=True))
+        kinds = map(_kind, self.wordy[1:], self.in_sight[1:])
+        cells = "".join(f"<td{kind}>{c}</td>" for c, kind in zip(rest, kinds, strict=True))
         return f'<tr{mark}><th scope="row">{first}</th>{cells}</tr>'
 
     @property
@@ -54,6 +55,11 @@ class Table:
         rows = [row for row in self.rows if len(row) > 1]
         columns = [[row[k] for row in rows] for k in range(1, len(self.head))]
         return (False, *(any(map(_is_sentence, column)) for column in columns))
+
+    @property
+    def in_sight(self) -> tuple[bool, ...]:
+        """Columns of verdicts, which stay in sight where a table scrolls."""
+        return tuple(name in VERDICTS for name in self.head)
 
     @property
     def grouped(self) -> bool:
@@ -111,8 +117,9 @@ def _is_sentence(cell: Cell) -> bool:
     return isinstance(cell, Text) and len(cell.text) > LONGEST_WORD
 
 
-def _kind(wordy: bool) -> str:
-    return ' class="words"' if wordy else ""
+def _kind(wordy: bool, in_sight: bool) -> str:
+    found = " ".join([*["words"] * wordy, *["verdict"] * in_sight])
+    return f' class="{found}"' if found else ""
 
 
 def _unit(column: Sequence[Cell]) -> str:

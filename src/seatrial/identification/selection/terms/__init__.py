@@ -3,6 +3,7 @@
 
 from seatrial.identification.selection.terms.candidates import default_candidates, given_candidates
 from seatrial.identification.selection.terms.console import (
+    SELECTION_FORMAT,
     chosen_terms_text,
     selection_json,
     selection_text,
@@ -12,6 +13,7 @@ from seatrial.identification.selection.terms.select_terms import choose_structur
 from seatrial.identification.selection.terms.selection import Selection
 
 __all__ = [
+    "SELECTION_FORMAT",
     "Selection",
     "choose_structure",
     "chosen_terms_text",

@@ -14,6 +14,7 @@ from seatrial.util.frames import AXES, Axes
 
 SELECTION_FORMAT: Final = "selection 1"
 HEAD = ("term", "estimate", "z", "spread", "held-out", "moves")
+SPARE = (3, 5)  # what a narrow terminal does not get
 TABLE_LEGEND = """\
   z: estimate / standard error, each candidate added alone; spread: between the repeats, relative to their
   standard errors; held-out: increase of the {horizon:g} s prediction error without the term, for recordings left
@@ -23,7 +24,7 @@ TABLE_LEGEND = """\
 def selection_text(selection: Selection) -> str:
     """The table, axis by axis, and the chosen equations."""
     rows = selection.rows
-    numbers = table(HEAD, [_numbers(row) for row in rows]).splitlines()
+    numbers = table(HEAD, [_numbers(row) for row in rows], spare=SPARE).splitlines()
     width = max(len(line) for line in numbers)
     lines = [f"Repeats: {' against '.join(f.name for f in selection.folds)}", numbers[0]]
     before = -1

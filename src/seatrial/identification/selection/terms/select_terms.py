@@ -5,7 +5,7 @@ Exact aliases first, which no data can separate. Then candidates by score tests,
 tests, backward. At last repeats of the experiment against each other, and the prediction of left-out recordings.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
@@ -32,12 +32,19 @@ from seatrial.identification.selection.terms.significance import (
     enough_blocks,
     freedom,
 )
-from seatrial.identification.selection.terms.stepwise import TermSearch, forward_and_back
+from seatrial.identification.selection.terms.stepwise import (
+    REFIT_SHARE,
+    TermSearch,
+    forward_and_back,
+)
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
+from seatrial.util.progress import stage, step
 
+STAGES_SHARE = 0.2  # as the next, of the time that a selection takes, for the progress
+FIT_SHARE, FIRST_MAXIMUM_SHARE, CHANGE_SHARE, SEARCH_SHARE = 0.6, 0.1, 0.2, 0.93
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
 CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
 
@@ -48,7 +55,6 @@ def select(
     *,
     candidates: Sequence[Term] | None = None,
     horizon: float = DEFAULT_HORIZON,
-    say: Callable[[str], None] = lambda _: None,
 ) -> Selection:
     """Keep a term if it is distinguishable from zero, repeats agree on it, and held-out prediction is no worse.
 
@@ -62,10 +68,10 @@ def select(
     tiers = candidate_tiers(vehicle) if candidates is None else (tuple(candidates),)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
-    search = TermSearch(vehicle, tiers, horizon, say)
+    search = TermSearch(vehicle, tiers, horizon)
     # the fit with the vehicle's own terms, and the effects that it lacks
-    say("the vehicle's own terms")
-    first = fit(together, vehicle)
+    with stage("the vehicle's own terms", FIT_SHARE):
+        first = fit(together, vehicle)
     begin = term_fit(first)
     asked = of_kinds(first.findings, *EFFECTS_FOUND, *DISTURBANCES)
     # if the boat changed between recordings: further terms may explain that
@@ -75,12 +81,7 @@ def select(
     return _selection(search, there, begin.terms, parts, one_boat=one_boat, asked=told)
 
 
-def choose_structure(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    *,
-    say: Callable[[str], None] = lambda _: None,
-) -> Selection | None:
+def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selection | None:
     """The terms of a vehicle with `structure: auto`; None where the recordings are too short to test any.
 
     As `select`, from the first maximum of the likelihood: `identify` takes findings and further stages of the
@@ -92,12 +93,13 @@ def choose_structure(
         return None
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
-    search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON, say)
+    search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON)
     # stages of the chain before terms: a missing curve of the thrusters looks like terms
-    say("the terms that every boat has")
     usual = with_usual_terms(vehicle)
-    begin = begun_at(first_maximum(together, usual))
-    staged, _ = select_stages(begin.at, usual, OutputErrorSettings(), begin.horizon)
+    with stage("the terms that every boat has", FIRST_MAXIMUM_SHARE):
+        begin = begun_at(first_maximum(together, usual))
+    with stage("actuator stages", STAGES_SHARE):
+        staged, _ = select_stages(begin.at, usual, OutputErrorSettings(), begin.horizon)
     begin = replace(begin, at=staged)
     try:
         own = vehicle.structure.terms
@@ -117,8 +119,10 @@ def _selection(
 ) -> Selection:
     """Candidates in and out, until every term stands repeats and held-out prediction; the table of all."""
     aliased = search.aliased(own, search.candidates)
-    tests, refused = _supported(search, there, parts, one_boat=one_boat)
-    rows = rows_of(tests, own, aliased, refused)
+    with stage("", SEARCH_SHARE):
+        tests, refused = _supported(search, there, parts, one_boat=one_boat)
+    with stage("table of all terms"):
+        rows = rows_of(tests, own, aliased, refused)
     vehicle = search.vehicle
     chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
     model = tests.fit.solution().model()
@@ -135,7 +139,7 @@ def _supported(
         # forward and backward at the present noise; refused terms stay out
         there = forward_and_back(search, there, [*refused])
         # repeats against each other, and held-out prediction without each term
-        search.say("repeats and held-out prediction")
+        step(search.usual_sweeps, "repeats and held-out prediction")
         tests = TermTests(search, there, parts)
         reasons = {
             name: reason_to_go(found, len(tests.kept), parts, own=name in named, one_boat=one_boat)
@@ -150,7 +154,8 @@ def _supported(
         for name in sorted(bad, key=lambda name: tests.kept[name].change.z):
             worst.setdefault(axes[name], name)
         refused |= {name: bad[name] for name in worst.values()}
-        there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
+        with stage("", REFIT_SHARE):
+            there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
 
 
 def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
@@ -170,11 +175,12 @@ def _with_changes_explained(
     changed = of_kinds(findings, *CHANGES)
     if not changed:
         return begin, ()
-    whole = forward_and_back(search, begin, [])
+    with stage("explaining a change", CHANGE_SHARE):
+        whole = forward_and_back(search, begin, [])
     if whole.terms == begin.terms:
         return begin, changed
-    search.say("whether the recordings agree, with these")
-    found = fit(begin.problem.recordings, with_terms(search.vehicle, whole.terms))
+    with stage("agreement between recordings", CHANGE_SHARE):
+        found = fit(begin.problem.recordings, with_terms(search.vehicle, whole.terms))
     return term_fit(found), of_kinds(found.findings, *CHANGES)
 
 

@@ -5,7 +5,7 @@ Under model mismatch the likelihood overfits short times. There a candidate must
 that were left out as well.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
@@ -20,10 +20,11 @@ from seatrial.identification.selection.terms.score_information import (
 from seatrial.identification.selection.terms.significance import Estimate, estimate
 from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
+from seatrial.util.progress import over, stage, step
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
 MOST_SWEEPS = 20  # of adding and removing
-Message = Callable[[str], None]
+REFIT_SHARE = 0.1  # of the time of a sweep, for the progress
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,11 @@ class TermSearch:
     vehicle: Vehicle  # as its file has it
     tiers: tuple[tuple[Term, ...], ...]  # candidates; those of a tier come in before later ones
     ahead: float  # [s] of held-out prediction
-    say: Message
+
+    @property
+    def usual_sweeps(self) -> float:
+        """Of a search, for the progress: a vehicle with terms of its own needs few."""
+        return 12.0 if self.vehicle.automatic else 4.0
 
     @property
     def candidates(self) -> tuple[Term, ...]:
@@ -58,23 +63,30 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
     An added term is removed again where later ones replace it. `refused` ones are never added. The noise is held
     meanwhile; at the end it is fitted again, and candidates are tested once more.
     """
-    refused = list(refused)
+    refused, latest = list(refused), "candidates"
     for _ in range(MOST_SWEEPS):
-        added = best_candidates(search, fit, refused)
+        step(search.usual_sweeps, latest)
+        with stage("", 1.0 - REFIT_SHARE):
+            added = best_candidates(search, fit, refused)
         if added:
-            search.say(f"with {', '.join(str(t.coefficient) for t in added)}")
-            fit = fit.refitted((*fit.terms, *added))
+            latest = f"with {', '.join(str(t.coefficient) for t in added)}"
+            with stage(""):
+                fit = fit.refitted((*fit.terms, *added))
             continue
         removed = weakest_newcomer(search, fit)
         if removed is not None:
-            search.say(f"without {removed}")
+            latest = f"without {removed}"
             refused.append(removed)
-            fit = fit.refitted([t for t in fit.terms if t.coefficient != removed])
+            with stage(""):
+                fit = fit.refitted([t for t in fit.terms if t.coefficient != removed])
             continue
         if fit.settled:
             return fit
-        fit = fit.with_noise()
-    return fit.with_noise()
+        step(search.usual_sweeps, latest := "noise of these terms")
+        with stage(""):
+            fit = fit.with_noise()
+    with stage(""):
+        return fit.with_noise()
 
 
 def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) -> list[Term]:
@@ -165,7 +177,7 @@ def candidate_information(
             f"{len(fit.terms)} terms with {len(fit.values)} coefficients leave no room for a candidate; at most "
             f"{MOST_TERMS - 1} and {MOST_COEFFICIENTS - 1} do"
         )
-    for first in range(0, len(tried), max(1, room)):
+    for first in over(range(0, len(tried), max(1, room))):
         batch = tried[first : first + room]
         whole = score_information_of(fit.at, batch)
         there = [n for n in whole.names if n not in {t.coefficient for t in batch}]

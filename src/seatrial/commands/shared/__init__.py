@@ -5,15 +5,21 @@ import argparse
 import re
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from seatrial.util.printing import STANDARD_OUTPUT, put
 from seatrial.util.progress import over
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import msgspec
+
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
     from seatrial.recording.recording import Recording
 
+JSON_HELP = "also write the result as JSON; -: to standard output, in place of the text"
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
 
 
@@ -21,6 +27,8 @@ def guard(out: Path | None, begins: str, *inputs: object) -> None:
     """Refuse an output that is an input, or a file that is something else."""
     from seatrial.util.errors import FileError
 
+    if str(out) == STANDARD_OUTPUT:
+        return
     given = [Path(str(path)).resolve() for path in inputs if path is not None]
     if out is not None and out.resolve() in given:
         raise FileError(f"{out}: is an input of this command; give another name to write to")
@@ -132,9 +140,54 @@ def add_horizon(command: argparse.ArgumentParser, text: str) -> None:
     command.add_argument("--horizon", type=float, default=DEFAULT_HORIZON, metavar="S", help=text)
 
 
-def add_json(command: argparse.ArgumentParser, text: str = "also write it for programs") -> None:
-    """--json."""
-    command.add_argument("--json", type=Path, metavar="FILE", help=text)
+def add_json(command: argparse.ArgumentParser) -> None:
+    """--json. The command calls `guard(args.json, "{", ...)` before its work and `write_json` after it."""
+    command.add_argument("--json", type=Path, metavar="FILE", help=JSON_HELP)
+
+
+def to_programs(args: argparse.Namespace) -> bool:
+    """Whether standard output is for JSON alone: then nothing is asked there."""
+    return str(args.json) == STANDARD_OUTPUT
+
+
+def write_json(
+    args: argparse.Namespace, kind: str, content: "Mapping[str, Any] | msgspec.Struct"
+) -> None:
+    """The result for programs, where --json asks for it; docs/json.md lists the fields.
+
+    `kind`: its kind and version, such as `inspection 1`, for content that does not state it. Infinity and NaN,
+    which JSON does not have, become null.
+    """
+    if args.json is None:
+        return
+    import msgspec
+
+    from seatrial.util.files import dump_json, finite_or_none, write_text
+
+    plain = finite_or_none(msgspec.to_builtins(content, enc_hook=_builtin))
+    plain = {"seatrial": kind} | plain
+    if to_programs(args):
+        put(dump_json(plain, ascii_only=True))
+    else:
+        write_text(args.json, dump_json(plain))
+
+
+def guard_lines(args: argparse.Namespace, *inputs: object) -> None:
+    """The same for a command that answers in lines: on standard output both would mix."""
+    from seatrial.util.errors import LiveError
+
+    if to_programs(args) and args.udp is None:
+        raise LiveError("--json -: the lines are on standard output; give a file, or --udp PORT")
+    guard(args.json, "{", *inputs)
+
+
+def _builtin(value: Any) -> Any:  # noqa: ANN401, as msgspec calls it
+    """Paths and numbers of numpy as JSON has them."""
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no JSON")
 
 
 def add_salvage(command: argparse.ArgumentParser) -> None:

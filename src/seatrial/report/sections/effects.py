@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: MIT
+"""Effects between boat and sensor, or of a recording: lever arm, delays, current, trim, wind."""
+
+from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
+from seatrial.boat.findings import Finding, FindingKind, finding_text
+from seatrial.boat.model import Model
+from seatrial.boat.physics import SIGNIFICANT
+from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.sections.base import Section
+from seatrial.report.text import prose
+from seatrial.report.text.cells import Cell, Number, Text, Unit, between, known
+from seatrial.report.text.markup import listing
+from seatrial.report.text.names import names_in, sentence
+from seatrial.report.text.table import Table
+from seatrial.util.statistics import NORMAL_95
+
+EFFECT_WORDS = {  # of the names in a model file
+    "current_x": ("current along x", "m/s"),
+    "current_y": ("current along y", "m/s"),
+    "trim_u": ("trim in surge", "m/s^2"),
+    "trim_v": ("trim in sway", "m/s^2"),
+    "trim_r": ("trim in yaw", "rad/s^2"),
+    "wind_x": ("wind along x", "m/s^2"),
+    "wind_y": ("wind along y", "m/s^2"),
+}
+Row = tuple[str, str, float, float, str]  # effect, where, value, standard error (0: stated), unit
+
+
+def section(evidence: Evidence) -> Section | None:
+    """Only where an effect is stated, estimated, or significant and not modelled."""
+    table, model = effects(evidence.model), evidence.model
+    missing = [
+        sentence(finding_text(f), names_in(model))
+        for f in model.findings_of(*UNMODELLED_EFFECTS.values())
+    ]
+    if not table.rows and not missing:
+        return None
+    shown = table.html() if table.rows else f"<p>{prose.NO_EFFECTS}</p>"
+    html = f"""<section id="effects"><h2>Effects</h2>
+<p class="note">{prose.EFFECTS}</p>
+{shown}{listing(missing) if missing else ""}</section>"""
+    return Section("effects", "Effects", html, tables=(table,) if table.rows else ())
+
+
+def effects(model: Model) -> Table:
+    """A row for each, with its 95 % interval."""
+    head = ("effect", "of", "value", "± (95 %)", "95 % interval", "unit", "verdict")
+    rows: list[list[Cell]] = []
+    for effect, where, value, error, unit in [*_lever(model), *_delays(model), *_recorded(model)]:
+        width = NORMAL_95 * error
+        interval = (value - width, value + width) if error > 0 else None
+        rows.append(
+            [
+                Text(effect), Text(where), Number(value, 3), known(width if error > 0 else None, 2),
+                between(interval), Unit(unit), Text(_verdict(value, error)),
+            ]
+        )  # fmt: skip
+    return Table("effects", "Effects", head, rows)
+
+
+def _verdict(value: float, error: float) -> str:
+    if error == 0.0:
+        return "stated"
+    return "significant" if abs(value) >= SIGNIFICANT * error else "not distinguishable from zero"
+
+
+def _lever(model: Model) -> list[Row]:
+    if not any(model.vehicle.lever) and not any(model.lever_errors):
+        return []
+    sides = zip(("ahead", "to port"), model.vehicle.lever, model.lever_errors, strict=True)
+    return [(f"lever arm {side}", "sensor", value, error, "m") for side, value, error in sides]
+
+
+def _delays(model: Model) -> list[Row]:
+    errors: dict[str, Finding] = {}
+    for finding in model.findings_of(FindingKind.DELAY):
+        errors[finding.part("part")] = finding
+    apart = model.findings_of(FindingKind.DELAY_DIFFERENCE)
+    rows: list[Row] = []
+    for part, delay in zip(("position", "heading"), model.vehicle.delays, strict=True):
+        found = errors.get(part)
+        if found is not None:
+            rows.append(
+                (f"delay of {part}", "sensor", found.number("delay"), found.number("error"), "s")
+            )
+        elif delay and not apart:
+            rows.append((f"delay of {part}", "sensor", delay, 0.0, "s"))
+    for one in apart:
+        what = f"delay of {one.part('older')} after {one.part('newer')}"
+        rows.append((what, "sensor", one.number("delay"), one.number("error"), "s"))
+    return rows
+
+
+def _recorded(model: Model) -> list[Row]:
+    rows: list[Row] = []
+    for entry in model.recordings:
+        for name, value in entry.effects.items():
+            words, unit = EFFECT_WORDS.get(name, (name, "-"))
+            rows.append((words, entry.name, value, entry.errors.get(name, 0.0), unit))
+    return rows

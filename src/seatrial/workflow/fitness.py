@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: MIT
+"""What a model is fit for: simulation, control, odometry; by stated criteria, as values."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.boat.physics import axis_physics
+from seatrial.boat.structure import Term
+from seatrial.evaluation.scores import AxisScore, PooledScore, Scores
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.statistics import NORMAL_95
+
+# Simulation: error growth. 1 - ratio is Ljung's fit index with constant velocity as the mean.
+SIMULATED_WELL = 0.5  # [-] excess over constant velocity's at the longest horizon: a fit of 50 %
+SIMULATED_SO_SO = 0.8  # [-] a fit of 20 %: it hardly follows its commands
+# Control: a gain margin of 6 dB, the usual least one, is a factor of 2.
+GAIN_KNOWN = (
+    0.25  # [-] 95 % half-width of gain or damping over its value: 2 dB, a third of the margin
+)
+GAIN_SO_SO = 0.5  # [-] the whole margin of 6 dB
+# A loop as fast as the boat turns its phase by delay / rise time [rad] at crossover; 45 deg are usual.
+DELAY_KNOWN = (
+    0.1  # [-] 95 % half-width of latency and lag over the fastest rise time: 6 deg of phase
+)
+DELAY_SO_SO = 0.3  # [-] 17 deg, a third of the phase margin
+# Odometry: RMS error over the expected one, the square root of a mean NEES per degree of freedom.
+CONSISTENT = 1.25  # [-] the stated 95 % interval then holds 88 % of the errors
+CONSISTENT_SO_SO = 2.0  # [-] it holds 67 %
+BETTER_THAN_NONE = (
+    0.8  # [-] excess over constant velocity's, below which the model adds information
+)
+NO_BETTER = 1.0  # [-] a filter without the model does as well
+ODOMETRY_HORIZON = 1.0  # [s] between corrections by a slow sensor
+
+
+class Use(Enum):
+    """What a model is used for."""
+
+    SIMULATION = "simulation"
+    CONTROL = "control"
+    ODOMETRY = "odometry"
+
+
+class Level(Enum):
+    """How fit a model is for a use, the worst last."""
+
+    FIT = "fit"
+    LIMITED = "limited"
+    NOT_FIT = "not fit"
+
+
+class Criterion(Enum):
+    """What decided, with its sentence."""
+
+    UNSTABLE = "the model is unstable within its envelope"
+    NOT_PREDICTED = "no recording could be predicted"
+    SEEN = "tested only on recordings that it was identified from"
+    GROWTH = "{subject}: error grows to {value:.2f} of constant velocity's {horizon:g} s ahead (fit: {limit:g})"
+    GAIN = "{subject} is known to ± {value:.0%} (fit: {limit:.0%})"
+    NO_GAIN = "{subject} has no standard error"
+    DELAY = "latency and lag are known to ± {value:.0%} of the rise time (fit: {limit:.0%})"
+    NO_DELAY = "the model has no latency and no lag"
+    NO_INPUT = "no command drives any axis"
+    BASELINE = "{subject}: error {horizon:g} s ahead is {value:.2f} of constant velocity's (fit: {limit:g})"
+    CONSISTENCY = (
+        "{subject}: error {horizon:g} s ahead is {value:.2f} of the expected (fit: {limit:g})"
+    )
+    NO_EXPECTED = "the model has no process noise, so its filter states no error"
+
+
+@dataclass(frozen=True)
+class Reason:
+    """The criterion that decided: its number beside the limit of `FIT`."""
+
+    criterion: Criterion
+    subject: str = ""  # an axis, or a quantity of one
+    value: float = float("nan")
+    limit: float = float("nan")
+    horizon: float = float("nan")  # [s]
+
+    def text(self) -> str:
+        """As a clause."""
+        words = self.criterion.value.format(
+            subject=self.subject, value=self.value, limit=self.limit, horizon=self.horizon
+        )
+        return words.replace("%", " %")
+
+
+@dataclass(frozen=True)
+class Fitness:
+    """How fit a model is for one use, and why."""
+
+    use: Use
+    level: Level
+    reason: Reason
+
+
+Graded = tuple[Level, Reason]
+
+
+def fitness(model: Model, scores: Scores) -> tuple[Fitness, ...]:
+    """For every use the worst criterion, from the model and its scores of `validate`."""
+    kinds = (
+        (Use.SIMULATION, _simulation(model, scores)),
+        (Use.CONTROL, _control(model)),
+        (Use.ODOMETRY, _odometry(scores)),
+    )
+    return tuple(_worst(use, list(found)) for use, found in kinds)
+
+
+def resolved_excess(score: AxisScore) -> float:
+    """Excess over the noise floor, over that of constant velocity; 0 at the floor."""
+    if score.at_floor:
+        return 0.0
+    still = float(np.sqrt(max(score.stays_constant**2 - score.floor**2, 0.0)))
+    return score.excess / still if still > 0.0 else float("inf")
+
+
+def _worst(use: Use, found: Sequence[Graded]) -> Fitness:
+    """The worst level; of equal ones the reason that is furthest beyond its limit."""
+
+    def order(one: Graded) -> tuple[int, float]:
+        level, reason = one
+        beyond = reason.value / reason.limit if reason.limit == reason.limit else np.inf
+        return list(Level).index(level), float(beyond)
+
+    level, reason = max(found, key=order)
+    return Fitness(use, level, reason)
+
+
+def _grade(
+    criterion: Criterion,
+    subject: str,
+    value: float,
+    limits: tuple[float, float],
+    horizon: float = float("nan"),
+) -> Graded:
+    """`limits`: of fit, of limited."""
+    fit, limited = limits
+    level = Level.FIT if value <= fit else Level.LIMITED if value <= limited else Level.NOT_FIT
+    return level, Reason(criterion, subject, value, fit, horizon)
+
+
+def _simulation(model: Model, scores: Scores) -> Iterator[Graded]:
+    try:
+        axis_physics(model)
+    except ModelError:
+        yield Level.NOT_FIT, Reason(Criterion.UNSTABLE)
+    rows = _rows(scores)
+    if not rows:
+        yield Level.NOT_FIT, Reason(Criterion.NOT_PREDICTED)
+        return
+    yield from _seen(scores)
+    last = max(rows, key=lambda row: row.horizon)
+    limits = SIMULATED_WELL, SIMULATED_SO_SO
+    for axis, symbol in zip(AXES, SYMBOLS, strict=True):
+        value = resolved_excess(last.scores[symbol])
+        yield _grade(Criterion.GROWTH, axis, value, limits, last.horizon)
+
+
+def _odometry(scores: Scores) -> Iterator[Graded]:
+    rows = _rows(scores)
+    if not rows:
+        yield Level.NOT_FIT, Reason(Criterion.NOT_PREDICTED)
+        return
+    yield from _seen(scores)
+    row = min(rows, key=lambda row: abs(row.horizon - ODOMETRY_HORIZON))
+    for axis, symbol in zip(AXES, SYMBOLS, strict=True):
+        score, ahead = row.scores[symbol], row.horizon
+        limits = BETTER_THAN_NONE, NO_BETTER
+        yield _grade(Criterion.BASELINE, axis, resolved_excess(score), limits, ahead)
+        if score.foreseen is None:
+            yield Level.LIMITED, Reason(Criterion.NO_EXPECTED)
+            continue
+        expected = score.resolved(score.foreseen)
+        ratio = score.rms / expected if expected > 0.0 else float("inf")
+        limits = CONSISTENT, CONSISTENT_SO_SO
+        yield _grade(Criterion.CONSISTENCY, axis, ratio, limits, ahead)
+
+
+def _rows(scores: Scores) -> list[PooledScore]:
+    """The pooled scores that count: from the filter's start beside smoothed velocities."""
+    main = "filter" if any(row.start == "filter" for row in scores.pooled) else "stencil"
+    return [row for row in scores.pooled if row.start == main]
+
+
+def _seen(scores: Scores) -> Iterator[Graded]:
+    if all(one.seen for one in scores.recordings):
+        yield Level.LIMITED, Reason(Criterion.SEEN)
+
+
+def _control(model: Model) -> Iterator[Graded]:
+    try:
+        driven = axis_physics(model)
+    except ModelError:
+        yield Level.NOT_FIT, Reason(Criterion.UNSTABLE)
+        return
+    if not driven:
+        yield Level.NOT_FIT, Reason(Criterion.NO_INPUT)
+        return
+    for one in driven:
+        for what, relative in _known_to(model, one.axis):
+            subject = f"{AXES[one.axis]} {what}"
+            if relative is None:
+                yield Level.LIMITED, Reason(Criterion.NO_GAIN, subject)
+            else:
+                yield _grade(Criterion.GAIN, subject, relative, (GAIN_KNOWN, GAIN_SO_SO))
+    yield _delay(model, min(one.rise_time for one in driven))
+
+
+def _known_to(model: Model, axis: int) -> Iterator[tuple[str, float | None]]:
+    """95 % half-widths over the values: of each gain along the axis, of damping at the envelope's speed."""
+    forces = {force.name for force in model.structure.forces if force.axis == axis}
+    for term in _terms(model, axis):
+        if len(term.factors) == 1 and term.factors[0] in forces:
+            yield "gain", _relative(model, {str(term.coefficient): 1.0})
+    symbol = SYMBOLS[axis]
+    speed = max(map(abs, model.envelope.speeds.get(symbol, (1.0, 1.0))))
+    damping: dict[str, float] = {}
+    for term in _terms(model, axis):
+        if term.factors and {f.strip("|") for f in term.factors} == {symbol}:
+            size = term.number * speed ** len(term.factors)
+            damping[str(term.coefficient)] = damping.get(str(term.coefficient), 0.0) + size
+    if damping:
+        yield "damping", _relative(model, damping)
+
+
+def _terms(model: Model, axis: int) -> list[Term]:
+    own = [t for t in model.structure.terms if t.axis == axis and t.coefficient]
+    return [t for t in own if t.acceleration is None]
+
+
+def _relative(model: Model, weights: dict[str, float]) -> float | None:
+    """95 % half-width of a weighted sum of coefficients over its value; None: it has no standard error."""
+    names = model.parameters
+    weight = np.array([weights.get(name, 0.0) for name in names])
+    values = np.array([model.values.get(name, 0.0) for name in names])
+    error = float(np.sqrt(max(weight @ model.covariance @ weight, 0.0)))
+    total = abs(float(weight @ values))
+    if error == 0.0:
+        return None
+    return NORMAL_95 * error / total if total > 0.0 else float("inf")
+
+
+def _delay(model: Model, rise: float) -> Graded:
+    """The least known latency and lag together, over the fastest rise time [s]."""
+    names = [
+        name
+        for name in model.vehicle.constants.names
+        if name.partition(".")[0] in ("latency", "lag")
+    ]
+    if not names:
+        return Level.LIMITED, Reason(Criterion.NO_DELAY)
+    groups: dict[str, list[str]] = {}
+    for name in names:
+        groups.setdefault(name.partition(".")[2], []).append(name)
+    widths = []
+    for own in groups.values():
+        weight = np.array([float(name in own) for name in model.parameters])
+        widths.append(NORMAL_95 * float(np.sqrt(max(weight @ model.covariance @ weight, 0.0))))
+    value = max(widths) / rise if rise > 0.0 else float("inf")
+    return _grade(Criterion.DELAY, "", value, (DELAY_KNOWN, DELAY_SO_SO))

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""Both pages are accessible: axe-core's rules in a browser, the keyboard, ten screens, verdicts in sight."""
+
+from dataclasses import replace
+from importlib.util import find_spec
+
+import msgspec
+import pytest
+from test_report_browser import CHROMIUM, Visit, browser  # noqa: F401  a fixture
+
+import seatrial
+from seatrial.evaluation.comparison.compare import compare
+from seatrial.report import write_report
+from seatrial.report.comparison import write_comparison
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
+    pytest.mark.skipif(
+        find_spec("axe_playwright_python") is None, reason="axe-playwright-python is not installed"
+    ),
+    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
+]
+LAPTOP, PHONE = (1366, 768), (390, 844)  # [px]
+MOST_SCREENS = 10  # of a laptop, before anything is unfolded
+OPEN_ALL = "() => document.querySelectorAll('details').forEach((part) => { part.open = true; })"
+
+
+@pytest.fixture(scope="module")
+def pages(cse1, cse1_vehicle, tmp_path_factory):
+    """A report, and a comparison of models of two recordings."""
+    folder = tmp_path_factory.mktemp("pages")
+    trained = [cse1["random_run1"], cse1["random_run3"]]
+    a = seatrial.identify(trained, cse1_vehicle, method="equation-error")
+    b = replace(a, coefficients=a.coefficients / 1.2)  # as of a fifth more mass
+    b = replace(
+        b, recordings=tuple(msgspec.structs.replace(r, name=f"{r.name}b") for r in b.recordings)
+    )
+    fresh = cse1["run1"]
+    write_report(a, [fresh], folder / "report.html")
+    write_comparison(a, b, [fresh], compare(a, b, [fresh]), folder / "compare.html")
+    return {name: folder / f"{name}.html" for name in ("report", "compare")}
+
+
+@pytest.fixture
+def visit(browser, pages):  # noqa: F811
+    opened = []
+
+    def go(page, size=LAPTOP):
+        width, height = size
+        one = Visit(browser, pages[page], width=width, height=height, touch=size == PHONE)
+        opened.append(one)
+        return one.page
+
+    yield go
+    for one in opened:
+        one.context.close()
+        assert one.requests == []
+
+
+def drawn(page):
+    """All unfolded, and every plot drawn."""
+    page.evaluate(OPEN_ALL)
+    for plot in page.locator(".plot").all():
+        plot.scroll_into_view_if_needed()
+        plot.locator(".main-svg").first.wait_for(state="attached")
+    page.evaluate("() => window.scrollTo(0, 0)")
+
+
+def violations(page):
+    from axe_playwright_python.sync_playwright import Axe
+
+    found = Axe().run(page).response
+    assert len(found["passes"]) > 20, "axe-core did not look at the page"
+    return {v["id"]: [n["html"][:200] for n in v["nodes"]] for v in found["violations"]}
+
+
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+@pytest.mark.parametrize("name", ["report", "compare"])
+def test_no_rule_of_axe_core_fails(visit, name, size):
+    page = visit(name, size)
+    drawn(page)
+    assert violations(page) == {}
+    page.emulate_media(color_scheme="dark")
+    assert page.evaluate("() => getComputedStyle(document.body).color") == "rgb(232, 234, 237)"
+    assert violations(page) == {}
+
+
+def test_axe_core_finds_what_is_wrong(visit):
+    page = visit("report")
+    page.evaluate("() => { document.querySelector('.lead').style.color = '#ddd'; }")
+    assert "color-contrast" in violations(page)
+
+
+@pytest.mark.parametrize("name", ["report", "compare"])
+def test_the_first_screen_has_picture_dials_and_next_step(visit, name):
+    for width, height in (LAPTOP, PHONE):
+        page = visit(name, (width, height))
+        page.locator(".plot.picture .main-svg").first.wait_for(state="visible")
+        ends = page.evaluate(
+            """() => [".plot.picture", ".dials", ".next"].map((part) =>
+                document.querySelector(part).getBoundingClientRect().bottom)"""
+        )
+        assert max(ends) < height, (width, ends)
+        assert page.locator(".dial svg[role=img]").count() == 3
+        for dial in page.locator(".dial svg").all():
+            assert len(dial.get_attribute("aria-label")) > 10
+        assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("name", ["report", "compare"])
+def test_a_page_is_at_most_ten_screens_long(visit, name):
+    page = visit(name)
+    tall = page.evaluate("() => document.documentElement.scrollHeight")
+    assert tall <= MOST_SCREENS * LAPTOP[1]
+    assert page.locator("details.fold:not([open])").count() >= 5
+
+
+def test_every_plot_has_a_legend(visit):
+    for name in ("report", "compare"):
+        page = visit(name)
+        drawn(page)
+        without = page.evaluate(
+            """() => [...document.querySelectorAll(".plot")].filter((div) => !div.querySelector(".legend .traces"))
+                .map((div) => div.dataset.figure)"""
+        )
+        assert without == []
+
+
+def test_a_folded_section_opens_by_key_and_by_its_link(visit):
+    page = visit("report")
+    handle = page.locator("#scores > details > summary")
+    handle.focus()
+    page.keyboard.press("Enter")
+    assert page.locator("#scores > details[open]").count() == 1
+    page.keyboard.press("Enter")
+    assert page.locator("#scores > details[open]").count() == 0
+    page.locator('nav a[href="#provenance"]').focus()
+    page.keyboard.press("Enter")
+    page.locator("#provenance > details[open]").wait_for(state="attached")
+
+
+def test_names_and_verdicts_stay_in_sight_on_a_phone(visit):
+    page = visit("report", PHONE)
+    page.evaluate(OPEN_ALL)
+    box = page.locator(".scroll:has(> table.coefficients)")
+    box.scroll_into_view_if_needed()
+    places = """(box) => { box.scrollLeft = SHIFT; const whole = box.getBoundingClientRect();
+        return [...box.querySelectorAll("tbody tr:first-child > :is(th, td.verdict)")].map((cell) => {
+            const own = cell.getBoundingClientRect();
+            return [own.left - whole.left, whole.right - own.right]; }); }"""
+    room = box.evaluate("(box) => box.scrollWidth - box.clientWidth")
+    assert room > 50, "the table does not scroll"
+    for shift in (0, room // 2, room):
+        (name_left, _), (_, verdict_right) = box.evaluate(places.replace("SHIFT", f"{shift}"))
+        assert name_left == pytest.approx(0.0, abs=1.0)
+        assert verdict_right >= -1.0
+        if shift == 0:  # further columns are hidden, the verdict is not
+            assert verdict_right == pytest.approx(0.0, abs=1.0)
