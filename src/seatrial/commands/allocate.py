@@ -57,6 +57,7 @@ def run(args: argparse.Namespace) -> None:
         wrench_text,
     )
     from seatrial.util.errors import FileError
+    from seatrial.workflow.next_step import after_allocate
 
     inputs = args.boat, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
@@ -83,3 +84,4 @@ def run(args: argparse.Namespace) -> None:
     say(text)
     if args.out is not None:
         say(f"wrote {args.out}")
+    say(after_allocate().text)

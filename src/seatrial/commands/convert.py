@@ -33,6 +33,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.commands.shared.results import ConvertResult
     from seatrial.io.convert import convert
+    from seatrial.workflow.next_step import after_convert
 
     guard(args.out, "", args.recording, args.vehicle)
     guard(args.json, "{", args.recording, args.vehicle, args.out)
@@ -40,10 +41,8 @@ def run(args: argparse.Namespace) -> None:
     written = convert(args.recording, args.out, vehicle, salvage=args.salvage)
     for path in written:
         say(f"wrote {path}")
-    follow = None
-    if vehicle is not None:
-        recording = args.out if args.out.is_dir() else written[0]
-        follow = f"seatrial inspect {recording} --vehicle {written[-1]}"
-        say(f"next: {follow}")
+    recording = args.out if args.out.is_dir() else written[0]
+    step = after_convert(recording, None if vehicle is None else written[-1])
+    say(step.text)
     paths = [str(path) for path in written]
-    write_json(args, "convert 1", ConvertResult(str(args.recording), paths, follow))
+    write_json(args, "convert 1", ConvertResult(str(args.recording), paths, step.do))

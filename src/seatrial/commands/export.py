@@ -59,6 +59,7 @@ def run(args: argparse.Namespace) -> None:
     """The file."""
     from seatrial.commands.shared.results import ExportResult
     from seatrial.export import export, format_of
+    from seatrial.workflow.next_step import after_export
 
     chosen = format_of(args.to)
     guard(args.out, chosen.begins, args.model, args.vehicle)
@@ -66,6 +67,7 @@ def run(args: argparse.Namespace) -> None:
     model = load_model(args)
     export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros)
     say(f"wrote {args.out}: {chosen.about}")
+    say(after_export(args.out).text)
     found = ExportResult(str(args.model), args.to, chosen.about, str(args.out))
     write_json(args, "export 1", found)
 

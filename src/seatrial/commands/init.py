@@ -64,6 +64,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.inspection.proposal.sources import Choices, recognised_text, thrusters_of
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
+    from seatrial.workflow.next_step import NextStep, command
 
     guard(args.out, "", *args.recordings)
     guard(args.json, "{", *args.recordings, args.out)
@@ -85,12 +86,12 @@ def run(args: argparse.Namespace) -> None:
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
-    shown = " ".join(str(path) for path in args.recordings)
     if proposal.sources.recognised:
         say(f"{recognised_text(proposal.sources.recognised)}\n")
     say(proposal.text, end="")
-    follow = f"seatrial inspect {shown} --vehicle {args.out}"
-    say(f"wrote {args.out}; next: {follow}")
+    follow = command("inspect", *args.recordings, "--vehicle", args.out)
+    say(f"wrote {args.out}")
+    say(NextStep(follow).text)
     found = [
         RecognisedSignal(r.signal, r.column, r.why, r.sure.value, list(r.others))
         for r in proposal.sources.recognised

@@ -17,6 +17,7 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Rates, gaps, faults, signs; without a vehicle file the topics or columns."""
     from seatrial.util.errors import VehicleError
+    from seatrial.workflow.next_step import NextStep, after_inspect, command
 
     guard(args.json, "{", args.vehicle, *args.recordings)
     if args.vehicle is None:
@@ -28,7 +29,7 @@ def run(args: argparse.Namespace) -> None:
 
         found = [look(path, salvage=args.salvage) for path in over(args.recordings, "reading")]
         text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
-        kind = "contents 1"
+        kind, step = "contents 1", NextStep(command("init", *args.recordings, "-o", "vehicle.yaml"))
     else:
         from seatrial.boat.vehicle import load_vehicle
         from seatrial.inspection.console import inspection_text
@@ -40,6 +41,7 @@ def run(args: argparse.Namespace) -> None:
         with stage("checking"):
             inspection = inspect(recordings, vehicle)
         text, content = inspection_text(inspection), inspection_json(inspection)
-        kind = "inspection 1"
+        kind, step = "inspection 1", after_inspect(inspection, args.recordings, args.vehicle)
     write_json(args, kind, content)
     say(text)
+    say(step.text)

@@ -96,6 +96,7 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
     from seatrial.onboard.live import Writer, replay
     from seatrial.util.errors import LiveError
     from seatrial.util.files import write_text
+    from seatrial.workflow.next_step import after_predict
 
     if args.udp is not None or args.to is not None:
         raise LiveError("--udp and --to belong to --live")
@@ -114,6 +115,7 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
         lines += [writer.odometry(out) for out in outs]
     write_text(args.out, "\n".join(lines) + "\n")
     say(f"wrote {args.out}")
+    say(after_predict(args.model).text)
     estimates = len(lines) - (writer.header is not None)
     found = PredictResult(
         str(args.model), recording.name, recording.duration, settings.rate, estimates, str(args.out)

@@ -43,6 +43,7 @@ def run(args: argparse.Namespace) -> None:
         selection_text,
     )
     from seatrial.util.files import dump_yaml, write_text
+    from seatrial.workflow.next_step import after_select
 
     guard(args.out, "seatrial: vehicle", args.vehicle, *args.recordings, *args.candidates or ())
     guard(args.json, "{", args.vehicle, *args.recordings, *args.candidates or ())
@@ -60,3 +61,4 @@ def run(args: argparse.Namespace) -> None:
     say(selection_text(found))
     if args.out is not None:
         say(f"wrote {args.out}")
+    say(after_select(args.recordings, args.out).text)

@@ -36,6 +36,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.io.trial_files import guard_trials, write_setting, write_trial
     from seatrial.simulation.plan import load_plan, with_seed
     from seatrial.simulation.trials import plant_model, simulate
+    from seatrial.workflow.next_step import after_simulate
 
     guard(args.json, "{", args.plan, args.vehicle, args.model)
     plan = load_plan(args.plan)
@@ -58,3 +59,4 @@ def run(args: argparse.Namespace) -> None:
             done[-1].trials.append(str(write_trial(trial, args.out, args.format)))
             say(f"  {done[-1].trials[-1]}")
     write_json(args, "simulate 1", SimulateResult(plan.name, str(args.out), done))
+    say(after_simulate(done[0].trials, done[0].vehicle).text)

@@ -49,6 +49,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.model import load
     from seatrial.control import save_gains, save_ros, tune, tuning_text
     from seatrial.control.gains_file import GAINS_FORMAT, gains_of
+    from seatrial.workflow.next_step import after_tune
 
     ros = "seatrial_tracking:"
     begins = ("seatrial: gains", ros, ros, "<!doctype html")
@@ -77,3 +78,4 @@ def run(args: argparse.Namespace) -> None:
     for out in outs:
         if out is not None:
             say(f"wrote {out}")
+    say(after_tune(args.model, args.out).text)

@@ -41,6 +41,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.evaluation.head_to_head import head_to_head_text
     from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
+    from seatrial.workflow.next_step import after_validate
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
     model = load_model(args)
@@ -55,3 +56,4 @@ def run(args: argparse.Namespace) -> None:
         say(head_to_head_text(scores.against))
     for doubt in model_concerns(model):
         say(f"  doubt: {doubt}")
+    say(after_validate(args.model, scores, args.recordings).text)

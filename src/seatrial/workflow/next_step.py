@@ -18,6 +18,7 @@ from seatrial.util.frames import AXES, SYMBOLS
 POOR_RATIO = (
     0.8  # of the error over that of a constant velocity: above it the model is of little use
 )
+IDENTIFY_FROM = 3  # trials: the paper's S1-S3
 MOST_NAMED = 3  # parameters in one line
 EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
 
@@ -148,6 +149,53 @@ def _remedy(
     ):
         return NextStep(command("inspect", *recordings, "--vehicle", vehicle), why)
     return NextStep(advice_of(finding), why)
+
+
+def after_select(recordings: Paths, out: str | Path | None) -> NextStep:
+    """Write the chosen terms, or identify with them."""
+    if out is not None:
+        return NextStep(identify_line(recordings, out))
+    return NextStep("give -o VEHICLE, for a vehicle file with the chosen terms")
+
+
+def after_simulate(trials: Paths, vehicle: str | Path) -> NextStep:
+    """Identify from the first trials; the others test the model."""
+    return NextStep(identify_line(trials[:IDENTIFY_FROM], vehicle))
+
+
+def after_convert(recording: str | Path, vehicle: str | Path | None) -> NextStep:
+    """Look at it, or propose the vehicle file."""
+    if vehicle is None:
+        return NextStep(command("init", recording, "-o", "vehicle.yaml"))
+    return NextStep(command("inspect", recording, "--vehicle", vehicle))
+
+
+def after_tune(model: str | Path, gains: str | Path | None) -> NextStep:
+    """Write the gains, or try them on the simulated boat."""
+    if gains is None:
+        return NextStep("give -o GAINS, for the gains as a file")
+    return NextStep(
+        command("sim", model), "try the gains on the simulated boat before the real one"
+    )
+
+
+def after_predict(model: str | Path) -> NextStep:
+    """The same on board."""
+    return NextStep(
+        command("predict", model, "--live"), "the same on board; ROS nodes: docs/ros.md"
+    )
+
+
+def after_export(out: str | Path) -> NextStep:
+    """Where to read on."""
+    return NextStep(f"use {out}", "how to call it: docs/export.md")
+
+
+def after_allocate() -> NextStep:
+    """The scheme is the boat's."""
+    return NextStep(
+        "write the scheme at allocation: in the vehicle file, and use it in the boat's software"
+    )
 
 
 def after_validate(model: str | Path, scores: Scores, recordings: Paths) -> NextStep:

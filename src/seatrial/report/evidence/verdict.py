@@ -4,6 +4,8 @@
 from collections import Counter
 from collections.abc import Sequence
 
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION
+from seatrial.boat.findings import finding_text, most_important
 from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
 from seatrial.report.evidence.advice import advice
@@ -144,7 +146,12 @@ def _over_expected(runs: Sequence[Run], rms: Array) -> str:
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
     odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
-    found = [*odd, *advice(evidence)]
+    asking = [
+        finding_text(finding)
+        for finding in most_important(evidence.model.estimator.findings)
+        if finding.kind in ASK_FOR_ACTION and not evidence.physics.unstable
+    ]
+    found = [*odd, *asking, *advice(evidence)]
     first = found[0] if found else USE_WITHIN_ENVELOPE
     start = first[0].lower() if first[1:2].islower() else first[0]
     return f"Next: {start}{first[1:]}"
