@@ -39,8 +39,8 @@ lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-t
 	git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp' | \
 	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/tidy
 
-docs: $(VENV)/.docs ## the site, site/index.html; a link that leads nowhere is an error
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+docs: $(VENV)/.built $(VENV)/.docs ## the site with the notebooks run, site/index.html; a link that leads nowhere is an error
+	NO_MKDOCS_2_WARNING=1 OPENBLAS_NUM_THREADS=1 $(BIN)/mkdocs build --strict
 
 format: $(VENV)/.test ## format Python and C++
 	$(BIN)/ruff format .

@@ -1,19 +1,18 @@
 # SPDX-License-Identifier: MIT
 """The documentation's site: every page is on it, the reference is the program's, the tutorial runs."""
 
-import contextlib
 import re
-import shlex
 import sys
 
 import pytest
 import yaml
-from test_docs import ROOT, blocks
+from test_docs import ROOT
 
 from seatrial.commands.cli import main
 
 sys.path.insert(0, str(ROOT / "tools"))
 import json_page
+import pictures
 import reference
 
 DOCS = ROOT / "docs"
@@ -40,6 +39,20 @@ def test_the_reference_is_what_the_program_says():
         assert words in text
 
 
+def test_pictures_of_the_tutorial_and_of_the_gallery_are_those_that_the_tool_makes():
+    made = {f"tutorial/{name}.png" for name in pictures.PLOTS} | {
+        f"{name}.png" for name in pictures.PAGES
+    }
+    text = "".join((DOCS / page).read_text() for page in ("tutorial.md", "gallery.md"))
+    shown = set(re.findall(r"\]\(images/((?:tutorial|gallery)/[^)]+)\)", text))
+    kept = {p.relative_to(DOCS / "images").as_posix() for p in (DOCS / "images").rglob("*/*.png")}
+    assert made == shown == kept
+    for name in pictures.PLOTS:
+        assert f'savefig("{name}.png")' in text
+    for page in pictures.PAGES.values():
+        assert page in text
+
+
 def test_the_page_on_json_is_what_the_program_writes():
     assert (DOCS / "json.md").read_text() == json_page.page(), "run tools/json_page.py"
     assert "| `written` | text | path |" in json_page.page()
@@ -47,23 +60,33 @@ def test_the_page_on_json_is_what_the_program_writes():
 
 
 @pytest.mark.system
-def test_the_tutorial_runs(tmp_path, monkeypatch, capsys):
+def test_the_tutorial_and_the_gallery_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    shown = []
-    for block in blocks(DOCS / "tutorial.md", "sh"):
-        for line in block.splitlines():
-            program, *arguments = shlex.split(line)
-            assert program == "seatrial"
-            assert main([*arguments, "--quiet"]) == 0, line
-            shown.append(capsys.readouterr().out)
-    assert "/slam/pose" in shown[1]
-    assert "X_uu" in shown[3]
-    found = re.search(r"X_uu +(\S+) ±", shown[3])
-    assert found is not None
-    assert abs(float(found[1]) + 1.74) < 0.02
-    assert all(word in shown[4] for word in ("ratio", "floor"))
-    assert "model (output-error) against other (equation-error), same instants" in shown[-1]
-    assert "better" in shown[-1]
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    shown: dict[str, str] = {}
+
+    def command(arguments):
+        code = main(arguments)
+        shown[" ".join(arguments[:2])] = capsys.readouterr().out
+        return code
+
+    names: dict[str, object] = {}
+    pictures.run(DOCS / "tutorial.md", command, names)
+    told = capsys.readouterr().out  # of the last block of Python
+    assert "/slam/pose" in shown["inspect trials/S1-MP.bag"]
+    assert "Proposed by 'seatrial init'" in shown["init trials/S1-MP.bag"]
+    assert "assumed: thrusters not known" in shown["auto trials/S1-MP.bag"]
+    assert "next: " in shown["auto trials/S1-MP.bag"]
+    found = names["model"].values["X_uu"]
+    assert abs(found + 1.74) < 0.02
+    last = shown["validate model.yaml"]
+    assert all(word in last for word in ("ratio", "floor"))
+    assert "model (output-error) against other (equation-error), same instants" in last
+    assert "better" in last
     assert (tmp_path / "report.html").stat().st_size > 100_000
-    with contextlib.redirect_stdout(None):
-        exec(compile(blocks(DOCS / "tutorial.md", "python")[0], "tutorial", "exec"), {})
+    error = re.search(r"RMS error (\S+) cm/s from one pose a second", told)
+    assert error is not None
+    assert float(error[1]) < 0.2
+    assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in pictures.PLOTS)
+    pictures.run(DOCS / "gallery.md", command, names)
+    assert all((tmp_path / page).stat().st_size > 100_000 for page in pictures.PAGES.values())

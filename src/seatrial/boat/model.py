@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import msgspec
 import numpy as np
@@ -26,10 +26,14 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import SAME_POINT, Vehicle, vehicle_from
+from seatrial.util.above import above
 from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import ModelError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
 from seatrial.util.frames import SYMBOLS, Array, Axes, Stamps, frozen_array
+
+if TYPE_CHECKING:
+    from seatrial.util.above import Figure
 
 MODEL_FORMAT: Final = "model 3"
 NOTES_FORMAT: Final = "model 2"  # the same with sentences in place of findings; read, not written
@@ -202,6 +206,18 @@ class Model(ByFields):
             coefficients=self.coefficients[order],
             covariance=self.covariance[np.ix_(places, places)],
         )
+
+    def plot(self, figure: "Figure | None" = None) -> "Figure":
+        """Relative 95 % intervals of the parameters, thrust curves and step responses, with Matplotlib.
+
+        Draws on `figure` where one is given. Raises SeatrialError where Matplotlib is not installed.
+        """
+        drawn: Figure = above("display.model_plot", "plot_model")(self, figure)
+        return drawn
+
+    def _repr_html_(self) -> str:
+        shown: str = above("display.tables", "model_html")(self)
+        return shown
 
     def same_signals(self, other: "Model") -> None:
         """Raises ModelError where another model has other inputs or scales."""

@@ -5,7 +5,7 @@ import hashlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import msgspec
 import numpy as np
@@ -16,7 +16,11 @@ from seatrial.boat.old_notes import with_findings
 from seatrial.evaluation.head_to_head import HeadToHead
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
+from seatrial.util.above import above
 from seatrial.util.files import convert, expect_format, finite_or_none, read_json
+
+if TYPE_CHECKING:
+    from seatrial.util.above import Figure
 
 SCORES_FORMAT = "scores 5"
 WITHOUT_REFERENCE = "scores 4"  # all of it relative to the stencil's velocities
@@ -134,6 +138,19 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     reference: Reference = (
         "stencil"  # the chosen one; a recording without a filter has the stencil's
     )
+
+    def plot(self, figure: "Figure | None" = None) -> "Figure":
+        """Error over horizon of each velocity, with Matplotlib, beside what it must be compared with.
+
+        That is the noise floor, the error that the model expects, and the error of constant velocity. Draws on
+        `figure` where one is given. Raises SeatrialError where Matplotlib is not installed.
+        """
+        drawn: Figure = above("display.scores_plot", "plot_scores")(self, figure)
+        return drawn
+
+    def _repr_html_(self) -> str:
+        shown: str = above("display.tables", "scores_html")(self)
+        return shown
 
 
 class Scored(Protocol):

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +21,14 @@ from seatrial.recording.pose_faults import (
     usual_step,
 )
 from seatrial.recording.timing import Stream, only_changes
+from seatrial.util.above import above
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import sha256
 from seatrial.util.frames import Array, Mask, Stamps, frozen_array
+
+if TYPE_CHECKING:
+    from seatrial.boat.vehicle import Vehicle
+    from seatrial.util.above import DataFrame, Figure
 
 KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
 KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
@@ -224,6 +230,42 @@ class Recording:
             streams=tuple(replace(s, cut=True) for s in self.streams),
             offset=self.offset + float(shift),
         )
+
+    def to_dataframe(self, *, velocities: bool = False) -> "DataFrame":
+        """Poses as a DataFrame of pandas: a row a pose, index `t` [s], forward-left-up, in SI.
+
+        Columns x, y, psi (unwrapped), with `velocities` u, v, r of the five-point stencil, each command and
+        scale as it holds at the pose's stamp, and `valid`: whether the pose may be used. A command with the name
+        of another column is `command.NAME`. `attrs` has units and the first stamp. Raises RecordingError where
+        pandas is not installed.
+        """
+        frame: DataFrame = above("io.dataframe", "frame_of")(self, velocities=velocities)
+        return frame
+
+    @staticmethod
+    def from_dataframe(
+        frame: "DataFrame", vehicle: "Vehicle", name: str = "dataframe"
+    ) -> "Recording":
+        """A recording of a DataFrame whose columns the vehicle file names, read as a CSV table is.
+
+        The index is a column, too, where it has a name or holds times; then it is called `index` without one.
+        Times with a zone are taken in UTC. Raises RecordingError.
+        """
+        recording: Recording = above("io.dataframe", "recording_from")(frame, vehicle, name)
+        return recording
+
+    def plot(self, figure: "Figure | None" = None) -> "Figure":
+        """Track, velocities, commands, and what is left out, with Matplotlib.
+
+        Velocities are those of the five-point stencil, which differentiates the poses. Draws on `figure` where
+        one is given. Raises SeatrialError where Matplotlib is not installed.
+        """
+        drawn: Figure = above("display.recording_plot", "plot_recording")(self, figure)
+        return drawn
+
+    def _repr_html_(self) -> str:
+        shown: str = above("display.tables", "recording_html")(self)
+        return shown
 
     def without(self, start: float, end: float) -> "Recording":
         """The recording without the poses from `start` to `end` [s] from its start.

@@ -34,7 +34,8 @@ class Table(ABC):
 
     EMPTY_STAMP: ClassVar[int] = -(1 << 63)  # of `typed_stamps`
 
-    path: Path  # the file
+    path: Path  # the file; of a table in memory its name
+    in_file: ClassVar[bool] = True
     name: str  # of the table: the file's, or the variable's in a .mat
     names: list[str]  # of the columns; of several with one name the second ends in _2
     units: dict[str, str]  # by column, where the file states them
@@ -133,6 +134,23 @@ class Table(ABC):
                 f"{self.path}: stamps in column '{name}' jump back {jumps} times as seconds, and rise evenly "
                 f"as nanoseconds without leading zeros (12.45 for 12.000000045); write unit: {UNPADDED}"
             )
+
+
+def unique_names(found: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Names of columns, each once, and remarks on those that are renamed."""
+    names: list[str] = []
+    remarks: list[str] = []
+    for name in found:
+        number, unique = 1, name
+        while name and unique in names:
+            number += 1
+            unique = f"{name}_{number}"
+        if unique != name:
+            remarks.append(
+                f"column '{name}' is in the header {number} times; number {number} is read as '{unique}'"
+            )
+        names.append(unique)
+    return names, remarks
 
 
 def first_line(error: Exception) -> str:

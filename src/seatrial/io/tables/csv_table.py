@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.io.tables.base import Table
+from seatrial.io.tables.base import Table, unique_names
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -37,7 +37,9 @@ class CsvTable(Table):
         self._count = 0  # rows, once they are read
         head, rows = self._beginning()
         self.delimiter = _separator(head, rows[0] if rows else "")
-        self.names = self._unique(_header_cells(head, rows[0] if rows else "", self.delimiter))
+        cells_of_head = _header_cells(head, rows[0] if rows else "", self.delimiter)
+        self.names, renamed = unique_names(cells_of_head)
+        self.remarks += renamed
         cells = [self._split(row) for row in rows]
         self._numeric: list[str] = []
         if cells:
@@ -119,21 +121,6 @@ class CsvTable(Table):
         if at > 0 or _mark(head).strip():
             head = _mark(head)
         return head, [line for line in lines[at + 1 :] if line.strip()][:2]
-
-    def _unique(self, found: Sequence[str]) -> list[str]:
-        """Names of the columns, each once."""
-        names: list[str] = []
-        for name in found:
-            number, unique = 1, name
-            while name and unique in names:
-                number += 1
-                unique = f"{name}_{number}"
-            if unique != name:
-                self.remarks.append(
-                    f"column '{name}' is in the header {number} times; number {number} is read as '{unique}'"
-                )
-            names.append(unique)
-        return names
 
     def _skip_units(self, cells: list[list[str]]) -> None:
         """A first row of units is part of the header."""

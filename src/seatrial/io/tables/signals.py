@@ -23,18 +23,23 @@ LISTED_COLUMNS = 20  # in an error message
 
 
 class TableSignals(Signals):
-    """Tables of a recording. Raises RecordingError, FileError."""
+    """Tables of a recording: a file, a folder of them, or one in memory. Raises RecordingError, FileError."""
 
-    def __init__(self, path: Path, vehicle: Vehicle) -> None:
-        self.path, self._source = path, vehicle.source
-        self._tables: dict[str, Table] = {} if path.is_dir() else open_tables(path)
+    def __init__(self, recording: Path | Table, vehicle: Vehicle) -> None:
+        given = recording if isinstance(recording, Table) else None
+        self.path = recording.path if isinstance(recording, Table) else recording
+        self._source = vehicle.source
+        self._folder = given is None and self.path.is_dir()
+        self._tables: dict[str, Table] = {}  # of a folder as they are asked for
+        if not self._folder:
+            self._tables = open_tables(self.path) if given is None else {given.name: given}
         self.files: list[Path] = []
         self.remarks: list[str] = []
 
     def place(self, column: Column, spec: Spec, where: str) -> str:
         """Name of the column's table."""
         pose = isinstance(spec, PoseSource)
-        if not self.path.is_dir():
+        if not self._folder:
             name = column.file or spec.file
             return name if name in self._tables else next(iter(self._tables))
         name = column.file or spec.file or (POSE_FILE if pose else COMMAND_FILE)
@@ -66,7 +71,8 @@ class TableSignals(Signals):
         roles: dict[str, set[str]] = {}
         for one in requests:
             roles.setdefault(one.place, set()).add(one.role)
-        self.files = list(dict.fromkeys(self._tables[one.place].path for one in requests))
+        used = [self._tables[one.place] for one in requests]
+        self.files = list(dict.fromkeys(table.path for table in used if table.in_file))
         found = [self._read(one, mixed=len(roles[one.place]) > 1) for one in over(requests)]
         self.remarks = [r for table in self._tables.values() for r in table.remarks]
         return found
