@@ -23,7 +23,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
-from seatrial.inspection.proposal.sources import lever_of, thrusters_of
+from seatrial.inspection.proposal.sources import AXES_QUESTION, lever_of, thrusters_of
 from seatrial.recording.excitation import find_roles
 from seatrial.util.errors import RecordingError, SeatrialError
 
