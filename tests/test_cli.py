@@ -176,7 +176,7 @@ def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
     code, out, _ = run(
         capsys, "identify", *trials, "--vehicle", tmp_path / "v.yaml", "-o", tmp_path / "m.yaml",
-        "--method", "equation-error",
+        "--method", "equation-error", "-v",
     )  # fmt: skip
     assert code == 0
     assert "F_u does not significantly drive surge. Check for two inputs swapped" in out
