@@ -4,9 +4,9 @@
 python -m benchmarks.guided [--boats 10]
 
 Every boat of the fleet (benchmarks/fleet) is identified in each case with `structure: auto`: by the guided path,
-which finds the effects first, and by `identify`, which is told none. Printed are boats whose effects were found, and
-that were said to have others; boats whose true terms were all found, and significant terms that they do not have;
-the share of 95 % intervals that hold the truth; the largest error in standard errors; CPU seconds.
+which finds the effects first, and by `identify`, which is told none. Printed are boats whose effects were found,
+and that were said to have others; boats whose true terms were all found, and significant terms that they do not
+have; the share of 95 % intervals that hold the truth; the largest error in standard errors; CPU seconds.
 """
 
 import sys
@@ -78,13 +78,15 @@ def identified(seed: int, case: str, aim: str) -> Row:
     except SeatrialError as error:
         return Row(case, aim, (), (), False, 0, time.process_time() - begun, str(error))
     seconds = time.process_time() - begun
-    return _compared(model, boat.truth, case, aim, found, seconds)
+    off, terms, extra = _compared(model, boat.truth)
+    return Row(case, aim, off, tuple(found), terms, extra, seconds)
 
 
-def _compared(
-    model: Model, truth: dict[str, float], case: str, aim: str, found: Sequence[str], seconds: float
-) -> Row:
-    """Coefficients that the structure holds at 1 and -1 count beside these."""
+def _compared(model: Model, truth: dict[str, float]) -> tuple[tuple[float, ...], bool, int]:
+    """Errors in standard errors, whether all terms are there, and the number of significant others.
+
+    Coefficients that the structure holds at 1 and -1 count beside these.
+    """
     held = {"X_vr": 1.0, "Y_ur": -1.0}
     truth = {n: x - held.get(n, 0.0) for n, x in truth.items()}
     errors = model.standard_errors
@@ -95,7 +97,7 @@ def _compared(
     off = [(values[n] - truth[n]) / errors[n] for n in values if n in truth and errors[n] > 0.0]
     hull = {n for n in truth if n[:2] in ("X_", "Y_", "N_")}
     more = [n for n in model.values if n not in hull and abs(model.values[n]) > 2.0 * errors[n]]
-    return Row(case, aim, tuple(off), tuple(found), hull <= set(model.values), len(more), seconds)
+    return tuple(off), hull <= set(model.values), len(more)
 
 
 def sums(rows: Sequence[Row]) -> str:

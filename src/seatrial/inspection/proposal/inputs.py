@@ -14,6 +14,7 @@ from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
 from seatrial.inspection.consistency.channel_assignment import Assignment, assignments
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
 from seatrial.inspection.proposal.sources import Sources
+from seatrial.inspection.proposal.thruster_weights import weights
 from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
@@ -21,10 +22,6 @@ from seatrial.util.frames import AXES, Array
 from seatrial.util.progress import over, stage
 
 DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
-EQUAL_GAINS = (
-    0.1  # of their mean; gains within it are proposed as equal: a lever arm parts them by as much
-)
-EQUAL_GAINS_ERRORS = 2.0  # standard errors; the same
 LEAST_EFFECT_SHARE = 0.3  # of the strongest channel's effect on an axis; below is cross-coupling
 OWN_STICK_SHARE = (
     0.1  # of the lever's effect of yaw on an axis, that the axis' own channel has at least
@@ -303,11 +300,9 @@ def _thrusters(found: Channels) -> Parts:
     """Each channel an input; forces as sums of them, weighted by their gains."""
     forces: dict[str, dict[str, Any]] = {}
     for axis, clear in enumerate(found.clear):
-        mine = np.where(clear, found.gains[axis], 0.0)
         if clear.any():
-            errors = np.abs(mine / np.where(clear, found.t[axis], 1.0))
-            weights = _equalised(_without_lever(found, axis, mine), errors)
-            of = {n: round(float(w), 3) for n, w in zip(found.names, weights, strict=True) if w}
+            own = weights(axis, found.clear, found.gains, found.t)
+            of = {n: round(float(w), 3) for n, w in zip(found.names, own, strict=True) if w}
             forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
     used = {name for force in forces.values() for name in force["of"]}
     if len(forces) > len(used):  # two thrusters astern: sway follows from yaw, no force drives it
@@ -315,44 +310,6 @@ def _thrusters(found: Channels) -> Parts:
         used = {name for force in forces.values() for name in force["of"]}
     inputs = {n: found.columns[n] for n in found.names if n in used}
     return inputs, {n: _moved_axes(found.t[:, found.names.index(n)]) for n in inputs}, forces
-
-
-def _without_lever(found: Channels, axis: int, gains: Array) -> Array:
-    """Gains (n,) of thrusters without what the measured point's lever arm adds, where that explains them.
-
-    Thrusters that turn the boat equally are identical. Then surge and sway gains are equal, and a lever arm a adds
-    a times the yaw gain: yaw accelerates the measured point.
-    """
-    own = gains != 0.0
-    turn = np.where(own, found.gains[2], 0.0)
-    errors = np.abs(turn / np.where(own, found.t[2], 1.0))
-    if axis == 2 or not found.clear[2][own].all() or not _alike(turn, errors):
-        return gains
-    design = np.column_stack([np.sign(gains), turn])[own]
-    (size, lever), *_ = np.linalg.lstsq(design, gains[own], rcond=None)
-    left = np.abs(gains[own] - design @ [size, lever]).max()
-    if abs(lever) > MOST_LEVER or left > EQUAL_GAINS * abs(size):
-        return gains
-    return np.asarray(np.where(own, np.sign(gains) * size, 0.0))
-
-
-def _alike(gains: Array, errors: Array) -> bool:
-    """Whether magnitudes of the gains (n,) that are not 0 do not differ, by `EQUAL_GAINS` or their errors (n,)."""
-    sizes, own = np.abs(gains), gains != 0.0
-    mean = float(sizes[own].mean())
-    near = np.abs(sizes - mean) < np.maximum(EQUAL_GAINS * mean, EQUAL_GAINS_ERRORS * errors)
-    return bool(near[own].all())
-
-
-def _equalised(gains: Array, errors: Array) -> Array:
-    """Weights (n,) whose magnitudes sum to 1, equal where the gains do not differ significantly.
-
-    Gains are equal within `EQUAL_GAINS` or `EQUAL_GAINS_ERRORS` standard errors (n,): thrusters are
-    usually identical.
-    """
-    mean = float(np.abs(gains[gains != 0.0]).mean())
-    even = np.sign(gains) * mean if _alike(gains, errors) else gains
-    return np.asarray(even / np.abs(even).sum())
 
 
 def _sticks(found: Channels) -> Parts:

@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: MIT
+"""Weights of thrusters in a force: a lever arm of the measured point does not make identical ones unequal."""
+
+import numpy as np
+import pytest
+
+from seatrial.inspection.proposal.thruster_weights import LONGEST_LEVER, weights
+
+CLEAR = np.array([[True, True], [False, False], [True, True]])
+T = np.full((3, 2), 100.0)
+
+
+def gains(surge, turn, lever=0.0):
+    """Of two thrusters, seen by a point beside the origin."""
+    return np.array([surge + lever * np.array(turn), [0.0, 0.0], turn])
+
+
+@pytest.mark.parametrize("lever", [0.0, 0.1, -0.3, 1.4])
+def test_identical_thrusters_have_equal_weights_whatever_the_lever_arm(lever):
+    seen = gains([2.5, 2.5], [0.7, -0.7], lever)
+    np.testing.assert_allclose(weights(0, CLEAR, seen, T), [0.5, 0.5])
+    np.testing.assert_allclose(weights(2, CLEAR, seen, T), [0.5, -0.5])
+
+
+def test_thrusters_that_turn_the_boat_unequally_are_unequal():
+    seen = gains([0.3, 0.2], [0.9, -0.6])
+    np.testing.assert_allclose(weights(0, CLEAR, seen, T), [0.6, 0.4])
+    np.testing.assert_allclose(weights(2, CLEAR, seen, T), [0.6, -0.4])
+
+
+def test_a_difference_that_takes_too_long_a_lever_arm_stays():
+    seen = gains([2.5, 2.5], [0.7, -0.7], 1.1 * LONGEST_LEVER)
+    np.testing.assert_allclose(weights(0, CLEAR, seen, T), seen[0] / seen[0].sum())
+
+
+def test_gains_within_their_errors_are_equal():
+    seen = np.array([[1.0, 1.3], [0.0, 0.0], [0.0, 0.0]])
+    clear = np.array([[True, True], [False, False], [False, False]])
+    np.testing.assert_allclose(weights(0, clear, seen, np.full((3, 2), 5.0)), [0.5, 0.5])
+    np.testing.assert_allclose(weights(0, clear, seen, np.full((3, 2), 50.0)), [1 / 2.3, 1.3 / 2.3])
