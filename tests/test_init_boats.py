@@ -15,7 +15,6 @@ import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.inspection.proposal.inputs import _equalised
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.recording.origin import poses_of_origin
 from tests.boats.hulls import MIDDLE, driven
@@ -359,15 +358,6 @@ def test_two_thrusters_astern_push_nothing_sideways(tmp_path, propose):
     assert of == {"F_u": {"left": 0.5, "right": 0.5}, "F_r": {"left": -0.5, "right": 0.5}}
     assert "which input drives sway? No channel moves it" in text
     assert re.search(r"left: .*sway \(t", text)
-
-
-def test_thrusters_that_do_not_push_alike_keep_their_weights():
-    gains, errors = np.array([1.0, -0.8, 0.0]), np.array([0.02, 0.02, 1.0])
-    np.testing.assert_allclose(_equalised(gains, errors), [1 / 1.8, -0.8 / 1.8, 0.0])
-    np.testing.assert_allclose(
-        _equalised(gains, 4 * errors), [0.5, -0.5, 0.0]
-    )  # no more than errors
-    np.testing.assert_allclose(_equalised(np.array([1.0, 0.95]), np.zeros(2)), [0.5, 0.5])
 
 
 def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):

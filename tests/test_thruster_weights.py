@@ -38,3 +38,17 @@ def test_gains_within_their_errors_are_equal():
     clear = np.array([[True, True], [False, False], [False, False]])
     np.testing.assert_allclose(weights(0, clear, seen, np.full((3, 2), 5.0)), [0.5, 0.5])
     np.testing.assert_allclose(weights(0, clear, seen, np.full((3, 2), 50.0)), [1 / 2.3, 1.3 / 2.3])
+
+
+@pytest.mark.parametrize(
+    ("turn", "t", "found"),
+    [
+        ([1.0, -0.8, 0.0], [50.0, 40.0, 1.0], [1 / 1.8, -0.8 / 1.8, 0.0]),
+        ([1.0, -0.8, 0.0], [12.5, 10.0, 1.0], [0.5, -0.5, 0.0]),  # no more than errors
+        ([1.0, 0.95, 0.0], [np.inf, np.inf, 1.0], [0.5, 0.5, 0.0]),
+    ],
+)
+def test_thrusters_that_do_not_push_alike_keep_their_weights(turn, t, found):
+    seen, sure = np.zeros((3, 3)), np.ones((3, 3))
+    seen[2], sure[2] = turn, t
+    np.testing.assert_allclose(weights(2, seen != 0.0, seen, sure), found)

@@ -26,7 +26,8 @@ def _without_lever(axis: int, clear: Mask, gains: Array, errors: Array) -> Array
     Thrusters that turn the boat equally are identical. Then surge and sway gains are equal, and a lever arm a adds
     a times the yaw gain: yaw accelerates the measured point.
     """
-    mine, own = gains[axis], clear[axis]
+    mine: Array = gains[axis]
+    own = clear[axis]
     turn = np.where(own, gains[2], 0.0)
     if axis == 2 or not clear[2][own].all() or not _alike(turn, errors[2]):
         return mine
