@@ -147,7 +147,7 @@ class FindingKind(Enum):
         "at-bound",
         Spec(
             "{parameter}: the estimate is at the bound {bound:g} of its range and has no standard error",
-            "A lag at its lower bound is no lag. A latency at its bound is a wrong clock",
+            "A lag or a dead zone at its lower bound is none. A latency at its bound is a wrong clock",
             {"parameter": ONE_NAME},
             {"bound": "of the parameter"},
             signed=("bound",),
