@@ -47,7 +47,7 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatc
         "--figures", tmp_path / "figures", "--png", "--tables", tmp_path / "tables",
     )  # fmt: skip
     assert (code, err) == (0, "")
-    assert out.split()[1:] == [
+    assert out.partition("\nnext: ")[0].split()[1:] == [
         f"{tmp_path / 'report.html'},", f"{tmp_path / 'figures'},", f"{tmp_path / 'tables'}",
     ]  # fmt: skip
     assert (tmp_path / "figures" / "known.svg").is_file()
@@ -55,7 +55,7 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatc
     assert (tmp_path / "tables" / "coefficients.csv").is_file()
     code, out, err = run(capsys, "compare", model, model, trials[3], "-o", tmp_path / "both.html")
     assert (code, err) == (0, "")
-    assert out.rstrip().endswith(f"wrote {tmp_path / 'both.html'}")
+    assert f"wrote {tmp_path / 'both.html'}\nnext: " in out
     assert "A and B" in (tmp_path / "both.html").read_text()
 
 

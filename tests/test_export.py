@@ -124,7 +124,10 @@ def command(*arguments: object) -> int:
 def test_the_command_writes_what_the_function_does(tmp_path, model_file, capsys):
     out = tmp_path / "boat.h"
     assert command(model_file, "--to", "c", "-o", out) == 0
-    assert capsys.readouterr().out == f"wrote {out}: self-contained C99 header\n"
+    assert (
+        capsys.readouterr().out
+        == f"wrote {out}: self-contained C99 header\nnext: use {out}  (how to call it: docs/export.md)\n"
+    )
     export(seatrial.load(model_file), "c", tmp_path / "library" / "boat.h")
     assert out.read_text() == (tmp_path / "library" / "boat.h").read_text()
     assert command(model_file, "--to", "c", "-o", out, "--vehicle", "mallard-mp") == 0

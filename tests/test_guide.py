@@ -2,6 +2,7 @@
 """The guided path: from logs to a validated model in one call, and on from where it was stopped."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 import seatrial
 from seatrial.boat.model import load
 from seatrial.boat.vehicle import load_vehicle
+from seatrial.commands import make_parser
 from seatrial.commands.cli import main
 from seatrial.evaluation.scores import load_scores
+from seatrial.evaluation.through_water import known_current
 from seatrial.guide import path as guided_path
 from seatrial.guide.answers import (
     BOW,
@@ -24,6 +27,8 @@ from seatrial.guide.answers import (
 )
 from seatrial.guide.steps import Steps
 from seatrial.inspection.proposal.sources import AXES_QUESTION, lever_of, thrusters_of
+from seatrial.onboard.live.playback import replay
+from seatrial.onboard.predictor import Health
 from seatrial.recording.excitation import find_roles
 from seatrial.util.errors import RecordingError, SeatrialError
 
@@ -126,6 +131,25 @@ def test_it_is_tested_on_what_was_held_out(guided):
         "validate",
         "report",
     ]
+
+
+def test_odometry_along_its_log_knows_the_current(guided, drive):
+    """Without it the gate rejects poses and the filter begins anew."""
+    model = guided[0].model
+    recording = seatrial.read(drive, model.vehicle).cut(0.0, 120.0)
+    assert known_current(model, recording) == pytest.approx(CURRENT, abs=0.005)
+    outs = [out for out in replay(model, recording, 5.0) if out.stamp > recording.stamps[50]]
+    assert len(outs) > 500
+    bad = Health.MODEL_DOUBTED | Health.GATE_REJECTING | Health.REINITIALISED
+    assert not any(out.motion.health & bad for out in outs)
+
+
+def test_the_next_step_keeps_what_was_found_and_writes_no_model_over_it(guided, drive):
+    """And it can be run."""
+    words = shlex.split(guided[0].next.do)
+    assert words[:2] == ["seatrial", "predict"] and "-o" in words
+    args = make_parser().parse_args(words[1:])
+    assert args.out == guided[0].folder / "odometry.csv"
 
 
 def test_its_files_are_those_of_the_single_commands(guided):

@@ -15,6 +15,7 @@ from seatrial.util import printing, terminal
 from seatrial.util.errors import printable
 from seatrial.util.format import table
 from seatrial.util.printing import coloured, columns_of, say, tables_fit
+from seatrial.util.progress_line import ProgressLine
 
 SEATRIAL = Path(sys.executable).parent / "seatrial"
 ESCAPE = re.compile(r"\x1b\[[\d;]*m")
@@ -209,3 +210,25 @@ def test_a_mistake_on_a_terminal_is_in_colour():
     assert on_terminal("inspect", "none", columns=80).startswith(
         "\x1b[1;31mseatrial:\x1b[0m none: "
     )
+
+
+def test_the_line_of_progress_stays_away_while_a_question_prints():
+    """Each line of a question hides it again; only the end of the question shows it."""
+    drawn = []
+
+    class Bar:
+        def start(self):
+            drawn.append("start")
+
+        def stop(self):
+            drawn.append("stop")
+
+    line = ProgressLine(io.StringIO())
+    line.bar = Bar()
+    with line.hidden():
+        with line.hidden():
+            pass
+        with line.hidden():
+            pass
+        assert drawn == ["stop"]
+    assert drawn == ["stop", "start"]

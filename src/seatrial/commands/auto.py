@@ -25,7 +25,8 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--commands", metavar="TOPIC", help="where the commands are, as of init")
     command.add_argument(
         "--lever", nargs=2, type=float, metavar=("X", "Y"),
-        help="the measured point from the boat's origin [m], ahead and along the second axis",
+        help="the measured point from the boat's origin [m]: ahead, and to port; in forward-right-down axes, "
+        "as of an autopilot's log, to starboard",
     )  # fmt: skip
     command.add_argument(
         "--thrusters", metavar="PLACES",

@@ -123,7 +123,10 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
     """Propose it, unless there is one."""
     path = here.file("vehicle.yaml")
     if path.exists():
-        here.say(f"vehicle   {path}, as it is")
+        unused = (
+            "" if choices == Choices() else "; options on the boat are not used: change the file"
+        )
+        here.say(f"vehicle   {path}, as it is{unused}")
         return
     if here.file("model.yaml").exists():
         raise FileError(
@@ -213,9 +216,10 @@ def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_fr
     elif vehicle.automatic:
         terms += ", those that every boat has: the recordings are too short to choose terms"
     with_them = f"; with {joined(found.effects)}" if found.effects else ""
-    here.assumed += [
-        f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
-    ]
+    if here.ask is None:
+        here.assumed += [
+            f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
+        ]
     here.say(f"identify  {terms}{with_them}  -> {path}")
     return found.model
 
@@ -261,14 +265,16 @@ def _report(here: _Path, model: Model, recordings: Sequence[Recording], scores: 
     write_evidence(evidence, here.file("report.html"))
     here.say(f"validate  {predicted(evidence)}  -> {here.file('scores.json')}")
     here.say(f"report    -> {here.file('report.html')}")
-    files = here.file("vehicle.yaml"), here.file("model.yaml")
-    wanted = asked_for(model, here.logs, *files)
+    # what `auto` estimated stays, and so does its model
+    effects = str(model.estimator.settings.get("effects") or "").split(", ")
+    options = [word for effect in effects if effect for word in ("--effect", effect)]
+    vehicle, further = here.file("vehicle.yaml"), here.file("model-2.yaml")
+    wanted = asked_for(model, here.logs, vehicle, further, options)
     if wanted is not None:
         return wanted
     step = following(evidence)
     if step.endswith(USE_WITHIN_ENVELOPE):
-        use = command("predict", here.file("model.yaml"), here.logs[0])
-        return NextStep(
-            use, "the model is ready: velocity and odometry as on board; then tune, export, sim"
-        )
+        out = here.file("odometry.csv")
+        use = command("predict", here.file("model.yaml"), here.logs[0], "-o", out)
+        return NextStep(use, "velocity and odometry as on board; other uses: docs/uses.md")
     return NextStep(step.removeprefix("Next: "))

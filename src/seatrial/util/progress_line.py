@@ -25,6 +25,7 @@ class ProgressLine:
         self.status = Status("", 0.0, None)
         self.bar: Bar | None = None  # None: not yet, or no more
         self.lock = threading.RLock()
+        self.covers = 0  # how often it is hidden at the moment
         self.ended = threading.Event()
         self.thread = threading.Thread(target=self._begin, name="progress", daemon=True)
 
@@ -50,12 +51,14 @@ class ProgressLine:
     def hidden(self) -> Iterator[None]:
         """Remove the line, and do not draw it meanwhile."""
         with self.lock:
-            if self.bar is not None:
+            self.covers += 1
+            if self.bar is not None and self.covers == 1:
                 self.bar.stop()
             try:
                 yield
             finally:
-                if self.bar is not None:
+                self.covers -= 1
+                if self.bar is not None and self.covers == 0:  # a question prints within
                     self.bar.start()
 
     def _begin(self) -> None:

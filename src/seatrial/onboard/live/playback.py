@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.evaluation.through_water import known_current
 from seatrial.onboard.live.line_loop import RATE
 from seatrial.onboard.live.protocol import NANO
 from seatrial.onboard.odometer import Odometer, Odometry
@@ -15,11 +16,15 @@ from seatrial.recording.recording import Recording
 
 
 def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[Odometry]:
-    """Odometry at `rate` [Hz]: commands and usable poses in the order of their stamps."""
+    """Odometry at `rate` [Hz]: commands and usable poses in the order of their stamps.
+
+    With the current of the recording, where the model was identified with it.
+    """
     # the reader has removed the lever arm of a recording, and the heading's delay from its stamps
     heading = model.vehicle.delays[1]
     vehicle = model.vehicle.with_delays(heading + recording.position_delay, heading)
-    odometer = Odometer(replace(model, vehicle=vehicle), lever=(0.0, 0.0))
+    known = known_current(model, recording)
+    odometer = Odometer(replace(model, vehicle=vehicle), lever=(0.0, 0.0), current=known)
     stamps = recording.stamps + round(NANO * heading)
     moments = [
         *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),
