@@ -237,8 +237,13 @@ def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
         with pytest.raises(SeatrialError, match="far enough"):
             seatrial.auto(logs, tmp_path / where, **options)
     assert seen == [["b"]] * 3
-    with pytest.raises(SeatrialError, match=r"--test c: expected one of several logs"):
-        seatrial.auto(logs, tmp_path / "given", test="c")
+    for wrong, given in (("c", logs), ("a", logs[:1])):
+        with pytest.raises(SeatrialError, match=rf"--test {wrong}: expected one of several logs"):
+            seatrial.auto(given, tmp_path / "nowhere", test=wrong)
+    assert not (tmp_path / "nowhere").exists()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(SeatrialError, match="is a file; give a folder"):
+        seatrial.auto(logs, tmp_path / "file")
 
 
 def test_an_axis_that_is_driven_at_the_end_only_is_not_held_out(tmp_path, monkeypatch):

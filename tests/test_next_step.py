@@ -113,6 +113,8 @@ def test_a_brief_summary_has_what_matters_most_and_counts_the_rest():
     assert "doubt: poses are rounded" in shown[0] and "a current of up to" in shown[1]
     assert all(finding_text(f) in whole for f in (AT_BOUND, DISTURBED, MISSING, CURRENT))
     assert "What matters most" not in summary(model_with(), brief=True)
+    calm = summary(model_with(AT_BOUND), brief=True)
+    assert "No finding asks for an action (and 1 more: -v shows all)." in calm
 
 
 def scores(ratio, *, seen=False, findings=()):

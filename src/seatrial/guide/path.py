@@ -90,6 +90,10 @@ def auto(
     paths = tuple(Path(log) for log in logs)
     if not paths:
         raise RecordingError("no log given; pass at least one")
+    if Path(folder).is_file():
+        raise FileError(f"{folder}: is a file; give a folder to write to")
+    if test is not None:
+        _place_of(str(test), paths)
     here = _Path(paths, Path(folder), ask, say, salvage, Steps(Path(folder)))
     # 1. the vehicle file: proposed once, then the user's
     with stage("vehicle file", 0.1):
@@ -193,12 +197,19 @@ def _test_recording(
         test = answer
     if test is None:
         return None
-    places = [i for i, path in enumerate(here.logs) if Path(test) == path or str(test) == names[i]]
-    if len(places) != 1 or len(recordings) < 2:
+    return recordings[_place_of(str(test), here.logs)]
+
+
+def _place_of(test: str, logs: Sequence[Path]) -> int:
+    """The place of the log that tests the model, given by path or name. Raises RecordingError."""
+    places = [
+        i for i, path in enumerate(logs) if Path(test) == path or test == recording_name(path)
+    ]
+    if len(places) != 1 or len(logs) < 2:
         raise RecordingError(
-            f"--test {test}: expected one of several logs, {', '.join(map(str, here.logs))}"
+            f"--test {test}: expected one of several logs, {', '.join(map(str, logs))}"
         )
-    return recordings[places[0]]
+    return places[0]
 
 
 def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_from: str) -> Model:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION
 from seatrial.boat.findings import finding_text, most_important
 from seatrial.boat.model import Model
 from seatrial.boat.physics import physics_line
@@ -84,12 +85,13 @@ def _all_findings(model: Model) -> list[str]:
 def _important(model: Model) -> list[str]:
     """Doubts and findings that matter most, and how many there are beside them."""
     findings = most_important(model.estimator.findings)
-    said = [*(f"doubt: {warning}" for warning in model.warnings), *map(finding_text, findings)]
-    if not said:
-        return []
-    rest = len(said) - MOST_FINDINGS
+    asking = [finding_text(f) for f in findings if f.kind in ASK_FOR_ACTION]
+    said = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
+    rest = len(model.warnings) + len(findings) - len(said)
     more = f" (and {rest} more: -v shows all)" if rest > 0 else ""
-    return [f"What matters most{more}:", *(f"  - {text}" for text in said[:MOST_FINDINGS])]
+    if not said:
+        return [f"No finding asks for an action{more}."] if rest else []
+    return [f"What matters most{more}:", *(f"  - {text}" for text in said)]
 
 
 def _effects(model: Model) -> list[str]:
@@ -181,10 +183,11 @@ def _noise(model: Model) -> str:
         return f"{said}."
     most = [full_thrust(model, axis) for axis in range(3)]
     sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
+    driven = {force.axis for force in model.vehicle.forces}  # what else moves an axis is no measure
     parts = [
-        f"{percent(size / thrust)} in {axis}"
-        for size, thrust, axis in zip(sizes, most, AXES, strict=True)
-        if thrust > 0 and size > LEAST_DISTURBANCE_SHARE * thrust
+        f"{percent(size / thrust)} in {AXES[axis]}"
+        for axis, (size, thrust) in enumerate(zip(sizes, most, strict=True))
+        if axis in driven and thrust > 0 and size > LEAST_DISTURBANCE_SHARE * thrust
     ]
     said += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
