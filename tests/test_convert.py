@@ -9,6 +9,7 @@ from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands.cli import main
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
+from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.convert import convert
 from seatrial.io.formats import open_log
 from seatrial.io.log import Wanted
@@ -111,3 +112,15 @@ def test_the_command_names_what_it_wrote(given, tmp_path, capsys):
     assert f"seatrial inspect {out} --vehicle {out.with_suffix('.yaml')}" in capsys.readouterr().out
     assert main(["convert", str(path), "--vehicle", str(file), "-o", str(out)]) == 1
     assert "exists" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["bag", "mcap", "db3"])
+def test_stamps_before_zero_have_no_place_in_a_bag(tmp_path, kind):
+    """Commands begin half a second before the poses, whose stamps begin at 0."""
+    stamps = np.array([-500_000_000, 0, 500_000_000])
+    columns = {"linear.x": np.zeros(3)}
+    topic = BagTopic("/cmd_vel", "geometry_msgs/msg/Twist", stamps, stamps, columns)
+    out = tmp_path / f"out.{kind}"
+    with pytest.raises(FileError, match=r"stamps begin at -0\.5 s, and a bag has none before 0"):
+        write_bag(out, [topic])
+    assert list(tmp_path.iterdir()) == []

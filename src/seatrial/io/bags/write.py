@@ -60,6 +60,13 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
         raise FileError(f"{path}: expected a file name ending in .bag, .mcap or .db3")
     if path.is_dir():
         raise FileError(f"{path}: is a folder; give a file name")
+    times = [s for topic in topics for s in (topic.arrival, topic.stamps) if len(s)]
+    first = min((int(s.min()) for s in times), default=0)
+    if first < 0:
+        raise FileError(
+            f"{path}: stamps begin at {1e-9 * first:g} s, and a bag has none before 0. Give a folder, for tables, or "
+            "add the same time to all stamps"
+        )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
