@@ -64,8 +64,8 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
     first = min((int(s.min()) for s in times), default=0)
     if first < 0:
         raise FileError(
-            f"{path}: stamps begin at {1e-9 * first:g} s, and a bag has none before 0. Give a folder, for tables, or "
-            "add the same time to all stamps"
+            f"{path}: stamps begin at {1e-9 * first:g} s, and a bag has none before 0. Give a folder, for tables, "
+            "or add the same time to all stamps"
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
