@@ -279,6 +279,7 @@ def test_thrusters_behind_an_allocation_are_used_where_their_places_are_given(
     vehicle, text = propose(path, "--thrusters", CROSSED)
     content = yaml.safe_load(text)
     assert content["thrusters"]["rl"] == {"x": -0.3, "y": 0.0, "angle_deg": 45.0}
+    assert "No channel moves it" not in text
     assert vehicle.inputs == ("fl", "fr", "rl", "rr")
     assert "forces" not in content
     recording = seatrial.read(path, vehicle)

@@ -38,7 +38,7 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
         "",
         *_pose(sources, drive, choices),
         "",
-        *_commands(sources, drive),
+        *_commands(sources, drive, choices),
         "",
         *_timeout(drive),
         "",
@@ -83,7 +83,7 @@ def _lever(drive: Drive, choices: Choices) -> list[str]:
     ]
 
 
-def _commands(sources: Sources, drive: Drive) -> list[str]:
+def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     lines = [_commented("commands:", *sources.notes.get("commands", []))]
     lines += [f"  {_line(key, value)}" for key, value in sources.commands.items()]
     lines.append(
@@ -94,7 +94,7 @@ def _commands(sources: Sources, drive: Drive) -> list[str]:
         )
     )
     lines += [_commented(f"    {_line(n, c)}", drive.remarks[n]) for n, c in drive.inputs.items()]
-    for axis in () if drive.thrusters else drive.undriven:
+    for axis in () if drive.thrusters or choices.thrusters else drive.undriven:
         force = FORCE_OF_AXIS[axis]
         lines.append(
             _commented(
