@@ -320,3 +320,15 @@ def test_the_command_says_what_is_assumed_and_what_is_next(drive, tmp_path, caps
     assert main(["auto", str(tmp_path / "none.csv")]) == 1
     assert "none.csv" in capsys.readouterr().err
     assert main(["auto", str(log), "--lever", "100", "0", "-o", "far"]) == 1
+
+
+def test_a_path_that_is_stopped_says_how_to_go_on(drive, tmp_path, capsys, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(guided_path, "identify_guided", interrupt)
+    assert main(["auto", str(drive), "-o", str(tmp_path / "otter")]) == 130
+    assert "stopped; the same command goes on where it was" in capsys.readouterr().err
+    assert load_vehicle(tmp_path / "otter" / "vehicle.yaml").name == "otter"
+    assert main(["auto", str(drive), "-o", str(tmp_path / "otter"), "--lever", "0", "0"]) == 130
+    assert "options on the boat are not used: change the file" in capsys.readouterr().out

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from seatrial.commands.shared import add_json, add_salvage, guard, to_programs, write_json
-from seatrial.util.printing import say
+from seatrial.util.printing import complain, say
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -20,7 +20,7 @@ def add(command: argparse.ArgumentParser) -> None:
         "--test", type=Path, metavar="LOG",
         help="the log that tests the model (default: the last quarter of each log)",
     )  # fmt: skip
-    command.add_argument("--name", help="the boat's name (default: the log's)")
+    command.add_argument("--name", help="the boat's name (default: that of DIR, else the log's)")
     command.add_argument("--pose", metavar="TOPIC", help="where the poses are, as of init")
     command.add_argument("--commands", metavar="TOPIC", help="where the commands are, as of init")
     command.add_argument(
@@ -53,12 +53,20 @@ def run(args: argparse.Namespace) -> None:
     thrusters = () if args.thrusters is None else thrusters_of(args.thrusters)
     lever = None if args.lever is None else (args.lever[0], args.lever[1])
     choices = Choices(
-        name=args.name, pose=args.pose, commands=args.commands, lever=lever, thrusters=thrusters
+        name=args.name or (None if args.out is None else args.out.resolve().name),
+        pose=args.pose,
+        commands=args.commands,
+        lever=lever,
+        thrusters=thrusters,
     )
-    found = auto(
-        args.logs, folder, test=args.test, choices=choices, salvage=args.salvage, say=say,
-        ask=at_terminal(quiet=args.quiet or args.yes or to_programs(args)),
-    )  # fmt: skip
+    try:
+        found = auto(
+            args.logs, folder, test=args.test, choices=choices, salvage=args.salvage, say=say,
+            ask=at_terminal(quiet=args.quiet or args.yes or to_programs(args)),
+        )  # fmt: skip
+    except KeyboardInterrupt:
+        complain("stopped; the same command goes on where it was")
+        raise
     say(f"\n{summary(found.model, brief=True)}")
     for assumed in found.assumed:
         say(f"assumed: {assumed}")

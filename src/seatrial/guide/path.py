@@ -128,7 +128,9 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
     path = here.file("vehicle.yaml")
     if path.exists():
         unused = (
-            "" if choices == Choices() else "; options on the boat are not used: change the file"
+            "; options on the boat are not used: change the file"
+            if replace(choices, name=None) != Choices()
+            else ""
         )
         here.say(f"vehicle   {path}, as it is{unused}")
         return
