@@ -114,6 +114,14 @@ def test_one_call_finds_terms_effects_and_truth(guided):
     )
 
 
+def test_a_stated_lever_arm_that_is_slightly_wrong_is_found_and_makes_no_term(drive, tmp_path):
+    """Two centimetres off, by a tape measure."""
+    near = Choices(lever=(LEVER[0], LEVER[1] + 0.02))
+    model = seatrial.auto([drive], tmp_path / "lake", choices=near).model
+    assert set(model.values) == set(TRUTH) - {"Y_F", "N_b"}
+    np.testing.assert_allclose(model.vehicle.lever, LEVER, atol=0.005)
+
+
 def test_it_is_tested_on_what_was_held_out(guided):
     found, said = guided
     (row,) = found.scores.recordings

@@ -4,7 +4,8 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from seatrial.boat.findings import Finding
+from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
+from seatrial.boat.findings import Finding, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.unmodelled_effects import (
@@ -67,17 +68,47 @@ def identify_guided(
             first_maximum(recordings, usual, effects), tuple(effects), confirm
         )
         at, kinds, followed = _without_needless(at, usual, kinds, followed)
-    # the terms, from poses without the effects
+    # the terms, and all of it together
+    found = _whole(at, recordings, vehicle, kinds, followed)
+    # an effect that only the whole model shows: a stated lever arm that is slightly wrong
+    for _ in range(MOST_EFFECTS - len(kinds)):
+        named = _unmodelled(found)
+        if named is None or not confirm(*named):
+            break
+        kind, finding = named
+        kinds, followed = (*found.effects, kind), (*found.followed, finding)
+        with stage(f"with {kind}"):
+            at = first_maximum(recordings, usual, kinds)
+            found = _whole(at, recordings, vehicle, kinds, followed)
+    return found
+
+
+def _whole(
+    at: Point,
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    kinds: tuple[str, ...],
+    followed: tuple[Finding, ...],
+) -> Guided:
+    """Terms from poses without the effects, where the recordings choose them; then all of it together."""
     if vehicle.automatic:
         with stage("choosing terms", 0.4):
             choice = choose_terms_from(at if kinds else None, recordings, vehicle)
     else:
         choice = TermChoice(vehicle, None, start_values_of(at))
-    # all of it together
     with stage("identifying"):
         model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
     assert solution is not None  # output-error has one
     return Guided(model, solution, choice.selection, followed, kinds)
+
+
+def _unmodelled(found: Guided) -> tuple[str, Finding] | None:
+    """An effect that the model lacks: its kind, as of `effects`, and its finding."""
+    for kind, finding_kind in UNMODELLED_EFFECTS.items():
+        for finding in of_kinds(found.model.estimator.findings, finding_kind):
+            if kind not in found.effects:
+                return kind, finding
+    return None
 
 
 def _with_effects(
