@@ -26,7 +26,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
-from seatrial.inspection.proposal.sources import AXES_QUESTION, lever_of, thrusters_of
+from seatrial.inspection.proposal.sources import AXES_QUESTION, Choices, lever_of, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
 from seatrial.recording.excitation import find_roles
