@@ -3,6 +3,7 @@
 
 import shlex
 from dataclasses import replace
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from conftest import make_model
 from survey_boat import TRUTH, boat
 
+import seatrial
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION
 from seatrial.boat.findings import (
     FindingKind,
@@ -23,7 +25,10 @@ from seatrial.boat.schema import EstimatorEntry
 from seatrial.commands import make_parser
 from seatrial.evaluation.scores import AxisScore, RecordingScore, Scores
 from seatrial.identification.console import MOST_FINDINGS, summary
-from seatrial.workflow.next_step import after_identify, after_validate
+from seatrial.inspection.coverage import AxisCoverage
+from seatrial.inspection.overview import Inspection, RecordingView
+from seatrial.util.frames import AXES
+from seatrial.workflow.next_step import after_identify, after_inspect, after_validate
 
 LOGS, VEHICLE = ["my log.bag", "b.bag"], "v.yaml"
 CURRENT = finding_of(FindingKind.UNMODELLED_CURRENT, size=0.08)
@@ -143,3 +148,27 @@ def scores(ratio, *, seen=False, findings=()):
 def test_scores_ask_for_a_test_a_look_or_nothing(found, name, why):
     step = after_validate("m.yaml", msgspec.structs.replace(found), LOGS)
     assert parsed(step)[0] == name and why in step.why
+
+
+def inspected(*, usable=1.0, sway=0.3, findings=()):
+    """An inspection of one recording by the paper's boat."""
+    axes = [
+        AxisCoverage(a, r, 1.0, 0.3, True, 1.0, 1.0, 1.0, 1.0, 1.0)
+        for a, r in zip(AXES, (0.3, sway, 0.3), strict=True)
+    ]
+    view = RecordingView("S1", 0.0, 60.0, 900, 15.0, 0.0, usable, None, (), (), tuple(axes), (), ())
+    signs = SimpleNamespace(findings=[SimpleNamespace(text=text) for text in findings])
+    return Inspection(seatrial.load_vehicle("mallard-mp"), (view,), signs)
+
+
+@pytest.mark.parametrize(
+    ("found", "do"),
+    [
+        (inspected(), "seatrial identify 'my log.bag' b.bag --vehicle v.yaml -o model.yaml"),
+        (inspected(findings=["F_u is reversed: sign: -1"]), "correct v.yaml"),
+        (inspected(usable=0.7), "look at the faults of S1"),
+        (inspected(sway=0.0), "record more with pulses of sway"),
+    ],
+)
+def test_after_inspect_the_file_is_corrected_or_more_is_recorded_or_a_model_identified(found, do):
+    assert after_inspect(found, LOGS, VEHICLE).do == do

@@ -11,7 +11,9 @@ from seatrial.boat.findings import Finding, FindingKind, advice_of, most_importa
 from seatrial.boat.model import Model
 from seatrial.evaluation.scores import RecordingScore, Scores
 from seatrial.identification.uncertainty.identifiability import ParameterVerdict, identifiability
-from seatrial.inspection.overview import GOOD, Inspection
+from seatrial.inspection.advice import USABLE_POSES
+from seatrial.inspection.overview import Inspection
+from seatrial.recording.excitation import EXCITED
 from seatrial.util.format import joined, percent
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -44,15 +46,17 @@ def after_inspect(found: Inspection, recordings: Paths, vehicle: str | Path) -> 
     for remark in (*found.vehicle.remarks, *(f.text for f in found.signs.findings)):
         return NextStep(f"correct {vehicle}", remark)
     # what a recording lacks
-    driven = {a.axis for view in found.recordings for a in view.axes if a.rms > 0.0}
+    driven = {a.axis for view in found.recordings for a in view.axes if a.rms >= EXCITED}
     for view in found.recordings:
-        for verdict in view.verdicts:
-            if verdict != GOOD and view.usable < 1.0 and "unusable" in verdict:
-                return NextStep(f"look at the faults of {view.name}", verdict)
+        if view.usable < USABLE_POSES:
+            share = percent(1.0 - view.usable)
+            return NextStep(
+                f"look at the faults of {view.name}", f"{share} of its poses are unusable"
+            )
     missing = [axis for axis in _forced(found) if axis not in driven]
     if missing:
         return NextStep(f"record more with pulses of {joined(missing)}", "no recording excites it")
-    return NextStep(f"{identify_line(recordings, vehicle)}")
+    return NextStep(identify_line(recordings, vehicle))
 
 
 def _forced(found: Inspection) -> list[str]:
