@@ -6,7 +6,14 @@ import os
 import sys
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_salvage, guard, to_programs, write_json
+from seatrial.commands.shared import (
+    add_json,
+    add_places,
+    add_salvage,
+    guard,
+    to_programs,
+    write_json,
+)
 from seatrial.util.printing import complain, say
 
 
@@ -23,15 +30,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--name", help="the boat's name (default: that of DIR, else the log's)")
     command.add_argument("--pose", metavar="TOPIC", help="where the poses are, as of init")
     command.add_argument("--commands", metavar="TOPIC", help="where the commands are, as of init")
-    command.add_argument(
-        "--lever", nargs=2, type=float, metavar=("X", "Y"),
-        help="the measured point from the boat's origin [m]: ahead, and to port; in forward-right-down axes, "
-        "as of an autopilot's log, to starboard",
-    )  # fmt: skip
-    command.add_argument(
-        "--thrusters", metavar="PLACES",
-        help="'X Y DEG; X Y DEG; ...': position [m] and direction of thrust [deg] of each, in the commands' order",
-    )  # fmt: skip
+    add_places(command)
     command.add_argument(
         "--yes", action="store_true", help="ask nothing: decide, and state what is assumed"
     )

@@ -5,7 +5,14 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_json, add_salvage, guard, to_programs, write_json
+from seatrial.commands.shared import (
+    add_json,
+    add_places,
+    add_salvage,
+    guard,
+    to_programs,
+    write_json,
+)
 from seatrial.util.frames import Axes
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -43,15 +50,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--child", metavar="FRAME", help="the boat's frame, where poses come from tf"
     )
-    command.add_argument(
-        "--lever", nargs=2, type=float, metavar=("X", "Y"),
-        help="the measured point from the boat's origin [m]: ahead, and to port; in forward-right-down axes, "
-        "as of an autopilot's log, to starboard",
-    )  # fmt: skip
-    command.add_argument(
-        "--thrusters", metavar="PLACES",
-        help="'X Y DEG; X Y DEG; ...': position [m] and direction of thrust [deg] of each, in the commands' order",
-    )  # fmt: skip
+    add_places(command)
     add_salvage(command)
     add_json(command)
     command.add_argument("--force", action="store_true", help="overwrite an existing file")

@@ -91,7 +91,7 @@ def test_of(names: Sequence[str], ask: Questions | None) -> str | None:
 
 
 def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions | None) -> list[str]:
-    """What is assumed where nobody was asked."""
+    """What is assumed where the user gives no answer."""
     found = []
     if ask is None and not is_log(path):
         found.append(

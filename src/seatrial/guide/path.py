@@ -150,7 +150,7 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
 
 
 def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> None:
-    """What is wrong with recordings and vehicle file is told; the model has it as a doubt."""
+    """State what is wrong with recordings and vehicle file; the model has it as a doubt."""
     found = inspect(recordings, vehicle)
     write_text(here.file("inspect.txt"), inspection_text(found) + "\n")
     length = sum(r.duration for r in recordings)

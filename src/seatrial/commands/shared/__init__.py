@@ -146,7 +146,7 @@ def add_json(command: argparse.ArgumentParser) -> None:
 
 
 def to_programs(args: argparse.Namespace) -> bool:
-    """Whether standard output is for JSON alone: then nothing is asked there."""
+    """Whether standard output is for JSON alone: then it has no questions."""
     return str(args.json) == STANDARD_OUTPUT
 
 
@@ -188,6 +188,19 @@ def _builtin(value: Any) -> Any:  # noqa: ANN401, as msgspec calls it
     if hasattr(value, "tolist"):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} has no JSON")
+
+
+def add_places(command: argparse.ArgumentParser) -> None:
+    """--lever and --thrusters."""
+    command.add_argument(
+        "--lever", nargs=2, type=float, metavar=("X", "Y"),
+        help="the measured point from the boat's origin [m]: ahead, and to port; in forward-right-down axes, "
+        "as of an autopilot's log, to starboard",
+    )  # fmt: skip
+    command.add_argument(
+        "--thrusters", metavar="PLACES",
+        help="'X Y DEG; X Y DEG; ...': position [m] and direction of thrust [deg] of each, in the commands' order",
+    )  # fmt: skip
 
 
 def add_salvage(command: argparse.ArgumentParser) -> None:

@@ -54,7 +54,7 @@ class AutoResult(Result, frozen=True):
     report: str  # path of the page
     scores: str  # path of the scores, as of `seatrial validate --json`
     identified: IdentifyResult
-    assumed: list[str]  # what no log can tell, and nobody was asked
+    assumed: list[str]  # instead of answers of the user's
     next: str  # what to do next
     seatrial: Literal["auto 1"] = "auto 1"
 

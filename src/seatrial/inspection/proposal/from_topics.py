@@ -51,9 +51,10 @@ class TopicTable(Table):
         """The wanted columns."""
         return np.asarray(self._values[:, [self.find(name) for name in wanted]])
 
-    def cells(self, name: str) -> Array:
-        """A column."""
-        return np.asarray(self._values[:, self.find(name)])
+    def texts(self, name: str) -> list[str] | None:
+        """None: fields are numbers."""
+        self.find(name)
+        return None
 
     def numbers(self) -> Array:
         """All columns."""

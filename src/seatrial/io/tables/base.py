@@ -18,6 +18,7 @@ from seatrial.io.tables.stamps import (
     from_numbers,
     from_two_columns,
     from_unpadded,
+    is_date_time,
     is_unpadded,
 )
 from seatrial.util.errors import RecordingError
@@ -45,18 +46,20 @@ class Table(ABC):
     def columns(self, wanted: Sequence[str]) -> Array:
         """The wanted columns (n, len(wanted)); an empty cell is NaN. Raises RecordingError."""
 
-    @abstractmethod
     def cells(self, name: str) -> Array | list[str]:
         """A column (n,) as numbers, or as text where it holds dates and times."""
+        texts = self.texts(name)
+        if texts is not None and is_date_time(next((text for text in texts if text), "")):
+            return texts
+        return np.asarray(self.columns([name])[:, 0])
 
     @abstractmethod
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is missing or not a number."""
 
+    @abstractmethod
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) as it is written; None where the file has numbers."""
-        cells = self.cells(name)
-        return cells if isinstance(cells, list) else None
 
     def typed_stamps(self, name: str) -> Stamps | None:
         """A column (n,) that the file types as times [ns], `EMPTY_STAMP` in empty cells."""

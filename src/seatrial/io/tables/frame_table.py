@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seatrial.io.tables.base import Table, first_line, unique_names
-from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
@@ -58,13 +57,6 @@ class FrameTable(Table):
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is not a number."""
         return np.column_stack([self._numbers(name, strict=False) for name in self.names])
-
-    def cells(self, name: str) -> Array | list[str]:
-        """A column (n,) as numbers, or as text where it holds dates and times."""
-        texts = self.texts(name)
-        if texts is not None and is_date_time(next((text for text in texts if text), "")):
-            return texts
-        return np.asarray(self.columns([name])[:, 0])
 
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) of text or of Python's objects, as text; None of numbers."""

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seatrial.io.tables.base import MOST_NUMBERS, Table, first_line
-from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
@@ -65,13 +64,6 @@ class ParquetTable(Table):
         """All columns (n, len(names)); NaN where a cell is not a number."""
         self._read([name for name in self.names if name not in self._read_columns])
         return np.column_stack([self._as_numbers(name, strict=False) for name in self.names])
-
-    def cells(self, name: str) -> Array | list[str]:
-        """A column (n,) as numbers, or as text where it holds dates and times."""
-        texts = self.texts(name)
-        if texts is not None and is_date_time(next((text for text in texts if text), "")):
-            return texts
-        return np.asarray(self.columns([name])[:, 0])
 
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) of text; None of numbers."""
