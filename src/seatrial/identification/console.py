@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.finding_kinds import ASK_FOR_ACTION
-from seatrial.boat.findings import finding_text, most_important
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION, FindingKind
+from seatrial.boat.findings import finding_text, most_important, sentence_of
 from seatrial.boat.model import Model
 from seatrial.boat.physics import physics_line
 from seatrial.boat.schema import EQUATION_ERROR
@@ -83,15 +83,17 @@ def _all_findings(model: Model) -> list[str]:
 
 
 def _important(model: Model) -> list[str]:
-    """Doubts and findings that matter most, and how many there are beside them."""
-    findings = most_important(model.estimator.findings)
+    """The prior, doubts and findings that matter most, and how many there are beside them."""
+    found = model.estimator.findings
+    used = [sentence_of(f) for f in found if f.kind is FindingKind.PRIOR_USED]
+    findings = most_important(f for f in found if f.kind is not FindingKind.PRIOR_USED)
     asking = [finding_text(f) for f in findings if f.kind in ASK_FOR_ACTION]
     said = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
     rest = len(model.warnings) + len(findings) - len(said)
     more = f" (and {rest} more: -v shows all)" if rest > 0 else ""
     if not said:
-        return [f"No finding asks for an action{more}."] if rest else []
-    return [f"What matters most{more}:", *(f"  - {text}" for text in said)]
+        return [*used, f"No finding asks for an action{more}."] if rest else used
+    return [*used, f"What matters most{more}:", *(f"  - {text}" for text in said)]
 
 
 def _effects(model: Model) -> list[str]:
