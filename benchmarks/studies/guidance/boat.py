@@ -18,9 +18,10 @@ MASS = (32.0, 46.0, 8.0)  # [kg, kg, kg m^2] with added mass
 THRUST, ARM = 30.0, 0.35  # [N] of each thruster, [m] to the left and the right
 LINEAR = (8.0, 30.0, 9.0)  # [N s/m, N s/m, N m s]
 QUADRATIC = (12.0, 70.0, 8.0)
+LIFT = (35.0, 9.0, 8.0)  # [kg/m, kg, kg m] of the skegs at speed: sway, against the Munk moment, yaw
 CHAIN = {"latency": 0.06, "lag": 0.2, "dead_zone": {"forward": 0.05, "reverse": 0.05}}
-TICK = 0.02  # [s] of the controller, and of the weather
-GNSS_PERIOD, GNSS_DELAY = 0.1, 0.2  # [s]; delay: from the stamp to the arrival
+TICK = 0.04  # [s] of the controller, and of the weather
+GNSS_PERIOD, GNSS_DELAY = 0.12, 0.2  # [s]; delay: from the stamp to the arrival
 GNSS_NOISE = np.array([0.02, 0.02, 0.01])  # [m, m, rad]
 SETTLING = 6.0  # [s] at a course's start, standing still, not counted
 DRIVE = 240.0  # [s] of each drive that the model is identified from
@@ -53,8 +54,8 @@ def vehicle(chain: tuple[dict[str, object], ...] = ()) -> Vehicle:
         },
         "structure": {
             "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-            "sway": ["Y_ur * u * r", "Y_v * v", "Y_vv * |v| * v"],
-            "yaw": ["N_uv * u * v", "N_r * r", "N_rr * |r| * r", "N_F * F_r"],
+            "sway": ["Y_ur * u * r", "Y_v * v", "Y_uv * |u| * v", "Y_vv * |v| * v"],
+            "yaw": ["N_uv * u * v", "N_r * r", "N_ur * |u| * r", "N_rr * |r| * r", "N_F * F_r"],
         },
     }  # fmt: skip
     return vehicle_from(content, "twin")
@@ -69,7 +70,7 @@ def truth(left: float = 1.0) -> Model:
     values = {
         "X_vr": n / m, "X_u": linear[0], "X_uu": quadratic[0], "X_F": 2.0 * THRUST / m,
         "Y_ur": -m / n, "Y_v": linear[1], "Y_vv": quadratic[1],
-        "N_uv": (m - n) / i, "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * ARM / i,
+        "Y_uv": -LIFT[0] / n, "N_uv": (m - n + LIFT[1]) / i, "N_ur": -LIFT[2] / i, "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * ARM / i,
     }  # fmt: skip
     names = own.structure.coefficients
     none = np.zeros((len(names) + len(own.constants.names),) * 2)
@@ -127,13 +128,13 @@ def drive(weather: Weather, seed: int) -> Recording:
     rng, own = np.random.default_rng([seed, 1]), vehicle()
     sea = Sea(truth(), weather, seed, np.zeros(3))
     commands, poses = np.zeros((round(DRIVE / TICK), 2)), []
-    at = 50
-    while at < len(commands) - 50:
+    at = round(1.0 / TICK)
+    while at < len(commands) - round(1.0 / TICK):
         hold = int(rng.uniform(0.6, 4.0) / TICK)
         forward, turn = rng.uniform(-0.6, 1.0), rng.uniform(-0.6, 0.6) * (rng.random() < 0.7)
         commands[at : at + hold] = np.clip([forward - turn, forward + turn], -1.0, 1.0)
         at += hold + int(rng.choice([0.0, rng.uniform(0.0, 1.5)]) / TICK)
-    commands[-50:] = 0.0
+    commands[-round(1.0 / TICK) :] = 0.0
     for row in commands:
         sea.command(row)
         poses += sea.advance()

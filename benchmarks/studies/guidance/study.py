@@ -34,12 +34,13 @@ from seatrial.control import (
 from seatrial.util.frames import Array
 
 SHAPES: dict[str, Callable[[], Shape]] = {
-    "square": lambda: rounded_square(20.0, 3.0, 2),
-    "figure of eight": lambda: ByLength(Eight(16.0, 6.0, 2)),
-    "lawn-mower": lambda: lawn_mower(30.0, 8.0, 5, 2.5),
+    "square": lambda: rounded_square(20.0, 3.0),
+    "figure of eight": lambda: ByLength(Eight(16.0, 6.0)),
+    "lawn-mower": lambda: lawn_mower(25.0, 10.0, 4, 2.5),
 }
 SPEEDS = (0.5, 1.5)  # [m/s]
 SEEDS = (1, 2)
+WINDOW = round(4.0 / TRACK_STEP)  # points of the path that count as near in time
 RAMP = 6.0  # [s] to the speed and back
 GRID_HEADING = [(p, d) for p in (0.5, 1.0, 2.0, 4.0) for d in (0.25, 0.5, 1.0, 2.0)]
 GRID_SPEED = (0.25, 0.5, 1.0, 2.0)
@@ -74,7 +75,7 @@ def course(shape: str, speed: float) -> Course:
 @cache
 def tuned(knob: float = KNOB) -> Tuning:
     """By the identified model."""
-    return tune(identified(), knob)
+    return tune(identified(), knob, rate=1.0 / TICK)
 
 
 def run(plant: Model, pilot: Pilot, path: Course, weather: Weather, seed: int) -> Outcome:
@@ -100,7 +101,7 @@ def distances(points: Array, path: Course) -> Array:
     found = np.zeros(len(points))
     for i, point in enumerate(points):
         at = round(i * TICK / TRACK_STEP)
-        window = poses[max(0, at - 80) : at + 80, :2]
+        window = poses[max(0, at - WINDOW) : at + WINDOW, :2]
         found[i] = np.hypot(*(window - point).T).min()
     return found
 

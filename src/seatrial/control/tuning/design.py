@@ -111,7 +111,7 @@ def tune(
     # Gains of each axis by internal model control, from its delay and its least drag
     hold = 0.5 / rate + extra
     gains = gains_for(boat, knob, hold, action)
-    guidance = guidance_for(boat, knob, hold, gains)
+    guidance = guidance_for(boat, hold, gains)
     if guidance is not None:
         boat = with_bend(model, boat, guidance)
     # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
@@ -200,7 +200,7 @@ def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> 
 
     def robust(knob: float, among: list[LinearBoat]) -> bool:
         gains = gains_for(boats[0], knob, hold, action)
-        guidance = guidance_for(boats[0], knob, hold, gains)
+        guidance = guidance_for(boats[0], hold, gains)
         return permitted(worst_of(among, gains, knob, hold, strength, guidance))
 
     low = high = request[0]

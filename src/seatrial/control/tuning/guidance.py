@@ -18,6 +18,7 @@ from seatrial.control.tuning.rules import Gains
 from seatrial.util.frames import Array
 
 SLOWEST_SHARE = 0.1  # of the fastest speed: a slower reference rests, station keeping begins
+RADIUS_SHARE = 2.0  # of the look-ahead distance at the slowest speed
 STRAIGHT = 0.5  # [rad] of turn in the time T: the drift is learned up to it
 TURN_SHARE = 0.7  # of the fastest speed and yaw rate, in a bend
 AXES_GUIDED = ("surge", "cross-track", "yaw")  # loops of a boat without sway thrust
@@ -61,24 +62,24 @@ def with_bend(model: Model, boat: LinearBoat, guidance: Guidance) -> LinearBoat:
 
 
 def guidance_for(
-    boat: LinearBoat, knob: float, hold: float, gains: tuple[Gains, Gains, Gains]
+    boat: LinearBoat, hold: float, gains: tuple[Gains, Gains, Gains]
 ) -> Guidance | None:
     """Of a boat without sway thrust; None: it has some. `boat` is about `guided_motions`.
 
-    tau_c is that of the heading loop, knob plus delay. theta is as much, and the lag of the course behind the
-    heading: in a turn v = -(A_vr / A_vv) r at speed u, so that the course lags by tau_v = A_vr / (A_vv u).
+    tau_c is that of the heading loop: its delay, and its slow time constant (D + d) / P at the largest yaw drag,
+    which is the knob where the drag is the least one that the gains are for. theta is as much, and the lag of
+    the course behind the heading: in a turn v = -(A_vr / A_vv) r, so that the course lags by
+    tau_v = A_vr / (A_vv u) at speed u.
     """
     if len(boat.driven) == 3:
         return None
-    delay = float(boat.actuators.delay[2]) + hold
-    time = 2.0 * (knob + delay) + course_lag(boat)
+    surge, _, yaw = gains
+    heading = (yaw.derivative + float(boat.drag[:, 2].max())) / yaw.proportional
+    time = 2.0 * (heading + float(boat.actuators.delay[2]) + hold) + course_lag(boat)
     fastest = float(boat.speeds[:, 0].max())
     slowest = SLOWEST_SHARE * fastest
-    surge = gains[0]
-    drag = float(boat.drag[:, 0].min())
-    return Guidance(
-        time, slowest * time, slowest, fastest, (surge.derivative + drag) / surge.proportional
-    )
+    approach = (surge.derivative + float(boat.drag[:, 0].min())) / surge.proportional
+    return Guidance(time, RADIUS_SHARE * slowest * time, slowest, fastest, approach)
 
 
 def course_lag(boat: LinearBoat) -> float:
