@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Gains by internal model control, with margins about steady motions and over the covariance."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -122,7 +122,8 @@ def tune(
     if not permitted(spread):
         raise ControlError(_refusal(model, boats, spread, (knob, hold, action, strength)))
     # Margins of the nominal model
-    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold)
+    slow = 0.0 if guidance is None else guidance.time
+    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold, slow=slow)
     nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold, guidance)).worst()
     return Tuning(
         model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed,
@@ -195,6 +196,8 @@ def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Req
 def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> float | None:
     """The smallest knob [s], rounded up to two digits, that is robust over all draws; None: there is none."""
     _, hold, action, strength = request
+    if len(boats[0].driven) < 3:  # the bend is that of the look-ahead of another knob
+        boats = [replace(boat, speeds=boat.speeds[:-1], slopes=boat.slopes[:-1]) for boat in boats]
     largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
     worst = [boats[0], *(boats[i] for i in np.argsort(-largest)[:WORST_DRAWS])]
 

@@ -52,10 +52,15 @@ class Margins:
         return Margins(np.asarray(self.stable.all(axis=0)), up, down, *least, *most)
 
 
-def frequencies(knob: float, delay: float, points: int = LOOP_FREQUENCIES) -> Array:
-    """Angular frequencies [rad/s] that cover a loop with this knob [s] and delay [s]."""
+def frequencies(
+    knob: float, delay: float, points: int = LOOP_FREQUENCIES, slow: float = 0.0
+) -> Array:
+    """Angular frequencies [rad/s] that cover a loop with this knob [s] and delay [s].
+
+    slow [s]: a time constant above the knob, of guidance.
+    """
     fast = min(knob, max(delay, 0.02 * knob))
-    return np.geomspace(LOWEST_FREQUENCY / knob, HIGHEST_FREQUENCY / fast, points)
+    return np.geomspace(LOWEST_FREQUENCY / max(knob, slow), HIGHEST_FREQUENCY / fast, points)
 
 
 @dataclass(frozen=True)

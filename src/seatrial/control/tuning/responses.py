@@ -46,7 +46,9 @@ class Responses:
 
 def responses(tuning: Tuning) -> Responses:
     """All curves. A band is that of the first `RESPONSE_DRAWS` draws."""
-    omega = frequencies(tuning.knob, float(tuning.delay.max()), BODE_FREQUENCIES)
+    omega = frequencies(
+        tuning.knob, float(tuning.delay.max()), BODE_FREQUENCIES, tuning.slowest
+    )
     omega = omega[
         (omega > 0.05 / tuning.slowest) & (omega < 10.0 / min(tuning.knob, tuning.delay.max()))
     ]

@@ -51,7 +51,8 @@ def worst_of(
 ) -> Margins:
     """Margins (boats, ...) of each boat, the worst of its motions."""
     longest = float(boats[0].actuators.delay.max()) + hold
-    omega = frequencies(knob, longest, DRAW_FREQUENCIES)
+    slow = 0.0 if guidance is None else guidance.time
+    omega = frequencies(knob, longest, DRAW_FREQUENCIES, slow)
     feedback = Feedback(gains, boats[0].speeds, omega, hold, guidance)
     found = [margins(boat, feedback, strength).worst() for boat in over(boats)]
     return Margins(*(np.array([getattr(m, f.name) for m in found]) for f in fields(Margins)))
