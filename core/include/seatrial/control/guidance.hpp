@@ -90,7 +90,7 @@ class Guidance {
 
   static double speed_of(const Reference& r) { return std::hypot(r.rate[0], r.rate[1]); }
 
-  /// ILOS (Borhaug et al. 2008; Fossen 2021, section 12.5): a = y / Delta + n . w / U is the
+  /// ILOS (Borhaug et al. 2008; Fossen 2021, chapter 12): a = y / Delta + n . w / U is the
   /// tangent of the angle to point off the course. Returns by how much the heading is off it.
   double follow(double dt, const double* eta, const double* nu, const Reference& now, Guided& out) {
     const double speed = speed_of(now);
