@@ -26,7 +26,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
-from seatrial.inspection.proposal.sources import AXES_QUESTION, Choices, lever_of, thrusters_of
+from seatrial.inspection.proposal.sources import Choices, lever_of, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
 from seatrial.recording.excitation import find_roles
@@ -201,7 +201,8 @@ def test_only_what_no_log_can_tell_is_asked(drive, tmp_path, monkeypatch):
     owner = Owner(**{"middle of the thrusters": "0.30 -0.12"})
     with pytest.raises(SeatrialError, match="far enough"):
         seatrial.auto([drive], tmp_path / "a", ask=owner)
-    assert owner.asked[:2] == [AXES_QUESTION, BOW_QUESTION] and len(owner.asked) == 3
+    assert "turns to the left" in owner.asked[0] and owner.asked[1] == BOW_QUESTION
+    assert len(owner.asked) == 3
     assert load_vehicle(tmp_path / "a" / "vehicle.yaml").lever == LEVER
     # the answers are in the vehicle file: nothing is asked again
     with pytest.raises(SeatrialError, match="far enough"):

@@ -315,12 +315,12 @@ def test_at_a_terminal_the_axes_are_asked_for(answers, log, tmp_path, monkeypatc
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setattr("builtins.input", lambda _: next(given))
     assert main(["init", str(bag), "-o", str(tmp_path / "v.yaml")]) == 0
-    assert "does the heading rise" in " ".join(capsys.readouterr().out.split())
+    assert "turns to the left" in " ".join(capsys.readouterr().out.split())
     assert seatrial.load_vehicle(tmp_path / "v.yaml").axes.value == f"forward-{axes}"
     assert (
         main(["init", str(bag), "--axes", "forward-left-up", "-o", str(tmp_path / "w.yaml")]) == 0
     )
-    assert "does the heading rise" not in " ".join(capsys.readouterr().out.split())
+    assert "turns to the left" not in " ".join(capsys.readouterr().out.split())
 
 
 # Fields of a bag's topics that the user chooses. #

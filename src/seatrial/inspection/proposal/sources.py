@@ -15,9 +15,6 @@ Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the o
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
 LONGEST_LEVER = 50.0  # [m] of a small boat; a longer one is in other units
-AXES_QUESTION = """\
-No log tells which way the axes point: when the boat turns to the left, does the heading rise (x forward, y to \
-port) or fall (y to starboard)?"""
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 

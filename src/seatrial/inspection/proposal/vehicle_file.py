@@ -34,7 +34,7 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
         "# Check every line marked 'check'.",
         "seatrial: vehicle 1",
         _commented(_line("name", sources.name), "the boat's name, also the model's"),
-        _commented(f"axes: {sources.axes}", *axes, *sources.notes.get("axes", [])),
+        _commented(f"axes: {sources.axes}", *axes),
         "",
         *_pose(sources, drive, choices),
         "",
