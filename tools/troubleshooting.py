@@ -138,8 +138,9 @@ ERRORS: Mapping[str, tuple[tuple[str, str, str], ...]] = {  # message, meaning, 
     ),
     "Identification": (
         ("is too short; drive a minute or more in", "There is too little data.", "Record longer."),
-        ("is too short for … parameters; drive", "There is too little data for so many parameters.",
-         "Record longer, or take terms out of the structure."),
+        ("s in all is too short for", "There is too little time with usable poses for so many parameters.",
+         "Record longer, or take terms out of the structure; where the message names gaps, mend the log: "
+         "`seatrial inspect` names the faults."),
         ("can't be told apart: vary speed and command independently", "Two terms do the same in this recording.",
          "Drive pulses of several sizes with pauses, or take one term out."),
         ("nothing is commanded; drive, and record the commands", "All commands are constant.",

@@ -161,7 +161,9 @@ def with_enough_blocks(problem: Problem) -> Problem:
         names = ", ".join(r.name for r in problem.recordings)
         wanted = 10 * np.ceil(0.1 * SHORTEST_BLOCK * parameters)
         gaps = gaps_text(problem.recordings)
-        repair = f": {gaps}. Repair the log (seatrial inspect names the faults), or" if gaps else ";"
+        repair = (
+            f": {gaps}. Repair the log (seatrial inspect names the faults), or" if gaps else ";"
+        )
         raise IdentificationError(
             f"{names}: {length:.0f} s in all is too short for {parameters} parameters{repair} drive "
             f"{wanted:.0f} s or more{' without gaps' if gaps else ''}, or take another method, "
@@ -171,7 +173,7 @@ def with_enough_blocks(problem: Problem) -> Problem:
 
 
 def gaps_text(recordings: Sequence[Recording]) -> str:
-    """Number, lengths and share of the gaps without usable poses that are a block or longer; empty: there are none."""
+    """Number, lengths and share of the gaps of a block or longer without usable poses; empty: there are none."""
     gaps = np.concatenate(
         [np.diff(r.t[r.valid], prepend=0.0, append=r.duration) for r in recordings]
     )
