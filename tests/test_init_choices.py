@@ -204,7 +204,7 @@ BARE = {
     "no headings": (lambda log, out: tables(log, out / "a", pose="t,x,y,foo"), "no table has columns named like x, y and psi"),
     "no time": (lambda log, out: tables(log.but(pose_t=log.pose_t[::-1]), out / "a", pose="back,x,y,psi"), "no column of stamps; it has back, x, y, psi"),
     "nowhere": (lambda log, out: out / "none.bag", "none.bag: no such file or folder"),
-    "no bag": (lambda log, out: out, "no table and no bag in this folder"),
+    "no bag": (lambda log, out: out, "is an empty folder; expected a bag"),
 }  # fmt: skip
 
 

@@ -81,12 +81,9 @@ def _thrusters_question(names: str, given: Choices) -> str:
     return THRUSTERS_QUESTION.format(of=f" {names}" if names else "", side=_side(given))
 
 
-def test_of(names: Sequence[str], ask: Questions | None) -> str | None:
-    """The recording that tests the model; None: the last quarter of each."""
-    if ask is None or len(names) < 2:
-        return None
-    answer = ask.choose(TEST_QUESTION, (LAST_QUARTER, *names))
-    return None if answer == LAST_QUARTER else answer
+def test_of(names: Sequence[str], ask: Questions) -> str:
+    """The recording that tests the model, or the last quarter of each."""
+    return ask.choose(TEST_QUESTION, (LAST_QUARTER, *names))
 
 
 def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions | None) -> list[str]:
