@@ -16,7 +16,7 @@ import seatrial
 from benchmarks.studies.payload import loaded
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.evaluation.comparison import causes as module
-from seatrial.evaluation.comparison.causes import (
+from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     CAUSES,
     CURRENT,
@@ -26,10 +26,9 @@ from seatrial.evaluation.comparison.causes import (
     OFF_CENTRE,
     ONE_THRUSTER,
     candidates,
-    cause_text,
-    causes,
-    evidence,
 )
+from seatrial.evaluation.comparison.cause_text import cause_text
+from seatrial.evaluation.comparison.causes import causes, evidence
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import pairs, views
