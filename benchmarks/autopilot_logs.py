@@ -245,7 +245,7 @@ def compare(path: Path, repeats: int) -> bool:
         whole = measured("autopilot_logs", "counts", path, repeats=1)
         ratio = (whole["seconds"] + theirs["seconds"]) / ours["seconds"]
         print(
-            f"      pyulog with counts of all topics {whole['seconds']:.2f} s, {whole['peak'] / 1e6:.0f} MB: opened "
+            f"      pyulog, counts of all topics {whole['seconds']:.2f} s, {whole['peak'] / 1e6:.0f} MB: opened "
             f"and read it takes {ratio:.1f} times as long"
         )
     return bool(ours["seconds"] <= 2 * theirs["seconds"])
