@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Physical changes as maps from A's coefficients to B's, with few unknowns and a Gaussian prior on them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
@@ -25,8 +26,11 @@ OFF_CENTRE = "mass off centre"
 ONE_THRUSTER = "one thruster"
 BATTERY = "battery"
 CURRENT = "current"
+TWO = "two of these"
 NONE_OF_THESE = "none of these"
-CAUSES = (NO_CHANGE, MASS, OFF_CENTRE, BATTERY, ONE_THRUSTER, CURRENT, NONE_OF_THESE)
+CAUSES = (NO_CHANGE, MASS, OFF_CENTRE, BATTERY, ONE_THRUSTER, CURRENT, TWO, NONE_OF_THESE)
+TWO_AT_ONCE = 0.1  # probability of two causes before the logs, over that of one
+PAIRED = (MASS, BATTERY, ONE_THRUSTER, CURRENT)  # causes of which two may be there at once
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,28 @@ class Candidate:
     what: str = ""
     shown: Callable[[Array], float] | None = None  # phi to the relative change
 
+    def described(self, phi: Array) -> str:
+        """The cause with its size."""
+        size = "" if self.shown is None else f" {signed(self.shown(phi))}"
+        return (
+            f"{self.cause} ({self.what}{size})"
+            if self.cause == ONE_THRUSTER
+            else f"{self.cause}{size}"
+        )
+
+
+@dataclass(frozen=True)
+class Both(Candidate):
+    """Two causes at once, one map after the other."""
+
+    parts: tuple[Candidate, ...] = ()
+
+    def described(self, phi: Array) -> str:
+        """Both with their sizes."""
+        first, second = self.parts
+        m = len(first.covariance)
+        return f"{first.described(phi[:m])} and {second.described(phi[m:])}"
+
 
 def candidates(problem: Problem) -> list[Candidate]:
     """Those that this model can show."""
@@ -67,9 +93,35 @@ def candidates(problem: Problem) -> list[Candidate]:
         *_battery(problem),
         *_current(problem),
     ]
+    found += _two(found)
     units = problem.units
     found.append(Candidate(NONE_OF_THESE, np.eye(n), lambda theta, phi: theta + units * phi))
     return found
+
+
+def _two(found: Sequence[Candidate]) -> list[Candidate]:
+    """Every two different causes of `PAIRED`; a thruster that has the battery's map is none of its own."""
+    single = [c for c in found if c.cause in PAIRED and (c.cause != ONE_THRUSTER or c.shown)]
+    pairs: list[Candidate] = []
+    for a, b in combinations(single, 2):
+        if a.cause == b.cause:
+            continue
+        m, n = len(a.covariance), len(b.covariance)
+        prior = np.zeros((m + n, m + n))
+        prior[:m, :m], prior[m:, m:] = a.covariance, b.covariance
+        pairs.append(Both(TWO, prior, partial(_one_after_the_other, a, b), parts=(a, b)))
+    return pairs
+
+
+def _one_after_the_other(a: Candidate, b: Candidate, theta: Array, phi: Array) -> Array:
+    """Coefficients (n,) after both changes."""
+    m = len(a.covariance)
+    return b.change(a.change(theta, phi[:m]), phi[m:])
+
+
+def signed(change: float) -> str:
+    """A relative change in per cent with its sign."""
+    return f"{'+' if change >= 0 else '-'}{abs(100.0 * change):.0f} %"
 
 
 def _masses(problem: Problem) -> list[Candidate]:

@@ -3,7 +3,13 @@
 
 from collections.abc import Sequence
 
-from seatrial.evaluation.comparison.cause_candidates import BATTERY, NONE_OF_THESE, ONE_THRUSTER
+from seatrial.evaluation.comparison.cause_candidates import (
+    BATTERY,
+    NONE_OF_THESE,
+    ONE_THRUSTER,
+    TWO,
+    signed,
+)
 from seatrial.evaluation.comparison.causes import Cause
 
 SAME_EVIDENCE = 1e-6  # [-] difference of logarithms, of two candidates with one map
@@ -31,7 +37,7 @@ def cause_text(found: Sequence[Cause]) -> str:
         change = next(c.change for c in found if c.cause == BATTERY) or 0.0
         whole = sum(c.probability for c in found if c.cause in (BATTERY, ONE_THRUSTER))
         return (
-            f"Most probable cause: {both} (thrust {_signed(change)}), {probability_text(whole)}. No term of this "
+            f"Most probable cause: {both} (thrust {signed(change)}), {probability_text(whole)}. No term of this "
             "structure separates the two"
         )
     others = ", ".join(
@@ -50,12 +56,8 @@ def _named(cause: Cause) -> str:
     if cause.cause == NONE_OF_THESE:
         return "none of the single causes"
     if cause.change is None:
-        return cause.cause
-    return f"{cause.cause} ({cause.what} {_signed(cause.change)})"
-
-
-def _signed(change: float) -> str:
-    return f"{'+' if change >= 0 else '-'}{abs(100.0 * change):.0f} %"
+        return f"{cause.cause} ({cause.what})" if cause.cause == TWO else cause.cause
+    return f"{cause.cause} ({cause.what} {signed(cause.change)})"
 
 
 def probability_text(probability: float) -> str:

@@ -3,7 +3,7 @@
 
 Every candidate is a map g(theta, phi) from A's coefficients to B's, with few unknowns phi and a Gaussian
 prior on them. Its evidence is Laplace's approximation (MacKay, Information Theory, chapter 27; Kass and
-Raftery 1995); the candidates are equally probable before.
+Raftery 1995); the candidates are equally probable before, two causes at once a tenth as probable.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,14 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison.cause_candidates import CAUSES, Candidate, Problem, candidates
+from seatrial.evaluation.comparison.cause_candidates import (
+    CAUSES,
+    TWO,
+    TWO_AT_ONCE,
+    Candidate,
+    Problem,
+    candidates,
+)
 from seatrial.evaluation.comparison.parameters import (
     Pair,
     View,
@@ -36,7 +43,9 @@ class Cause(msgspec.Struct, frozen=True):
         None  # [-] the relative change that fits best; None: it has no single one
     )
     what: str = ""  # of what: a quantity, or a thruster
-    log_evidence: float = 0.0  # less that of the best
+    log_evidence: float = (
+        0.0  # less that of the best; of two causes with their lower probability before
+    )
 
 
 def causes(a: Model, b: Model, found: Sequence[Pair], seen: tuple[View, View]) -> list[Cause]:
@@ -50,9 +59,10 @@ def causes(a: Model, b: Model, found: Sequence[Pair], seen: tuple[View, View]) -
         tried = [(*evidence(problem, one), one) for one in own]
         if not tried:
             continue
-        log, phi, one = max(tried, key=lambda t: t[0])
+        _, phi, one = max(tried, key=lambda t: t[0])
         whole = np.logaddexp.reduce([t[0] for t in tried]) - np.log(len(tried))
-        best.append((float(whole) if len(tried) > 1 else log, one, phi))
+        whole += np.log(TWO_AT_ONCE) if cause == TWO else 0.0
+        best.append((float(whole), one, phi))
     most = max(log for log, _, _ in best)
     total = sum(np.exp(log - most) for log, _, _ in best)
     out = [
@@ -60,7 +70,7 @@ def causes(a: Model, b: Model, found: Sequence[Pair], seen: tuple[View, View]) -
             one.cause,
             float(np.exp(log - most) / total),
             None if one.shown is None else one.shown(phi),
-            one.what,
+            one.described(phi) if one.cause == TWO else one.what,
             log - most,
         )
         for log, one, phi in best
