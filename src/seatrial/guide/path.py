@@ -188,7 +188,7 @@ def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> 
     wrong = [*found.vehicle.remarks, *(finding.text for finding in found.signs.findings)]
     verdict = wrong[0] if wrong else "units, signs and order are consistent"
     here.say(
-        f"inspect   {length:.0f} s, {usable:.1%} of the poses usable; {verdict}  -> {here.file('inspect.txt')}"
+        f"inspect   {length:.0f} s, {100.0 * usable:.1f} % of the poses usable; {verdict}  -> {here.file('inspect.txt')}"
     )
 
 
