@@ -317,6 +317,7 @@ def test_at_a_terminal_the_axes_are_asked_for(answers, log, tmp_path, monkeypatc
     assert main(["init", str(bag), "-o", str(tmp_path / "v.yaml")]) == 0
     assert "turns to the left" in " ".join(capsys.readouterr().out.split())
     assert seatrial.load_vehicle(tmp_path / "v.yaml").axes.value == f"forward-{axes}"
+    assert ", as answered" in (tmp_path / "v.yaml").read_text()
     assert (
         main(["init", str(bag), "--axes", "forward-left-up", "-o", str(tmp_path / "w.yaml")]) == 0
     )

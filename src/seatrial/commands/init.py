@@ -77,7 +77,8 @@ def run(args: argparse.Namespace) -> None:
         thrusters=() if args.thrusters is None else thrusters_of(args.thrusters),
     )  # fmt: skip
     axes = args.axes or asked_axes(args.recordings[0], choices, ask)
-    choices = replace(choices, axes=axes)
+    answered = ask is not None and args.axes is None
+    choices = replace(choices, axes=axes, axes_answered=answered)
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)

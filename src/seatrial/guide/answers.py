@@ -39,7 +39,8 @@ TEST_QUESTION = "Which recording tests the model, and is not used to identify it
 def choices_of(path: Path, given: Choices, ask: Questions | None) -> Choices:
     """Choices for `init`, with the answers on axes, bow and measured point."""
     choose = None if ask is None else ask.choose
-    given = replace(given, axes=asked_axes(path, given, choose))
+    axes = asked_axes(path, given, choose)
+    given = replace(given, axes=axes, axes_answered=ask is not None)
     if ask is not None and not is_log(path):  # an autopilot defines its bow
         given = replace(given, stern=ask.choose(BOW_QUESTION, (BOW, STERN)) == STERN)
     if ask is None or given.lever is not None:

@@ -44,6 +44,7 @@ class Choices:
 
     name: str | None = None
     axes: str = Axes.FLU.value
+    axes_answered: bool = False  # whether the user answered the question on axes
     pose: str | None = None  # topic, table of a folder, or columns: x=COL,y=COL,heading=COL
     commands: str | None = None
     parent: str | None = None

@@ -27,6 +27,8 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
     first = f"{_shown(sources.path.name)}{length}"
     others = [_shown(path.name) for path in sources.more]
     axes = [f"check: {AXES_MEANING[sources.axes]}? The data do not show it"]
+    if choices.axes_answered:
+        axes = [f"{AXES_MEANING[sources.axes]}, as answered"]
     if "known axes" in sources.notes:
         axes = [AXES_MEANING[sources.axes], *sources.notes["known axes"]]
     lines = [
