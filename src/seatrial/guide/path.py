@@ -187,9 +187,8 @@ def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> 
     usable = sum(r.usable * r.duration for r in recordings) / length
     wrong = [*found.vehicle.remarks, *(finding.text for finding in found.signs.findings)]
     verdict = wrong[0] if wrong else "units, signs and order are consistent"
-    here.say(
-        f"inspect   {length:.0f} s, {100.0 * usable:.1f} % of the poses usable; {verdict}  -> {here.file('inspect.txt')}"
-    )
+    share = f"{100.0 * usable:.1f} % of the poses usable"
+    here.say(f"inspect   {length:.0f} s, {share}; {verdict}  -> {here.file('inspect.txt')}")
 
 
 def _held_out(

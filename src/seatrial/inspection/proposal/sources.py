@@ -44,7 +44,6 @@ class Choices:
 
     name: str | None = None
     axes: str = Axes.FLU.value
-    axes_answered: bool = False  # whether the user answered the question on axes
     pose: str | None = None  # topic, table of a folder, or columns: x=COL,y=COL,heading=COL
     commands: str | None = None
     parent: str | None = None
@@ -53,6 +52,7 @@ class Choices:
     stern: bool = False  # whether the heading is that of the stern
     thrusters: tuple[tuple[float, float, float], ...] = ()  # x, y [m], direction [deg] of each
     scheme: str = MOORE_PENROSE  # of the allocation to them
+    axes_answered: bool = False  # whether the user answered the question on axes
 
 
 @dataclass(frozen=True)
