@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The odometry node for ROS 1, built from `ros/ros1`; what it published, out of a bag."""
+"""The nodes for ROS 1, built by catkin_make from an empty workspace; what they published, out of a bag."""
 
 import fcntl
 import os
@@ -17,6 +17,7 @@ BUILD = ROOT / "build" / "ros1"
 CMAKE = Path(sys.executable).parent / "cmake"
 CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")
 SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
+NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
 NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
 LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
 
@@ -31,15 +32,29 @@ def build() -> Path:
 
 
 def _make() -> None:
-    environment = {**os.environ, "PATH": "/usr/bin:/bin"}
-    cmake = str(CMAKE if CMAKE.exists() else shutil.which("cmake"))
-    for command in (
-        [cmake, "-S", str(ROOT / "ros" / "ros1"), "-B", str(BUILD), "-DSEATRIAL_TESTING=ON",
-         f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}"],
-        [cmake, "--build", str(BUILD), "--parallel", "2"],
-    ):  # fmt: skip
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    src = BUILD / "src" / "seatrial"
+    src.mkdir(parents=True, exist_ok=True)
+    for path in ROOT.iterdir():  # as `git clone` leaves it there, by links
+        link = src / path.name
+        if path.name not in NOT_CLONED and not path.name.startswith(".") and not link.exists():
+            link.symlink_to(path)
+    cmake = (
+        CMAKE.parent if CMAKE.exists() else Path(shutil.which("cmake") or "/usr/bin/cmake").parent
+    )
+    (BUILD / "bin").mkdir(exist_ok=True)
+    if not (BUILD / "bin" / "cmake").exists():
+        (BUILD / "bin" / "cmake").symlink_to(cmake / "cmake")
+    options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
+    if shutil.which("ccache"):
+        options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
+    environment = {**os.environ, "PATH": f"{BUILD / 'bin'}:/usr/bin:/bin"}
+    for name in ("PYTHONPATH", "ROS_VERSION", "VIRTUAL_ENV"):
+        environment.pop(name, None)
+    command = ["catkin_make", "-j2", "--pkg", "seatrial_core", "seatrial_odometry", *options]
+    done = subprocess.run(
+        command, cwd=BUILD, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
 
 
 @dataclass(frozen=True)
