@@ -6,6 +6,7 @@ implementation of its own build with ROS 2's names, types and quality of service
 """
 
 import fcntl
+import gc
 import os
 import shlex
 import shutil
@@ -28,9 +29,15 @@ PROGRAMS = WORKSPACE / "install" / "seatrial_odometry" / "lib" / "seatrial_odome
 PEER = PROGRAMS / "peer"
 PATIENCE = 30.0  # [s]
 DEFINITIONS = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-LOOPBACK = """<CycloneDDS><Domain id="any"><General><Interfaces>
-  <NetworkInterface name="lo" multicast="true"/>
-</Interfaces></General></Domain></CycloneDDS>"""
+LOOPBACK = """<CycloneDDS><Domain id="any">
+  <General>
+    <Interfaces><NetworkInterface name="lo"/></Interfaces><AllowMulticast>false</AllowMulticast>
+  </General>
+  <Discovery>
+    <ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
+    <Peers><Peer Address="localhost"/></Peers>
+  </Discovery>
+</Domain></CycloneDDS>"""  # as rmw_cyclonedds_cpp with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST
 NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
 
 needed = [
@@ -70,6 +77,8 @@ def build() -> Path:
         fcntl.flock(lock, fcntl.LOCK_EX)
         clone_into(WORKSPACE / "src" / "seatrial")
         options = ["-DSEATRIAL_TESTING=ON", "-DBUILD_TESTING=ON"]
+        if not (PREFIX / "install" / "share" / "rclcpp_components").exists():
+            options.append(f"-Drclcpp_components_DIR={ROOT / 'tests' / 'rclcpp_components'}")
         if shutil.which("ccache"):
             options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
         done = shell(f"MAKEFLAGS=-j2 colcon build --cmake-args {' '.join(options)}", WORKSPACE)
@@ -89,12 +98,16 @@ class Ros2:
         pairs = (line.partition("=") for line in done.stdout.split("\0") if line)
         own = {name: value for name, _, value in pairs}
         self.environment = {**own, "ROS_DOMAIN_ID": str(self.domain), "HOME": str(folder),
-                            "ROS_LOG_DIR": str(folder), "CYCLONEDDS_URI": LOOPBACK}  # fmt: skip
+                            "ROS_LOG_DIR": str(folder)}  # fmt: skip
 
     def __enter__(self) -> "Ros2":
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.end()
+
+    def end(self) -> None:
+        """Kill what still runs."""
         for process in self.started:
             if process.poll() is None:
                 process.kill()
@@ -242,6 +255,7 @@ class Publisher:
 
     def end(self) -> None:
         self._writer = None
+        gc.collect()
 
 
 class Heard:

@@ -5,7 +5,7 @@
 #include <complex>
 #include <memory>
 
-#include "../../wire/messages.hpp"
+#include "messages.hpp"
 #include "boats.hpp"
 #include "onboard.hpp"
 #include "seatrial_ros/messages.hpp"

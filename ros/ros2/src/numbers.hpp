@@ -4,6 +4,7 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "seatrial_ros/signal.hpp"
 #include "topics.hpp"
@@ -20,6 +21,16 @@ class NumberTopics {
   NumberTopics(rclcpp::Node& node, const std::set<std::string>& topics, SetType set_type,
                Take take);
 
+  /// Of a node with number_topics() and set_type().
+  template <class Node>
+  NumberTopics(rclcpp::Node& shell, Node& node, Take take)
+      : NumberTopics(
+            shell, node.number_topics(),
+            [&node](const std::string& topic, const std::string& type) {
+              node.set_type(topic, type);
+            },
+            std::move(take)) {}
+
  private:
   SubscriptionPtr subscribe(const std::string& topic, const std::string& type);
 
@@ -30,14 +41,5 @@ class NumberTopics {
   Take take_;
   TypedTopics topics_;
 };
-
-/// Of a node with number_topics() and set_type().
-template <class Node>
-NumberTopics number_topics(rclcpp::Node& shell, Node& node, NumberTopics::Take take) {
-  return {
-      shell, node.number_topics(),
-      [&node](const std::string& topic, const std::string& type) { node.set_type(topic, type); },
-      std::move(take)};
-}
 
 }  // namespace seatrial::ros

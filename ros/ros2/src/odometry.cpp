@@ -7,8 +7,10 @@
 #include <geometry_msgs/msg/pose_stamped.hpp>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/transform_stamped.hpp>
+#include <memory>
 #include <nav_msgs/msg/odometry.hpp>
 #include <rclcpp/rclcpp.hpp>
+#include <set>
 #include <std_srvs/srv/trigger.hpp>
 #if __has_include(<tf2_ros/transform_broadcaster.hpp>)
 #include <tf2_ros/transform_broadcaster.hpp>
@@ -48,15 +50,16 @@ class OdometryNode : public rclcpp::Node {
         odometry_(create_publisher<Odometry>("odom", kQueue)),
         map_pose_(create_publisher<PoseWithCovarianceStamped>("map_pose", kQueue)),
         diagnostics_(create_publisher<DiagnosticArray>("/diagnostics", kQueue)),
-        broadcaster_(*this),
-        numbers_(sr::number_topics(*this, node_,
-                                   [this](const sr::NumbersMessage& in) { on_numbers(in); })),
-        poses_(*this, {node_.pose_topic()},
-               [this](const auto& topic, const auto& type) { return hear_poses(topic, type); }) {
+        broadcaster_(*this) {
     node_.refuse_own_topics({odometry_->get_topic_name(), map_pose_->get_topic_name()},
                             [this](const std::string& topic) {
                               return get_node_topics_interface()->resolve_topic_name(topic);
                             });
+    numbers_ = std::make_unique<sr::NumberTopics>(
+        *this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); });
+    poses_ = std::make_unique<sr::TypedTopics>(
+        *this, std::set<std::string>{node_.pose_topic()},
+        [this](const auto& topic, const auto& type) { return hear_poses(topic, type); });
     using Trigger = std_srvs::srv::Trigger;
     reload_ =
         create_service<Trigger>("~/reload", [this](const std::shared_ptr<Trigger::Request>,
@@ -176,8 +179,8 @@ class OdometryNode : public rclcpp::Node {
   rclcpp::Publisher<DiagnosticArray>::SharedPtr diagnostics_;
   rclcpp::Service<std_srvs::srv::Trigger>::SharedPtr reload_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  sr::NumberTopics numbers_;
-  sr::TypedTopics poses_;
+  std::unique_ptr<sr::NumberTopics> numbers_;
+  std::unique_ptr<sr::TypedTopics> poses_;
   std::sig_atomic_t answered_ = hangups;
   rclcpp::TimerBase::SharedPtr tick_;
   rclcpp::TimerBase::SharedPtr slow_;

@@ -46,8 +46,7 @@ class SimulatorNode : public rclcpp::Node {
   explicit SimulatorNode(const rclcpp::NodeOptions& options)
       : rclcpp::Node("seatrial_simulator", options),
         node_(sr::read_settings<sr::SimSettings>(*this)),
-        numbers_(sr::number_topics(*this, node_,
-                                   [this](const sr::NumbersMessage& in) { on_numbers(in); })),
+        numbers_(*this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }),
         broadcaster_(*this) {
     for (int boat = 0; boat < node_.n_boats(); ++boat) advertise(boat);
     place_lasers();

@@ -9,6 +9,7 @@
 //                              empty odometry (0), or publishes one at RATE [Hz]: what ROS costs
 //   peer reload                calls the service; prints what it answers
 //   peer listen TOPIC TYPE     subscribes, and does nothing
+//   peer compose CLASS...      components in one process, with intra-process communication
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -23,6 +24,9 @@
 #include <tf2_msgs/msg/tf_message.hpp>
 #include <thread>
 #include <vector>
+#ifdef RCLCPP_COMPONENTS_STAND_IN
+#include <rclcpp_components/register_node_macro.hpp>
+#endif
 
 namespace {
 
@@ -135,6 +139,23 @@ int listen(const rclcpp::Node::SharedPtr& node, const std::string& topic, const 
   return 0;
 }
 
+int compose(const std::vector<std::string>& names) {
+#ifdef RCLCPP_COMPONENTS_STAND_IN
+  std::vector<rclcpp::Node::SharedPtr> nodes;
+  rclcpp::executors::SingleThreadedExecutor executor;
+  for (const std::string& name : names) {
+    const auto options = rclcpp::NodeOptions().use_intra_process_comms(true);
+    nodes.push_back(rclcpp_components::registered().at(name)(options));
+    executor.add_node(nodes.back());
+  }
+  executor.spin();
+  return 0;
+#else
+  std::fprintf(stderr, "built without the stand-in for rclcpp_components: %zu names\n", names.size());
+  return 1;
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -151,6 +172,8 @@ int main(int argc, char** argv) {
     code = reload(node);
   } else if (what == "listen" && words.size() == 4) {
     code = listen(node, words[2], words[3]);
+  } else if (what == "compose") {
+    code = compose({words.begin() + 2, words.end()});
   }
   rclcpp::shutdown();
   return code;
