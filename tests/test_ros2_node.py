@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The odometry node with a real ROS 2: S7 is played to it over DDS, what it publishes is compared."""
 
-import os
 import signal
 import time
-from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from ros2_drive import PLAYED, play
 from ros2_tools import (
     Peer,
     Ros2,
@@ -20,14 +19,9 @@ from ros2_tools import (
     status,
     until,
 )
-from ros_drive import OVER, SETTLED, WORST, events, s7, save_model, truth_at, wrong
+from ros_drive import OVER, SETTLED, WORST, s7, save_model, truth_at, wrong
 
 pytestmark = needed
-LISTENED = {
-    "odom": "nav_msgs/msg/Odometry", "map_pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
-    "tf": "tf2_msgs/msg/TFMessage", "diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
-}  # fmt: skip
-PLAYED = {"/slam/pose": "geometry_msgs/msg/PoseStamped", "/joy": "sensor_msgs/msg/Joy"}
 NAME = "seatrial_odometry: odometry"  # of its diagnosis
 
 
@@ -59,52 +53,9 @@ def _alone(ros):
     ros.end()
 
 
-@dataclass
-class Recorded:
-    """What came from the node while S7 was played in real time."""
-
-    begin: int  # [ns] the trial's time zero
-    heard: dict = field(default_factory=dict)
-    answer: str = ""
-    said: str = ""
-
-    def odometry(self):
-        """Stamps [s] since the trial's begin, poses (n, 3) in odom, velocities (n, 3)."""
-        rows = []
-        for m in self.heard["odom"].messages:
-            p, q, v = m.pose.pose.position, m.pose.pose.orientation, m.twist.twist
-            rows.append(
-                ((stamp_of(m) - self.begin) * 1e-9, p.x, p.y, 2 * np.arctan2(q.z, q.w),
-                 v.linear.x, v.linear.y, v.angular.z)
-            )  # fmt: skip
-        found = np.array(rows)
-        return found[:, 0], found[:, 1:4], found[:, 4:]
-
-
 @pytest.fixture(scope="module")
 def recorded(ros, peer, trial, known):
-    node = ros.node("odometry", model=known, publish_map_to_odom="true", rate=50)
-    heard = {topic: peer.listen(topic, kind) for topic, kind in LISTENED.items()}
-    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
-    until(lambda: all(o.connected() for o in outlets.values()), "the node hears both topics")
-    found = Recorded(time.time_ns() + 200_000_000, heard)
-    reload = None
-    for arrival, topic, values, stamp in events(trial):
-        while (now := time.time_ns() - found.begin) < arrival:
-            time.sleep(min(0.005, (arrival - now) * 1e-9))
-        outlets[topic].publish({"header": header(found.begin + stamp), **values})
-        for one in heard.values():
-            one.take()
-        if reload is None and arrival > 8_000_000_000:
-            reload = ros.start("peer", "reload")
-            os.kill(node.pid, signal.SIGHUP)
-    assert reload.wait(20.0) == 0
-    found.answer = said(reload)
-    finish(node)  # with exit code 0, as it was asked to
-    for one in heard.values():
-        one.take()
-    found.said = said(node)
-    return found
+    return play(ros, peer, trial, known)
 
 
 def test_velocity_is_near_the_truth_at_fifty_hertz(recorded, trial):

@@ -7,7 +7,19 @@ import time
 import numpy as np
 import pytest
 from conftest import ROOT
-from ros2_tools import WORKSPACE, Peer, Ros2, build, finish, header, needed, stamp_of, status, until
+from ros2_tools import (
+    WORKSPACE,
+    Peer,
+    Ros2,
+    build,
+    finish,
+    header,
+    needed,
+    shell,
+    stamp_of,
+    status,
+    until,
+)
 
 import seatrial
 from seatrial.control import save_gains, tune
@@ -160,8 +172,6 @@ def test_components_share_a_process_with_intra_process_communication(ros, peer, 
 
 def test_colcon_finds_and_tests_both_packages():
     """`colcon list` from the workspace, and the package's own linters."""
-    from ros2_tools import shell
-
     done = shell("colcon list", WORKSPACE)
     found = {tuple(line.split()) for line in done.stdout.splitlines()}
     assert found == {
@@ -169,3 +179,16 @@ def test_colcon_finds_and_tests_both_packages():
         ("seatrial_odometry", "src/seatrial/ros", "(ros.ament_cmake)"),
     }
     assert done.stderr == ""
+
+
+def test_ament_cpplint_has_nothing_to_say():
+    """But for the licence (one SPDX line), order and guards of includes (clang-format, once), marks for clang-tidy."""
+    without = (
+        "legal/copyright build/include_order build/header_guard readability/nolint runtime/int"
+    )
+    filters = ",".join(f"-{name}" for name in without.split())
+    done = shell(
+        f"ament_cpplint --linelength=100 --filters={filters} {ROOT / 'ros/ros2'}", WORKSPACE
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "odometry.cpp" in done.stdout + done.stderr

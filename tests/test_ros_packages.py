@@ -275,6 +275,7 @@ def test_catkin_finds_both_packages_from_the_root(tmp_path):
             [python, "-c", program], cwd=tmp_path, env={"ROS_VERSION": version},
             capture_output=True, text=True, check=True,
         )  # fmt: skip
+        assert done.stderr == ""  # it would warn of what a package.xml must not have
         found = dict(line.split() for line in done.stdout.splitlines())
         assert set(found) == set(PACKAGES)
         assert " ".join(sorted(set(found.values()))) == kinds

@@ -9,6 +9,7 @@
 #include <sensor_msgs/msg/joy.hpp>
 #include <std_msgs/msg/float64.hpp>
 #include <std_msgs/msg/float64_multi_array.hpp>
+#include <string>
 
 namespace seatrial::ros {
 

@@ -48,9 +48,16 @@ SubscriptionPtr NumberTopics::on(const std::string& topic, Read read) {
 }
 
 SubscriptionPtr NumberTopics::subscribe(const std::string& topic, const std::string& type) {
-  using namespace geometry_msgs::msg;  // NOLINT(google-build-using-namespace)
-  using namespace sensor_msgs::msg;    // NOLINT(google-build-using-namespace)
-  using namespace std_msgs::msg;       // NOLINT(google-build-using-namespace)
+  using geometry_msgs::msg::Twist;
+  using geometry_msgs::msg::TwistStamped;
+  using geometry_msgs::msg::Wrench;
+  using geometry_msgs::msg::WrenchStamped;
+  using sensor_msgs::msg::JointState;
+  using sensor_msgs::msg::Joy;
+  using std_msgs::msg::Float32;
+  using std_msgs::msg::Float32MultiArray;
+  using std_msgs::msg::Float64;
+  using std_msgs::msg::Float64MultiArray;
   const auto array = [](const auto& m) { return array_numbers(m); };
   const auto number = [](const auto& m) { return single_number(m); };
   switch (shape_of(type)->kind) {

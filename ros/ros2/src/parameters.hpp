@@ -4,6 +4,9 @@
 #include <rcl_interfaces/msg/floating_point_range.hpp>
 #include <rcl_interfaces/msg/parameter_descriptor.hpp>
 #include <rclcpp/rclcpp.hpp>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
 #include <vector>
 
 #include "seatrial_ros/settings.hpp"

@@ -151,7 +151,8 @@ int compose(const std::vector<std::string>& names) {
   executor.spin();
   return 0;
 #else
-  std::fprintf(stderr, "built without the stand-in for rclcpp_components: %zu names\n", names.size());
+  std::fprintf(stderr, "built without the stand-in for rclcpp_components: %zu names\n",
+               names.size());
   return 1;
 #endif
 }
