@@ -5,7 +5,6 @@ import fcntl
 import os
 import shutil
 import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "ros1"
-CMAKE = Path(sys.executable).parent / "cmake"
 CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")
 SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
 NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
@@ -38,19 +36,14 @@ def _make() -> None:
         link = src / path.name
         if path.name not in NOT_CLONED and not path.name.startswith(".") and not link.exists():
             link.symlink_to(path)
-    cmake = (
-        CMAKE.parent if CMAKE.exists() else Path(shutil.which("cmake") or "/usr/bin/cmake").parent
-    )
-    (BUILD / "bin").mkdir(exist_ok=True)
-    if not (BUILD / "bin" / "cmake").exists():
-        (BUILD / "bin" / "cmake").symlink_to(cmake / "cmake")
     options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
     if shutil.which("ccache"):
         options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
-    environment = {**os.environ, "PATH": f"{BUILD / 'bin'}:/usr/bin:/bin"}
+    environment = {**os.environ, "PATH": "/usr/bin:/bin"}
     for name in ("PYTHONPATH", "ROS_VERSION", "VIRTUAL_ENV"):
         environment.pop(name, None)
-    command = ["catkin_make", "-j2", "--pkg", "seatrial_core", "seatrial_odometry", *options]
+    packages = ["--pkg", "seatrial_core", "seatrial_odometry"]
+    command = ["catkin_make", "-C", str(BUILD), "-j2", *packages, *options]
     done = subprocess.run(
         command, cwd=BUILD, env=environment, capture_output=True, text=True, check=False
     )
