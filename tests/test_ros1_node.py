@@ -8,6 +8,8 @@ import time
 
 import numpy as np
 import pytest
+import yaml
+from conftest import ROOT
 from cpp_tools import built
 from ros1_node_tools import (
     CATKIN,
@@ -225,6 +227,20 @@ def test_a_mistake_is_one_line(ros, known, arguments, words):
     said = process.said.read_text().strip()
     assert words in said
     assert said.count("\n") == 0
+
+
+def test_the_launch_file_passes_on_what_is_given(ros, known, tmp_path):
+    """By roslaunch itself; the rest is as in the parameter file, else as the node has it."""
+    (tmp_path / "own.yaml").write_text("window: 1.5\nrate: 10\n")
+    text = ros.run(
+        "roslaunch", "--dump-params", ROOT / "ros/ros1/launch/odometry.launch", f"model:={known}",
+        "rate:=20", "publish_tf:=false", f"params:={tmp_path / 'own.yaml'}",
+    )  # fmt: skip
+    name = "/seatrial_odometry/"
+    assert yaml.safe_load(text) == {
+        f"{name}model": str(known), f"{name}rate": 20, f"{name}publish_tf": False,
+        f"{name}window": 1.5,
+    }  # fmt: skip
 
 
 def test_a_topic_of_another_type_is_said(ros, known):

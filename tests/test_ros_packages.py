@@ -142,14 +142,13 @@ def test_the_launch_file_of_ros1_is_the_nodes(parameters, node):
     words = {arg.get("name"): arg.get("doc") for arg in root.iter("arg")}
     own = root.find("node")
     assert (own.get("type"), own.get("name")) == (node, f"seatrial_{node}")
-    assert own.get("ns") == "$(arg namespace)"
     for p in own.iter("param"):
         name = p.get("name")
         assert p.get("value") == f"$(arg {name})"
         assert p.get("if") == f"$(eval str({name}) != '')"
     names = {param.get("name") for param in own.iter("param")}
     remapped = {remap.get("from") for remap in own.iter("remap")}
-    assert names | remapped | {"params", "namespace"} == set(words)
+    assert names | remapped | {"params"} == set(words)
     expect_told(parameters[node], {name: words[name] for name in names})
 
 
@@ -197,7 +196,7 @@ def test_frames_and_window_are_arguments(node):
     }[node]  # fmt: skip
     for path in (f"ros1/launch/{node}.launch", f"ros2/launch/{node}.launch.py"):
         text = (ROOT / "ros" / path).read_text()
-        assert all(f'"{name}"' in text for name in (*wanted, "params", "namespace"))
+        assert all(f'"{name}"' in text for name in (*wanted, "params"))
 
 
 class Recorded:
