@@ -277,6 +277,7 @@ def test_odometry_follows_each_command_at_once(ros, known):
 
 def test_odometry_keeps_its_rate_by_system_time(ros, known, tmp_path):
     """By its stamps: on a busy machine some ticks are late or lost, none is one too many, none drifts."""
+    ros.run("rosparam", "set", "use_sim_time", "false")  # a recorder waits for simulated time
     recorder = ros.record("-O", tmp_path / "out.bag", topics=("/odom",))
     answered(ros, known, 100, 20)
     ros.finish(recorder, signal.SIGINT)
