@@ -17,7 +17,8 @@ import msgspec
 import numpy as np
 
 from benchmarks.harness import command
-from benchmarks.harness.markdown import replaced, table
+from benchmarks.harness.markdown import table
+from benchmarks.harness.page import refill
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup
 from seatrial.evaluation.comparison.causes import BATTERY, MASS, OFF_CENTRE, ONE_THRUSTER
@@ -35,6 +36,11 @@ SHIFT = 0.17  # [rad/m] of N_ud: a sixth of the mass 5 cm aside, for a radius of
 SOON = 30.0  # [s]
 GUSTS = DisturbanceForce(share=0.12, correlation=2.0)
 NANO = 1e9
+NOTICED = (
+    "change", "noticed after (median)", f"within {SOON:.0f} s", "confirmed", "named rightly",
+    "size in its 95 % interval",
+)  # fmt: skip
+ALARMS = "the same boat", "driven", "noticed", "confirmed", "CPU, of one core"
 Row = list[str]
 
 
@@ -150,14 +156,12 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--write", action="store_true", help="into the page")
     given = parser.parse_args(arguments)
     models = [identified(seed) for seed in range(given.seeds)]
-    head = ["change", "noticed after (median)", f"within {SOON:.0f} s", "confirmed", "named rightly", "size in its 95 % interval"]  # fmt: skip
-    first = table(head, [changed(name, models) for name in CHANGES])
-    head = ["the same boat", "driven", "noticed", "confirmed", "CPU, of one core"]
+    first = table(NOTICED, [changed(name, models) for name in CHANGES])
     forces = {"disturbance force of 4 % of full thrust": FORCE, "of 12 %": GUSTS}
-    second = table(head, [unchanged(name, force, models) for name, force in forces.items()])
+    second = table(ALARMS, [unchanged(name, force, models) for name, force in forces.items()])
     print(first, second, sep="\n\n")
     if given.write:
-        PAGE.write_text(replaced(replaced(PAGE.read_text(), "changes", first), "alarms", second))
+        refill(PAGE, {"changes": first, "alarms": second})
 
 
 if __name__ == "__main__":

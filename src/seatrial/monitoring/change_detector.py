@@ -39,10 +39,10 @@ class ChangeDetector:
     """Tests every `every` seconds whether the boat still is the model's.
 
     Inputs as of `Odometer`: stamps [ns], commands to all inputs, poses of the measured point, forward-left-up.
-    `look` returns a finding when there is a new one: first `NOTICED`, of which there are at most `false_alarms` an
-    hour while the boat is the model's. `PASSING + CONFIRMATION` seconds later it is `WITHDRAWN`, or `CONFIRMED` with
-    the changed boat's model, which the next tests take for the boat. Raises ModelError where the model states no
-    noise, or its innovations are correlated (model mismatch).
+    `look` returns a finding when there is a new one: first `NOTICED`, of which there are at most `false_alarms`
+    an hour while the boat is the model's. `PASSING + CONFIRMATION` seconds later it is `WITHDRAWN`, or `CONFIRMED`
+    with the changed boat's model, which the next tests take for the boat. Raises ModelError where the model states
+    no noise, or its innovations are correlated (model mismatch).
     """
 
     def __init__(

@@ -36,6 +36,7 @@ from seatrial.util.frames import Array
 THRUSTER_CHANGE = 0.5  # [-] standard deviation of one thruster's gain: it may fail
 # a mass off centre couples these axes' equations to those accelerations
 COUPLINGS = {"X_offset_r": (0, 2), "Y_offset_r": (1, 2), "N_offset_u": (2, 0), "N_offset_v": (2, 1)}
+LEAST_VARIANCE = 1e-14  # of the largest: less is round-off
 DIFFERENCE = 1e-5  # of a difference quotient
 GAINS = "changed"  # chain group of the gains
 
@@ -67,8 +68,9 @@ class ChangeSpace:
     def root(self) -> Array:
         """(n, k) with covariance = root root': the errors of the identification."""
         values, vectors = np.linalg.eigh(self.wider.covariance)
-        kept = values > values.max(initial=0.0) * 1e-14
-        return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+        kept = values > values.max(initial=0.0) * LEAST_VARIANCE
+        known = np.diag(self.wider.covariance) > 0.0
+        return np.asarray(known[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
 
     @cached_property
     def gains(self) -> dict[str, int]:
@@ -104,7 +106,7 @@ class ChangeSpace:
         )  # fmt: skip
 
     def _with_mean_gain(self, theta: Array) -> Array:
-        """The same boat with gains of mean 1 in each group, as files have them: thrust coefficients take the rest."""
+        """The same boat with gains of mean 1 in each group, as in files: thrust coefficients take the rest."""
         out, vehicle = theta.copy(), self.wider.vehicle
         for group in vehicle.file.chain:
             if not group.gains:
