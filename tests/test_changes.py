@@ -337,3 +337,7 @@ def test_the_command_line(model, tmp_path, capsys):
     assert "is an input of this command" in capsys.readouterr().err
     assert main(["predict", str(path), str(CSE1), "-o", "x.json", "--adapted", "y.yaml"]) == 1
     assert "--adapted belongs to --live" in capsys.readouterr().err
+    still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
+    seatrial.save(still, tmp_path / "still.yaml")
+    assert main(["predict", str(tmp_path / "still.yaml"), "--live", "--adapt", "auto"]) == 1
+    assert "no noise was estimated" in capsys.readouterr().err

@@ -59,9 +59,9 @@ def add(command: argparse.ArgumentParser) -> None:
         help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
     command.add_argument(
-        "--adapt", choices=ADAPT, default="ask",
+        "--adapt", choices=ADAPT,
         help="live: a change of the boat (payload, a thruster, the battery) is reported, and the model adapted on "
-        "the line 'adapt' (ask) or at once (auto); off: no test (default: %(default)s)",
+        "the line 'adapt' (ask) or at once (auto); off: no test (default: ask, where the model allows the test)",
     )  # fmt: skip
     command.add_argument(
         "--adapted", type=Path, metavar="FILE", help="live: file for the adapted model"
@@ -102,7 +102,7 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 
 def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
-    """What happens on a change of the boat; None: no test, by wish or as the model states no noise."""
+    """What happens on a change of the boat; None: no test, by wish, or by default with a model that allows none."""
     from seatrial.boat.model import Model, load, save
     from seatrial.onboard.live import Adaptation
     from seatrial.util.errors import ModelError
@@ -120,8 +120,9 @@ def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
 
     try:
         return Adaptation(ChangeDetector(load(args.model)), args.adapt == "auto", keep)
-    except ModelError as error:
-        complain(f"{error}; changes of the boat are not tested")
+    except ModelError:
+        if args.adapt is not None or args.adapted is not None:
+            raise
         return None
 
 
