@@ -14,7 +14,7 @@ import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup
 from seatrial.commands.cli import main
-from seatrial.evaluation.comparison.causes import (
+from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     MASS,
     NO_CHANGE,

@@ -21,7 +21,7 @@ from benchmarks.harness.markdown import table
 from benchmarks.harness.page import refill
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup
-from seatrial.evaluation.comparison.causes import BATTERY, MASS, OFF_CENTRE, ONE_THRUSTER
+from seatrial.evaluation.comparison.cause_candidates import BATTERY, MASS, OFF_CENTRE, ONE_THRUSTER
 from seatrial.identification.estimator import output_error
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.onboard.boat_change import BoatChange, ChangeState

@@ -102,7 +102,7 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 
 def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
-    """What happens on a change of the boat; None: no test, by wish, or by default with a model that allows none."""
+    """What happens on a change of the boat; None: no test, by wish or as the model allows none."""
     from seatrial.boat.model import Model, load, save
     from seatrial.onboard.live import Adaptation
     from seatrial.util.errors import ModelError

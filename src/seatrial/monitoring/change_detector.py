@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison.causes import NO_CHANGE
+from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import change_space
 from seatrial.monitoring.change_test import Explained, explained, log_ratio, remarkable
 from seatrial.monitoring.recent_log import RecentLog

@@ -18,7 +18,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.comparison.causes import (
+from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     BOTH_HULL_AXES,
     COUPLING_CHANGE,

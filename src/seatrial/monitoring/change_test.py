@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.evaluation.comparison.causes import NO_CHANGE
+from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import ChangeSpace, PhysicalChange, difference_quotients
 from seatrial.monitoring.window_likelihood import Quadratic, Window
 from seatrial.util.distributions import chi2_sf

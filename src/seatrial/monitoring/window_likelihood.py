@@ -15,7 +15,7 @@ from seatrial.boat.noise_parameters import (
     earth_fixed,
     noise_vector,
 )
-from seatrial.evaluation.comparison.causes import full_thrust
+from seatrial.evaluation.comparison.cause_candidates import full_thrust
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError

@@ -9,7 +9,7 @@ from typing import Protocol
 from numpy.typing import ArrayLike
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison.causes import NO_CHANGE, NONE_OF_THESE, ONE_THRUSTER
+from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE, NONE_OF_THESE, ONE_THRUSTER
 from seatrial.util.statistics import NORMAL_95
 
 SHOWN_PROBABILITY = 0.01  # of another cause
