@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.schema import ChainGroup, DeadZone, Estimate, PairEntry, SteeredEntry
-from seatrial.boat.steering import angle_names, check_steering, stages_of
+from seatrial.boat.steering import check_steering, stages_of
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 

@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 
 from seatrial.boat.schema import ChainGroup, SteeredEntry
-from seatrial.util.errors import VehicleError
+from seatrial.util.errors import SeatrialError, VehicleError
 
 THRUST_STAGES = ("reverse_ratio", "gain", "scale_power")  # that an angle can't have
 
@@ -28,6 +28,17 @@ def stages_of(entry: SteeredEntry) -> dict[str, tuple[str, float | str]]:
         "angle_rate": ("steer_rate", entry.rate_deg),
     }
     return {s: (name, value) for s, (name, value) in given.items() if value is not None}
+
+
+def refuse_angles(
+    groups: Sequence[ChainGroup], source: str, error: type[SeatrialError], what: str
+) -> None:
+    """Raise `error` where a chain has angles: `what` takes thrust that is linear in its commands."""
+    if angles := angle_names(groups):
+        raise error(
+            f"{source}: {', '.join(angles)} is an angle (chain: steered); {what} takes thrusters in fixed "
+            "directions. Identify, simulate, predict and the odometry node work with it"
+        )
 
 
 def check_steering(groups: Sequence[ChainGroup], source: str) -> None:
