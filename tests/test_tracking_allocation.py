@@ -165,7 +165,10 @@ def test_ros_parameters_are_the_files_numbers(tunings):
     np.testing.assert_array_equal(
         rows[:, 3:].T, [numbers.limits, numbers.idle_forward, numbers.idle_reverse]
     )
-    assert (given["allocation"], given["allocation_rank"]) == ("auto", [1.0, 1.0, 0.0])
+    assert (given["allocation"], given["allocation_rank"]) == (
+        "moore-penrose",
+        [1.0, 1.0, 0.0],
+    )  # the scheme that auto chose
     assert ros_parameters(tunings["vehicle"])["allocation"] == "vehicle"
 
 
@@ -177,7 +180,7 @@ def test_ros_parameters_are_the_files_numbers(tunings):
         ({"effectiveness": [(0.5, 0.5, 0.5)] * 4}, "is for other thrusters than those of"),
         (
             {"idle_forward": [2.0] * 4},
-            "allocation auto: not possible with the thrusters of mallard; tune it",
+            "allocation moore-penrose: not possible with the thrusters of mallard; tune it",
         ),
     ],
 )

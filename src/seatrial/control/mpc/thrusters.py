@@ -46,7 +46,7 @@ def thrusters_of(model: Model) -> Thrusters:
     A thruster that the allocator's null-space bias keeps on one side of its dead zone is bounded by its idle
     command there; the others have both directions.
     """
-    allocator, constants = Allocator(model), model.vehicle.constants
+    allocator, constants = Allocator(model, "fewest-crossings"), model.vehicle.constants
     limits, (forward, astern) = allocator.limits, allocator.idle_commands
     full, reverse = allocator.thrust(limits), allocator.thrust(-limits)
     sides = allocator.sides
