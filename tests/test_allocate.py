@@ -423,8 +423,6 @@ def test_auto_has_the_least_wrench_error_then_the_least_power(size):
     assert seatrial.Allocator(vehicle).scheme is AllocatorScheme.MP
 
 
-
-
 @pytest.fixture(scope="module")
 def twin():
     """Two thrusters astern, unequal dead zones, weaker astern; the file states both forces."""
@@ -485,7 +483,9 @@ def test_at_the_limits_yaw_keeps_its_share_and_sway_gets_none(twin):
 
 
 def test_two_thrusters_have_no_bias(twin):
-    with pytest.raises(AllocationError, match=r"no bias within the limits that keeps all of left, right"):
+    with pytest.raises(
+        AllocationError, match=r"no bias within the limits that keeps all of left, right"
+    ):
         seatrial.Allocator(twin, "null-space")
     with pytest.raises(AllocationError, match="always-forward needs thrusters"):
         seatrial.Allocator(twin, "always-forward")

@@ -114,11 +114,15 @@ def test_poles_on_the_right_are_counted_as_a_state_space_has_them(knob, draw):
     gains = gains_for(straight, knob, 0.0, "pid")
     guidance = guidance_for(straight, 0.0, gains)
     ahead = with_bend(own, straight, guidance)
-    tight = linearise(own, np.vstack([ahead.speeds, [[0.3, 0.0, 0.8]], [[0.3, 0.0, -0.4 / guidance.time]]]))
+    tight = linearise(
+        own, np.vstack([ahead.speeds, [[0.3, 0.0, 0.8]], [[0.3, 0.0, -0.4 / guidance.time]]])
+    )
     # as designed, and with ever too short a look-ahead
     omega = frequencies(knob, 0.01, 3000, guidance.time)
     for share in (1.0, 0.1, 0.02):
-        short = dataclasses.replace(guidance, time=share * guidance.time, radius=share * guidance.radius)
+        short = dataclasses.replace(
+            guidance, time=share * guidance.time, radius=share * guidance.radius
+        )
         feedback = Feedback(gains, tight.speeds, omega, 0.0, short)
         found = margins(tight, feedback).stable
         expected = [
@@ -259,13 +263,17 @@ def test_a_gains_file_is_read_as_it_was_written(model, tuning, tmp_path):
     save_gains(tuning, tmp_path / "gains.yaml")
     seatrial.save(model, tmp_path / "model.yaml")
     read, own = load_gains(tmp_path / "gains.yaml"), gains_of(tuning)
-    assert dataclasses.astuple(tuning.guidance) == pytest.approx(msgspec.structs.astuple(read.guidance))
+    assert dataclasses.astuple(tuning.guidance) == pytest.approx(
+        msgspec.structs.astuple(read.guidance)
+    )
     assert set(read.margins) == {"surge", "cross-track", "yaw"}
     one = TrackingController(tmp_path / "gains.yaml", tmp_path / "model.yaml")
     two = TrackingController(own, model)
     for i in range(20):
         given = [0.025 * i, 0.05, 0.0], [0.25, 0.01, 0.05], along_x(0.25)(0.1 * i)
-        np.testing.assert_allclose(one.command(0.1 * i, *given), two.command(0.1 * i, *given), rtol=1e-8)
+        np.testing.assert_allclose(
+            one.command(0.1 * i, *given), two.command(0.1 * i, *given), rtol=1e-8
+        )
     np.testing.assert_allclose(one.drift, two.drift)
     assert one.drift[1] > 0.0
     one.forget()
@@ -332,7 +340,9 @@ def test_tracks_are_smooth_bow_first_and_at_a_steady_speed(shape, apart):
         rate = after.eta - before.eta
         rate[2] = np.angle(np.exp(1j * rate[2]))
         np.testing.assert_allclose(now.rate, rate / (2 * h), atol=2e-3)
-        np.testing.assert_allclose(now.acceleration, (after.rate - before.rate) / (2 * h), atol=4e-3)
+        np.testing.assert_allclose(
+            now.acceleration, (after.rate - before.rate) / (2 * h), atol=4e-3
+        )
         nu, _ = now.body()
         assert abs(nu[1]) < 1e-6
         if 4.0 < t < course.duration - 4.0:

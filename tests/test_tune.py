@@ -286,7 +286,8 @@ def test_a_boat_without_surge_or_yaw_thrust_is_refused(idle):
     vehicle = with_chain("mallard-mp", structure=structure)
     model = make_model(vehicle, {n: values[n] for n in vehicle.structure.coefficients})
     with pytest.raises(
-        ControlError, match=rf"mallard: no command actuates {idle}; the controller needs a force in surge"
+        ControlError,
+        match=rf"mallard: no command actuates {idle}; the controller needs a force in surge",
     ):
         tune(model)
 

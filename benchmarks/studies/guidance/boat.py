@@ -18,7 +18,11 @@ MASS = (32.0, 46.0, 8.0)  # [kg, kg, kg m^2] with added mass
 THRUST, ARM = 30.0, 0.35  # [N] of each thruster, [m] to the left and the right
 LINEAR = (8.0, 30.0, 9.0)  # [N s/m, N s/m, N m s]
 QUADRATIC = (12.0, 70.0, 8.0)
-LIFT = (35.0, 9.0, 8.0)  # [kg/m, kg, kg m] of the skegs at speed: sway, against the Munk moment, yaw
+LIFT = (
+    35.0,
+    9.0,
+    8.0,
+)  # [kg/m, kg, kg m] of the skegs at speed: sway, against the Munk moment, yaw
 CHAIN = {"latency": 0.06, "lag": 0.2, "dead_zone": {"forward": 0.05, "reverse": 0.05}}
 TICK = 0.04  # [s] of the controller, and of the weather
 GNSS_PERIOD, GNSS_DELAY = 0.12, 0.2  # [s]; delay: from the stamp to the arrival
@@ -64,7 +68,9 @@ def vehicle(chain: tuple[dict[str, object], ...] = ()) -> Vehicle:
 @cache
 def truth(left: float = 1.0) -> Model:
     """The plant; `left`: gain of the left thruster, 0.7 for one that has lost 30 %."""
-    own = vehicle(({**CHAIN},) if left == 1.0 else ({**CHAIN}, {"gains": {"left": left, "right": 1.0}}))
+    own = vehicle(
+        ({**CHAIN},) if left == 1.0 else ({**CHAIN}, {"gains": {"left": left, "right": 1.0}})
+    )
     m, n, i = MASS
     linear, quadratic = (-np.array(d) / MASS for d in (LINEAR, QUADRATIC))
     values = {
@@ -141,7 +147,10 @@ def drive(weather: Weather, seed: int) -> Recording:
     stamps = np.round(1e9 * TICK * np.arange(len(commands))).astype(np.int64)
     t, eta = np.array([p[0] for p in poses]), np.array([p[1] for p in poses])
     return make_recording(
-        f"drive {seed}", np.round(1e9 * t).astype(np.int64), eta, Signal(own.inputs, stamps, commands)
+        f"drive {seed}",
+        np.round(1e9 * t).astype(np.int64),
+        eta,
+        Signal(own.inputs, stamps, commands),
     )
 
 

@@ -162,7 +162,8 @@ class Still(Shape):
 def keeping_station(weather: Weather, left: float = 1.0) -> tuple[float, float]:
     """RMS and 95 % of the distance [m] from the goal, by the tuned controller."""
     found = [
-        run(truth(left), Tuned(tuned()), Course(Still(), WATCH), weather, seed).behind for seed in SEEDS
+        run(truth(left), Tuned(tuned()), Course(Still(), WATCH), weather, seed).behind
+        for seed in SEEDS
     ]
     late = np.concatenate([one[len(one) // 2 :] for one in found])
     return float(np.sqrt((late**2).mean())), float(np.quantile(late, 0.95))

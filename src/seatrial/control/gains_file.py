@@ -106,7 +106,9 @@ def load_gains(path: str | Path) -> GainsFile:
             f"{', '.join(found.inputs)}"
         )
     if min(found.authority[0], found.authority[2]) <= 0.0:
-        raise ControlError(f"{path}: authority {found.authority}: expected more than 0 in surge and yaw")
+        raise ControlError(
+            f"{path}: authority {found.authority}: expected more than 0 in surge and yaw"
+        )
     if (found.authority[1] <= 0.0) != (found.guidance is not None):
         raise ControlError(
             f"{path}: an authority of 0 in sway and guidance belong together: one is missing; tune it again"

@@ -192,7 +192,13 @@ class Track(Shape):
             if k < len(turns):
                 bend = PEAK_BEND * abs(float(turns[k])) * self.radius
                 parts.append(
-                    _Part(begin, bend, points[k + 1] - cut[k + 1] * along, float(heading), float(turns[k]))
+                    _Part(
+                        begin,
+                        bend,
+                        points[k + 1] - cut[k + 1] * along,
+                        float(heading),
+                        float(turns[k]),
+                    )
                 )
                 begin += bend
         return tuple(parts)
@@ -227,7 +233,9 @@ class _Part:
         else:
             at, weight = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
             angles = np.array([self._bent(0.5 * s * (1.0 + q))[0] for q in at])
-            x, y = self.start + 0.5 * s * np.array([weight @ np.cos(angles), weight @ np.sin(angles)])
+            x, y = self.start + 0.5 * s * np.array(
+                [weight @ np.cos(angles), weight @ np.sin(angles)]
+            )
         return np.array([[x, y, psi], [c, k, bend], [-k * bend, c * bend, change]])
 
     def _bent(self, s: float) -> Jet:

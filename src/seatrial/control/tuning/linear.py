@@ -45,7 +45,9 @@ class Actuators:
         """First-order term (3,) [s] of each axis' own response: latency and lag alike."""
         own = np.einsum("ik,ki->ik", self.push, self.share)
         total = own.sum(axis=1, keepdims=True)
-        weight = np.divide(own, total, out=np.zeros_like(own), where=self.share.any(axis=0)[:, None])
+        weight = np.divide(
+            own, total, out=np.zeros_like(own), where=self.share.any(axis=0)[:, None]
+        )
         return np.asarray(weight @ (self.latency + self.lag))
 
 
@@ -54,7 +56,9 @@ class LinearBoat:
     """A boat about steady motions."""
 
     mix: Array  # (inputs, 3) commands per axis command; at an axis command of 1 the largest input is 1
-    authority: Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: an axis without thrust
+    authority: (
+        Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: an axis without thrust
+    )
     actuators: Actuators
     speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]; the first is rest
     slopes: Array  # (m, 3, 3) d nu_dot / d nu there
@@ -217,9 +221,7 @@ def _driven(model: Model, effect: Array) -> list[int]:
         values = np.linalg.svd(effect[axes], compute_uv=False)
         if len(values) == len(axes) and values[-1] > LEAST_AUTHORITY * strong:
             return axes
-    idle = [
-        AXES[axis] for axis in (0, 2) if np.abs(effect[axis]).max() <= LEAST_AUTHORITY * strong
-    ]
+    idle = [AXES[axis] for axis in (0, 2) if np.abs(effect[axis]).max() <= LEAST_AUTHORITY * strong]
     raise ControlError(
         f"{model.name}: no command actuates {_joined(idle)}; the controller needs a force in surge and yaw: add "
         "a term like X_F * F_u or N_F * F_r to the structure and identify again"

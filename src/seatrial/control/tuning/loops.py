@@ -100,9 +100,7 @@ class Feedback:
         eye, W = np.eye(3), _heading_coupling(nu)
         turning = s * eye + nu[2] * S_2D
         pose = np.linalg.inv(turning - W)
-        return np.asarray(
-            kp @ pose + ki @ np.linalg.solve(turning, pose) + kd @ (eye + W @ pose)
-        )
+        return np.asarray(kp @ pose + ki @ np.linalg.solve(turning, pose) + kd @ (eye + W @ pose))
 
     def _guided(self, guidance: Guidance, s: Complex, nu: Array) -> Complex:
         """The same with guidance: surge by the error along the path, yaw by that of the heading."""

@@ -16,7 +16,9 @@ RESPONSE_DRAWS = 40  # draws in a band
 BODE_FREQUENCIES = 160  # frequencies of a Bode plot
 STEP_DURATION = 12.0  # [time constants of the slowest loop] of a step response
 STEP_TIMES = 240  # of a step response
-FREQUENCY_STEP = 0.05  # [1/time constant] resolution of a step response; finer has no visible effect
+FREQUENCY_STEP = (
+    0.05  # [1/time constant] resolution of a step response; finer has no visible effect
+)
 STEP_BANDWIDTH = 10.0  # [1/knob] or over the delay: highest frequency of a step response
 
 
@@ -46,9 +48,7 @@ class Responses:
 
 def responses(tuning: Tuning) -> Responses:
     """All curves. A band is that of the first `RESPONSE_DRAWS` draws."""
-    omega = frequencies(
-        tuning.knob, float(tuning.delay.max()), BODE_FREQUENCIES, tuning.slowest
-    )
+    omega = frequencies(tuning.knob, float(tuning.delay.max()), BODE_FREQUENCIES, tuning.slowest)
     omega = omega[
         (omega > 0.05 / tuning.slowest) & (omega < 10.0 / min(tuning.knob, tuning.delay.max()))
     ]

@@ -44,7 +44,9 @@ def gains(tuning: Tuning) -> Section:
     ]  # fmt: skip
     head = ("axis", "P", "I", "D", "unit", "full command", "", "delay [s]")
     table = Table("gains", "Gains in command units", head, rows)
-    lines = "".join(f"<p>{sentence(text)}</p>" for text in (*guidance_lines(tuning), *remarks(tuning)))
+    lines = "".join(
+        f"<p>{sentence(text)}</p>" for text in (*guidance_lines(tuning), *remarks(tuning))
+    )
     html = f"""<header><h1>{escape(tuning.model.name)}</h1>
 <p class="subtitle">{tuning.action.upper()} tracking controller by internal model control, knob
 {tuning.knob:g}&nbsp;s, {tuning.rate:g}&nbsp;Hz</p></header>
@@ -98,7 +100,9 @@ def steps(tuning: Tuning, curves: Responses) -> Section:
     html = f"""<section id="steps"><h2>Step of the reference</h2>
 <p class="note">{STEPS}</p>
 {three(ALL, "step", "pose after a step of the reference", "middle")}</section>"""
-    figures = {f"step-{s}": draw.step(curves.step, i, tuning.loops[i]) for i, s in enumerate(SYMBOLS)}
+    figures = {
+        f"step-{s}": draw.step(curves.step, i, tuning.loops[i]) for i, s in enumerate(SYMBOLS)
+    }
     return Section("steps", "Steps", html, {ALL: figures})
 
 
