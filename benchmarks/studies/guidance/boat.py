@@ -76,7 +76,8 @@ def truth(left: float = 1.0) -> Model:
     values = {
         "X_vr": n / m, "X_u": linear[0], "X_uu": quadratic[0], "X_F": 2.0 * THRUST / m,
         "Y_ur": -m / n, "Y_v": linear[1], "Y_vv": quadratic[1],
-        "Y_uv": -LIFT[0] / n, "N_uv": (m - n + LIFT[1]) / i, "N_ur": -LIFT[2] / i, "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * ARM / i,
+        "Y_uv": -LIFT[0] / n, "N_uv": (m - n + LIFT[1]) / i, "N_ur": -LIFT[2] / i,
+        "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * ARM / i,
     }  # fmt: skip
     names = own.structure.coefficients
     none = np.zeros((len(names) + len(own.constants.names),) * 2)

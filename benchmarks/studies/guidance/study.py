@@ -42,9 +42,9 @@ SPEEDS = (0.5, 1.5)  # [m/s]
 SEEDS = (1, 2)
 WINDOW = round(4.0 / TRACK_STEP)  # points of the path that count as near in time
 RAMP = 6.0  # [s] to the speed and back
-GRID_HEADING = [(p, d) for p in (0.5, 1.0, 2.0, 4.0) for d in (0.25, 0.5, 1.0, 2.0)]
-GRID_SPEED = (0.25, 0.5, 1.0, 2.0)
-GRID_AHEAD = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # [m]
+GRID_HEADING = [(p, d) for p in (0.5, 1.0, 2.0) for d in (0.25, 0.5, 1.0)]
+GRID_SPEED = (0.5, 1.0, 2.0)
+GRID_AHEAD = (1.5, 2.0, 3.0, 4.0, 6.0)  # [m]
 WATCH = 240.0  # [s] of station keeping; the last half counts
 
 
@@ -120,11 +120,9 @@ def by_hand() -> HandGains:
         return tried[gains]
 
     best = HandGains((1.0, 0.5), 1.0, 3.0)
-    for _ in range(2):
-        best = min((HandGains(h, best.speed, best.ahead) for h in GRID_HEADING), key=cost)
-        best = min((HandGains(best.heading, best.speed, a) for a in GRID_AHEAD), key=cost)
-        best = min((HandGains(best.heading, s, best.ahead) for s in GRID_SPEED), key=cost)
-    return best
+    best = min((HandGains(h, best.speed, best.ahead) for h in GRID_HEADING), key=cost)
+    best = min((HandGains(best.heading, best.speed, a) for a in GRID_AHEAD), key=cost)
+    return min((HandGains(best.heading, s, best.ahead) for s in GRID_SPEED), key=cost)
 
 
 PILOTS: dict[str, Callable[[], Pilot]] = {

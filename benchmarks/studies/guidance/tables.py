@@ -80,6 +80,6 @@ def constants() -> str:
 
 
 MAKERS: dict[str, Callable[[], str]] = {
-    "twin-courses": courses, "twin-calm": calm, "twin-weak": weak, "twin-station": station,
-    "twin-constants": constants,
+    "twin-constants": constants, "twin-courses": courses, "twin-weak": weak, "twin-station": station,
+    "twin-calm": calm,
 }  # fmt: skip

@@ -46,42 +46,14 @@ class Guidance {
   template <class Sway>
   Guided guide(double dt, const double* eta, const double* nu, const Reference& now,
                const Reference& ahead, const Sway& sway) {
-    const double speed = std::hypot(now.rate[0], now.rate[1]);
-    const bool rests = speed < s_.slowest;
+    const bool rests = speed_of(now) < s_.slowest;
     Guided out;
-    const Turn turn = turn_of(ahead);
-    free_sway(dt, rests ? Turn{} : turn, sway, out);
-    const Line line = rests ? station(dt, eta, now) : path(eta, now);
-    const double off = wrap(eta[2] - line.course);  // of the heading from the course
-    const double across = nu[0] * std::sin(off) + nu[1] * std::cos(off);
-    const double ahead_by = rests ? std::max(s_.radius, std::hypot(line.along, line.across))
-                                  : std::max(s_.radius, speed * s_.time);
-    // a = y / Delta + n . w / U: the tangent of the angle to point off the course (ILOS, Borhaug
-    // et al. 2008; Fossen 2021, section 12.5)
-    const double normal[2] = {-std::sin(line.course), std::cos(line.course)};
-    const double tangent[2] = {normal[1], -normal[0]};
-    const double drift = rests ? 0.0 : (normal[0] * drift_[0] + normal[1] * drift_[1]) / speed;
-    const double a = line.across / ahead_by + drift;
-    const double now_turn = rests ? 0.0 : turn_of(now).rate;
-    double a_rate = across / ahead_by;
-    if (!rests) {
-      const double turned = (tangent[0] * drift_[0] + tangent[1] * drift_[1]) / speed;
-      if (std::abs(now_turn) * s_.time <= kStraightEnough) {
-        learn(dt, line.across / (1.0 + a * a), speed, normal);
-        a_rate += gain() * line.across / (1.0 + a * a) / speed;
-      }
-      direction_ = wrap(line.course - std::atan(drift));
-      a_rate -= now_turn * turned;
+    free_sway(dt, rests ? Turn{} : turn_of(ahead), sway, out);
+    if (rests) {
+      keep_station(dt, eta, nu, now, out);
+    } else {
+      feed_forward(follow(dt, eta, nu, now, out), ahead, out);
     }
-    out.error[2] = wrap(line.course - slip_ - std::atan(a) - eta[2]);
-    out.rate[2] = now_turn - slip_rate_ - a_rate / (1.0 + a * a);
-    const double bow = std::cos(eta[2]) * now.rate[0] + std::sin(eta[2]) * now.rate[1];
-    out.rate[0] = rests ? bow : std::max(0.0, speed * std::cos(off));
-    surge(rests && !line.far ? -s_.fastest : 0.0, line, off, out);
-    out.nu[0] = rests ? 0.0 : turn.speed * std::max(0.0, std::cos(off));
-    out.nu_dot[0] = rests ? 0.0 : turn.gains;
-    out.nu[2] = rests ? 0.0 : turn.rate - slip_rate_;
-    out.nu_dot[2] = rests ? 0.0 : ahead.acceleration[2];
     return out;
   }
 
@@ -116,9 +88,65 @@ class Guidance {
     bool far = false;
   };
 
+  static double speed_of(const Reference& r) { return std::hypot(r.rate[0], r.rate[1]); }
+
+  /// ILOS (Borhaug et al. 2008; Fossen 2021, chapter 12): a = y / Delta + n . w / U is the
+  /// tangent of the angle to point off the course. Returns by how much the heading is off it.
+  double follow(double dt, const double* eta, const double* nu, const Reference& now, Guided& out) {
+    const double speed = speed_of(now);
+    const double turn = turn_of(now).rate;
+    const Line line = path(eta, now);
+    const double normal[2] = {-std::sin(line.course), std::cos(line.course)};
+    const double drift = (normal[0] * drift_[0] + normal[1] * drift_[1]) / speed;
+    const double along = (normal[1] * drift_[0] - normal[0] * drift_[1]) / speed;
+    const double near = std::max(s_.radius, speed * s_.time);
+    const double a = line.across / near + drift;
+    double drift_rate = -turn * along;  // as the normal turns
+    if (!limited_ && std::abs(turn) * s_.time <= kStraightEnough) {
+      const double rate = line.across / (1.0 + a * a) / (4.0 * s_.time * s_.time);
+      drift_rate += rate / speed;
+      learn(step(dt) * rate, speed, normal);
+    }
+    direction_ = wrap(line.course - std::atan(drift));
+    point(eta, turn, a, across_rate(eta, nu, line) / near + drift_rate, line, out);
+    out.rate[0] = std::max(0.0, speed * std::cos(eta[2] - line.course));
+    surge(eta, 0.0, line, out);
+    return wrap(eta[2] - line.course);
+  }
+
+  void keep_station(double dt, const double* eta, const double* nu, const Reference& now,
+                    Guided& out) {
+    const Line line = station(dt, eta, now);
+    const double near = std::max(s_.radius, std::hypot(line.along, line.across));
+    point(eta, 0.0, line.across / near, across_rate(eta, nu, line) / near, line, out);
+    out.rate[0] = std::cos(eta[2]) * now.rate[0] + std::sin(eta[2]) * now.rate[1];
+    surge(eta, line.far ? 0.0 : -s_.fastest, line, out);
+  }
+
+  /// Heading and its rate, from the tangent of the angle to the course and its rate.
+  void point(const double* eta, double turn, double a, double a_rate, const Line& line,
+             Guided& out) const {
+    out.error[2] = wrap(line.course - slip_ - std::atan(a) - eta[2]);
+    out.rate[2] = turn - slip_rate_ - a_rate / (1.0 + a * a);
+  }
+
+  /// `off`: of the heading from the course.
+  void feed_forward(double off, const Reference& ahead, Guided& out) const {
+    const Turn turn = turn_of(ahead);
+    out.nu[0] = turn.speed * std::max(0.0, std::cos(off));
+    out.nu_dot[0] = turn.gains;
+    out.nu[2] = turn.rate - slip_rate_;
+    out.nu_dot[2] = ahead.acceleration[2];
+  }
+
+  static double across_rate(const double* eta, const double* nu, const Line& line) {
+    const double off = eta[2] - line.course;
+    return nu[0] * std::sin(off) + nu[1] * std::cos(off);
+  }
+
   Turn turn_of(const Reference& r) const {
     Turn t;
-    t.speed = std::hypot(r.rate[0], r.rate[1]);
+    t.speed = speed_of(r);
     if (t.speed < s_.slowest) return t;
     const double* v = r.rate;
     const double* a = r.acceleration;
@@ -200,12 +228,9 @@ class Guidance {
     out.nu[1] = sway_;
   }
 
-  /// SIMC for the cross-track integrator: an integral time of four times the loop's time constant.
-  double gain() const { return 1.0 / (4.0 * s_.time * s_.time); }
-
-  void learn(double dt, double across, double speed, const double* normal) {
-    if (limited_) return;
-    for (int i = 0; i < 2; ++i) drift_[i] += step(dt) * gain() * across * normal[i];
+  /// Adds to the drift, no faster than the reference moves.
+  void learn(double more, double speed, const double* normal) {
+    for (int i = 0; i < 2; ++i) drift_[i] += more * normal[i];
     const double size = std::hypot(drift_[0], drift_[1]);
     if (size > speed) {
       for (double& d : drift_) d *= speed / size;
@@ -214,7 +239,8 @@ class Guidance {
 
   /// Position error along the bow. With the wanted velocity it asks for no speed beyond the
   /// fastest, and none below `astern`.
-  void surge(double astern, const Line& line, double off, Guided& out) const {
+  void surge(const double* eta, double astern, const Line& line, Guided& out) const {
+    const double off = eta[2] - line.course;
     const double error = -(std::cos(off) * line.along + std::sin(off) * line.across);
     out.error[0] = std::clamp(error, s_.approach * std::min(0.0, astern - out.rate[0]),
                               s_.approach * std::max(0.0, s_.fastest - out.rate[0]));

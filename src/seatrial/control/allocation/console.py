@@ -127,7 +127,7 @@ def _differential(found: AllocationComparison) -> list[str]:
     if len(found.boat.driven) == 3:
         return []
     left = ", ".join(
-        f"{-least:.2f} to {most:.2f} at {surge:.2f}"
+        f"{0.0 - least:.2f} to {most:.2f} at {surge:.2f}"
         for surge, least, most in yaw_beside_surge(found.allocator).tolist()
     )
     return ["", f"  no sway thrust; yaw that is left at a surge of: {left}"]

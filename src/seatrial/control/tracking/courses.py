@@ -163,15 +163,15 @@ class Track(Shape):
     def __post_init__(self) -> None:
         if not (len(self.points) > 1 and np.isfinite(self.radius) and self.radius > 0.0):
             raise ControlError(
-                f"track of {len(self.points)} points with a radius of {self.radius:g} m: expected two points or more, "
-                "and a radius above 0"
+                f"track of {len(self.points)} points with a radius of {self.radius:g} m: expected two points "
+                "or more, and a radius above 0"
             )
         object.__setattr__(self, "points", tuple(self.points))
         short = [k for k, part in enumerate(self._parts) if part.length < 0.0]
         if short:
             raise ControlError(
-                f"track: leg {short[0] // 2 + 1} is shorter than its corners of {self.radius:g} m; lengthen it, or "
-                "lower the radius"
+                f"track: leg {short[0] // 2 + 1} is shorter than its corners of {self.radius:g} m; lengthen it, "
+                "or lower the radius"
             )
 
     @cached_property

@@ -120,7 +120,7 @@ def tune(
     boats = draws_of(boat, model, draws, seed)
     strength = steepest(model)
     with stage("margins of draws", 0.9):
-        spread = worst_of(boats, gains, knob, hold, strength, guidance)
+        spread = worst_of(boats, gains, knob, hold, strength, guidance=guidance)
     if not permitted(spread):
         raise ControlError(_refusal(model, boats, spread, (knob, hold, action, strength)))
     # Margins of the nominal model
@@ -206,7 +206,7 @@ def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> 
     def robust(knob: float, among: list[LinearBoat]) -> bool:
         gains = gains_for(boats[0], knob, hold, action)
         guidance = guidance_for(boats[0], hold, gains)
-        return permitted(worst_of(among, gains, knob, hold, strength, guidance))
+        return permitted(worst_of(among, gains, knob, hold, strength, guidance=guidance))
 
     low = high = request[0]
     while not robust(high, worst):

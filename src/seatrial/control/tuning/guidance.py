@@ -4,7 +4,7 @@
 About a straight path at speed U the cross-track error y obeys y_dot = U sin(course error): an integrator
 behind the heading loop. SIMC for e^(-theta s) / s with the closed-loop time constant tau_c is a
 proportional gain of 1/T and an integral time of 4 T, T = tau_c + theta (Skogestad 2003, table 1). The
-gain is the look-ahead distance U T of line-of-sight guidance (Fossen 2021, section 12.5), the integral
+gain is the look-ahead distance U T of line-of-sight guidance (Fossen 2021, chapter 12), the integral
 time its drift compensation. Derived in docs/tune.md.
 """
 

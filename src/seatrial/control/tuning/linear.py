@@ -45,9 +45,8 @@ class Actuators:
         """First-order term (3,) [s] of each axis' own response: latency and lag alike."""
         own = np.einsum("ik,ki->ik", self.push, self.share)
         total = own.sum(axis=1, keepdims=True)
-        weight = np.divide(
-            own, total, out=np.zeros_like(own), where=self.share.any(axis=0)[:, None]
-        )
+        driven = np.abs(self.share).max(axis=0)[:, None] > 0.0
+        weight = np.divide(own, total, out=np.zeros_like(own), where=driven)
         return np.asarray(weight @ (self.latency + self.lag))
 
 

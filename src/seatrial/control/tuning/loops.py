@@ -91,7 +91,7 @@ class Feedback:
 
     def _response(self, guidance: Guidance | None) -> Complex:
         law = self._three_axes if guidance is None else partial(self._guided, guidance)
-        s = 1j * self.omega[:, None, None]
+        s: Complex = np.asarray(1j * self.omega[:, None, None])
         return np.asarray(np.array([law(s, nu) for nu in self.speeds]) * np.exp(-s * self.hold))
 
     def _three_axes(self, s: Complex, nu: Array) -> Complex:
@@ -124,7 +124,7 @@ class Feedback:
         return kp, ki, kd
 
     def marginal(self, nu: Array, s: Complex) -> tuple[Complex, int]:
-        """Of the controller about one motion: the product (n,) of its poles on the imaginary axis, their number."""
+        """Of the controller about one motion: the product (n,) of its marginal poles, and their number."""
         turning = s**2 + nu[2] ** 2
         if self.guidance is None:
             k = 2 if self.integral else 1
@@ -220,7 +220,7 @@ def unstable_poles(boat: LinearBoat, feedback: Feedback, whole: Complex) -> NDAr
     has no poles there; from s = 0 to i inf it turns by as many right angles as there are states, and by two
     fewer for each zero on the right.
     """
-    s = 1j * feedback.omega
+    s: Complex = np.asarray(1j * feedback.omega)
     found = []
     for nu, A, value in zip(boat.speeds, boat.slopes, whole, strict=True):
         free = np.prod(s[:, None] - np.linalg.eigvals(A), axis=1)

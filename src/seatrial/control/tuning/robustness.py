@@ -47,6 +47,7 @@ def worst_of(
     knob: float,
     hold: float,
     strength: float,
+    *,
     guidance: Guidance | None = None,
 ) -> Margins:
     """Margins (boats, ...) of each boat, the worst of its motions."""
