@@ -135,6 +135,26 @@ def test_a_model_keeps_its_angle_and_predicts_on_board_what_it_simulates(tmp_pat
     np.testing.assert_allclose(predictor.at(t[-1]).pose, path[-1, :3], atol=1e-4)
 
 
+def test_the_live_simulator_turns_the_boat_as_the_model_does():
+    """Port rudder, by trim and rate limit: the track of `simulate`, to the left."""
+    model = known()
+    simulator = seatrial.Simulator(model)
+    simulator.command([0.8, 0.9])
+    simulator.advance(3.0)
+    rows, t = np.array([[0.0, 0.0], [0.8, 0.9]]), np.linspace(0.0, 3.0, 31)
+    trace = _core.ThrustTrace(
+        model.vehicle.chain,
+        model.constants,
+        np.array([-1.0, 0.0]),
+        rows,
+        np.zeros(1),
+        np.ones((1, 0)),
+    )
+    path = _core.simulate(model.boat, trace, np.zeros(6), t, False)[0]
+    np.testing.assert_allclose(simulator.eta, path[-1, :3], atol=1e-4)
+    assert path[-1, 2] < -0.3  # thrust to port at the stern: the bow goes to starboard
+
+
 @pytest.mark.parametrize(
     ("entry", "words"),
     [

@@ -138,7 +138,7 @@ class Content:
         if angles := angle_names(vehicle.file.chain):
             raise ExportError(
                 f"{self.model.name}: {', '.join(angles)} is an angle (chain: steered), which no export format "
-                "expresses yet. Use the model file: simulate, predict and the ROS nodes read it"
+                "expresses yet. Use the model file: sim, predict and the ROS nodes read it"
             )
         found = []
         for name, row in zip(vehicle.actuators, vehicle.stages.tolist(), strict=True):
