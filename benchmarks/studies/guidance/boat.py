@@ -68,16 +68,18 @@ def vehicle(chain: tuple[dict[str, object], ...] = ()) -> Vehicle:
 @cache
 def truth(left: float = 1.0) -> Model:
     """The plant; `left`: gain of the left thruster, 0.7 for one that has lost 30 %."""
-    own = vehicle(
-        ({**CHAIN},) if left == 1.0 else ({**CHAIN}, {"gains": {"left": left, "right": 1.0}})
-    )
+    mean = 0.5 * (
+        left + 1.0
+    )  # a vehicle's gains have a mean of 1, the coefficients contain the rest
+    gains = {"gains": {"left": left / mean, "right": 1.0 / mean}}
+    own = vehicle(({**CHAIN},) if left == 1.0 else ({**CHAIN}, gains))
     m, n, i = MASS
     linear, quadratic = (-np.array(d) / MASS for d in (LINEAR, QUADRATIC))
     values = {
-        "X_vr": n / m, "X_u": linear[0], "X_uu": quadratic[0], "X_F": 2.0 * THRUST / m,
+        "X_vr": n / m, "X_u": linear[0], "X_uu": quadratic[0], "X_F": 2.0 * THRUST * mean / m,
         "Y_ur": -m / n, "Y_v": linear[1], "Y_vv": quadratic[1],
         "Y_uv": -LIFT[0] / n, "N_uv": (m - n + LIFT[1]) / i, "N_ur": -LIFT[2] / i,
-        "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * ARM / i,
+        "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * mean * ARM / i,
     }  # fmt: skip
     names = own.structure.coefficients
     none = np.zeros((len(names) + len(own.constants.names),) * 2)

@@ -108,13 +108,15 @@ def distances(points: Array, path: Course) -> Array:
 
 @cache
 def by_hand() -> HandGains:
-    """The best of a grid on the true boat, in calm water, on the square at both speeds."""
+    """The best of a grid on the true boat, in calm water, on square and lawn-mower at both speeds."""
     tried: dict[HandGains, float] = {}
 
     def cost(gains: HandGains) -> float:
         if gains not in tried:
             found = [
-                run(truth(), ByHand(gains), course("square", speed), CALM, 100) for speed in SPEEDS
+                run(truth(), ByHand(gains), course(shape, speed), CALM, 100)
+                for shape in ("square", "lawn-mower")
+                for speed in SPEEDS
             ]
             tried[gains] = float(sum(np.log(one.rms) for one in found))
         return tried[gains]

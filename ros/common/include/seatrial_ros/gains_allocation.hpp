@@ -79,8 +79,8 @@ inline AllocatorScheme scheme_of(const std::string& name) {
   if (name == kAutomaticName) return AllocatorScheme::kAutomatic;
   const auto found = std::find(kAllocatorSchemes.begin(), kAllocatorSchemes.end(), name);
   if (found == kAllocatorSchemes.end()) {
-    throw std::runtime_error("allocation is '" + name + "'; expected " + kVehicleAllocation +
-                             ", " + joined(kAllocatorSchemes) + " or " + kAutomaticName);
+    throw std::runtime_error("allocation is '" + name + "'; expected " + kVehicleAllocation + ", " +
+                             joined(kAllocatorSchemes) + " or " + kAutomaticName);
   }
   return static_cast<AllocatorScheme>(std::distance(kAllocatorSchemes.begin(), found));
 }
