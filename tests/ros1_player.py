@@ -70,7 +70,10 @@ def transform(t: float, parent: str, child: str, pose: Pose) -> TransformStamped
     made = TransformStamped()
     made.header.stamp, made.header.frame_id, made.child_frame_id = stamp_of(t), parent, child
     made.transform.translation.x, made.transform.translation.y = pose[0], pose[1]
-    made.transform.rotation.z, made.transform.rotation.w = math.sin(pose[2] / 2), math.cos(pose[2] / 2)
+    made.transform.rotation.z, made.transform.rotation.w = (
+        math.sin(pose[2] / 2),
+        math.cos(pose[2] / 2),
+    )
     return made
 
 
@@ -175,7 +178,10 @@ class Player:
 
     def force(self, offset: Pose) -> None:
         """The next match begins off the last one."""
-        message, (x, y, psi) = PoseWithCovarianceStamped(), compose(tuple(self.poses[-1][1:]), offset)
+        message, (x, y, psi) = (
+            PoseWithCovarianceStamped(),
+            compose(tuple(self.poses[-1][1:]), offset),
+        )
         message.header.stamp, message.header.frame_id = stamp_of(self.now), "map"
         message.pose.pose.position.x, message.pose.pose.position.y = x, y
         message.pose.pose.orientation.z = math.sin(psi / 2)

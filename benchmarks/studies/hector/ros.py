@@ -36,7 +36,10 @@ class Start:
     """What Hector starts a match from: its last pose, the player's guess, or the node's odometry."""
 
     guess: str | None = None  # of the player: constant velocity, true motion
-    map_to_odom: str | None = None  # with the node, by: node, hector, relay (Hector's, kept current)
+    map_to_odom: str | None = (
+        None  # with the node, by: node, hector, relay (Hector's, kept current)
+    )
+    model: str = "model"  # of the node
 
     @property
     def lock_step(self) -> bool:
@@ -78,11 +81,15 @@ def play(
     start: Start,
     drive: Drive,
     scans: Sequence[Scan],
-    model: Path | None = None,
+    models: Path,
+    *,
     forced: Forced | None = None,
     bag: Path | None = None,
 ) -> Found:
-    """The first scan is of the boat at rest at the start. In a bag: poses and commands."""
+    """A drive, in `models` those of the node. The first scan is of the boat at rest at the start.
+
+    Into `bag`: Hector's poses, and the commands.
+    """
     job = ros.folder / "job.json"
     job.write_text(json.dumps(_job(start, drive, scans, forced)))
     running = [hector_tools.start(ros, **start.parameters)]
@@ -91,7 +98,7 @@ def play(
     if start.map_to_odom is not None:
         by_node = "true" if start.map_to_odom == "node" else "false"
         running.append(ros.start(
-            str(NODE), f"_model:={model}", f"_pose_topic:={hector_tools.POSE}",
+            str(NODE), f"_model:={models / start.model}.yaml", f"_pose_topic:={hector_tools.POSE}",
             f"_publish_map_to_odom:={by_node}",
         ))  # fmt: skip
         ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/joy"), "odometry node")

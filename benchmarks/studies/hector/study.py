@@ -11,7 +11,8 @@ import numpy as np
 
 import seatrial
 from benchmarks.harness.workers import gathered
-from benchmarks.studies.hector.ros import Forced, Found, Start, play
+from benchmarks.studies.hector.ros import Forced, Start, play
+from benchmarks.studies.slam.drives import STICKS
 from benchmarks.studies.slam.lidar import Scan, scan
 from benchmarks.studies.slam.scene import pool_scene
 from benchmarks.studies.slam.se2 import between, transform
@@ -29,16 +30,17 @@ from tests import hector_tools
 from tests.ros1_node_tools import build
 from tests.ros1_tools import Ros1
 
-EARLIER = (46, 47)  # seeds of the gentle drives that the model is identified from
+EARLIER = (46, 47)  # seeds of the drives that the models are identified from
 ALONE, VELOCITY, TRUE = "Hector alone", "constant velocity", "true motion"
 ODOMETRY, BY_NODE = "odometry, map → odom by Hector", "odometry, map → odom by the node"
-UNRELAYED = "the same, not kept current"
+UNRELAYED, GENTLE = "by Hector, not kept current", "by the node, model of gentle drives"
 STARTS = {
     ALONE: Start(),
     VELOCITY: Start(guess=VELOCITY),
     ODOMETRY: Start(map_to_odom="relay"),
     UNRELAYED: Start(map_to_odom="hector"),
     BY_NODE: Start(map_to_odom="node"),
+    GENTLE: Start(map_to_odom="node", model="gentle"),
     TRUE: Start(guess=TRUE),
 }
 FALSE_START = (1.0, 0.5, 0.7)  # [m], [m], [rad] of the forced false matches
@@ -74,44 +76,70 @@ class Outcome:
         return np.asarray((self.error > FAR).any(axis=1))
 
     @property
+    def after(self) -> Mask:
+        """False poses after the forced match."""
+        return self.false[forced_scan(self.scans + 1) - 1 :]  # the scan at rest has no match
+
+    @property
     def false_matches(self) -> int:
         """How often a pose becomes false."""
         return int(np.sum(np.diff(self.false.astype(int), prepend=0) == 1))
 
 
-def run(cases: Sequence[Case], folder: Path, seeds: Sequence[int] = SEEDS) -> list[Outcome]:
-    """All cases with every seed, and the model (`folder`/model.yaml) that they run with."""
-    model = identified(folder)
-    jobs = [(tuple(cases), seed, model) for seed in seeds]
-    return [outcome for part in gathered(work, jobs) for outcome in part]
+@dataclass(frozen=True)
+class Study:
+    """All that the tables show."""
+
+    earlier: list[Outcome]
+    models: dict[str, seatrial.Model]
+    outcomes: list[Outcome]
 
 
-def work(cases: Sequence[Case], seed: int, model: Path) -> list[Outcome]:
+def run(cases: Sequence[Case], folder: Path, seeds: Sequence[int] = SEEDS) -> Study:
+    """All cases with every seed; the models are kept in the folder."""
+    build()
+    earlier, models = identified(folder)
+    jobs = [
+        (tuple(case for case in cases if case.driving == driving), seed, folder)
+        for seed in seeds for driving in STICKS if any(case.driving == driving for case in cases)
+    ]  # fmt: skip
+    parts = gathered(work, jobs)
+    return Study(earlier, models, [outcome for part in parts for outcome in part])
+
+
+def work(cases: Sequence[Case], seed: int, models: Path) -> list[Outcome]:
     """Cases with one seed."""
     with tempfile.TemporaryDirectory() as name, Ros1(Path(name)) as ros:
         ros.run("rosparam", "set", "use_sim_time", "true")
-        return [outcome(ros, case, seed, model) for case in cases]
+        return [outcome(ros, case, seed, models) for case in cases]
 
 
-def identified(folder: Path) -> Path:
-    """The model by Hector's poses and the commands of earlier drives; its file."""
-    build()
+def identified(folder: Path) -> tuple[list[Outcome], dict[str, seatrial.Model]]:
+    """Models by Hector's poses of earlier drives, nothing else.
+
+    First of gentle ones with Hector alone; with that model in the loop hard ones; of all.
+    """
     vehicle = seatrial.load_vehicle(hector_tools.vehicle(folder))
-    bags = [folder / f"run{seed}.bag" for seed in EARLIER]
+    earlier, models, bags = [], {}, []
+    stages = (("gentle", Case("gentle", ALONE)), ("model", Case("aggressive", GENTLE)))
     with tempfile.TemporaryDirectory() as name, Ros1(Path(name)) as ros:
         ros.run("rosparam", "set", "use_sim_time", "true")
-        for seed, bag in zip(EARLIER, bags, strict=True):
-            play(ros, Start(), driven("gentle", seed), given(Case("gentle", ALONE), seed), bag=bag)
-    model = seatrial.identify([seatrial.read(bag, vehicle) for bag in bags], vehicle)
-    path = folder / "model.yaml"
-    seatrial.save(model, path)
-    return path
+        for model, case in stages:
+            for seed in EARLIER:
+                bags.append(folder / f"{model}-{seed}.bag")
+                earlier.append(outcome(ros, case, seed, folder, bags[-1]))
+            models[model] = seatrial.identify([seatrial.read(b, vehicle) for b in bags], vehicle)
+            seatrial.save(models[model], folder / f"{model}.yaml")
+    return earlier, models
 
 
-def outcome(ros: Ros1, case: Case, seed: int, model: Path) -> Outcome:
+def outcome(ros: Ros1, case: Case, seed: int, models: Path, bag: Path | None = None) -> Outcome:
     """One case with one seed."""
-    found, chosen = track(ros, case, seed, model), given(case, seed)
-    made, rest = driven(case.driving, seed), at_rest(case.driving, seed)
+    made, rest, chosen = driven(case.driving, seed), at_rest(case.driving, seed), given(case, seed)
+    forced = Forced(forced_scan(len(chosen)), FALSE_START) if case.forced else None
+    found = play(ros, STARTS[case.start], made, chosen, models, forced=forced, bag=bag)
+    if STARTS[case.start].lock_step and len(found.t) != len(chosen) - 1:
+        raise RuntimeError(f"{case}: {len(found.t)} poses of {len(chosen) - 1} scans")
     true = between(rest, made.poses(found.t))
     points = transform(rest, found.map_points)
     return Outcome(
@@ -120,11 +148,9 @@ def outcome(ros: Ros1, case: Case, seed: int, model: Path) -> Outcome:
     )  # fmt: skip
 
 
-def track(ros: Ros1, case: Case, seed: int, model: Path) -> Found:
-    """One case with one seed, as Hector estimates it."""
-    chosen = given(case, seed)
-    forced = Forced(round(FORCED_AT * len(chosen)), FALSE_START) if case.forced else None
-    return play(ros, STARTS[case.start], driven(case.driving, seed), chosen, model, forced)
+def forced_scan(scans: int) -> int:
+    """Which of the scans, the one at rest included, gets a false start estimate."""
+    return round(FORCED_AT * scans)
 
 
 def given(case: Case, seed: int) -> list[Scan]:
