@@ -48,5 +48,16 @@ def start(ros: object, **parameters: object) -> subprocess.Popen:
     return ros.start(str(program()), f"__name:={NODE[1:]}", *arguments)
 
 
+def packages(own: Path, built: Path) -> dict[str, str]:
+    """The environment with which roslaunch finds Hector, and our package in a folder, built in another."""
+    prefix = program().parents[2]
+    mark = prefix / ".catkin"  # of a build folder: where its sources are
+    sources = mark.read_text().split(";") if mark.exists() else []
+    return {
+        "ROS_PACKAGE_PATH": ":".join([str(own), *sources, str(prefix / "share")]),
+        "CMAKE_PREFIX_PATH": f"{built}:{prefix}",
+    }
+
+
 def _word(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
