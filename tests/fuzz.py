@@ -56,7 +56,7 @@ AUTOPILOTS = {
     "run.tlog": autopilot_logs.telemetry,
 }
 LONG_LOG = 200_000  # [bytes]
-SHORT_LOGS = 9  # for each of two minutes, of which `init` can propose a file
+SHORT_LOGS = 19  # for each of two minutes, of which `init` can propose a file
 PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file
 
 
@@ -119,7 +119,7 @@ def log_seeds() -> dict[str, list[Data]]:
             text = init(path, choices=Choices(axes="forward-right-down")).text
             PROPOSED[file] = vehicle_from(yaml.safe_load(text), file)
             found.append({file: path.read_bytes()})
-            write(path, autopilot_logs.trial(seconds=12.0))
+            write(path, autopilot_logs.trial(seconds=4.0))
             found += SHORT_LOGS * [{file: path.read_bytes()}]
     return {"log": found}
 
