@@ -173,7 +173,7 @@ posts: [{{x: 0, y: 0.1, radius: 0.15}}, {{x: -2.6, y: -0.2, radius: 0.1}}]
 sensors: {{pose: null, imu: null, lidar: {{beams: 811}}}}
 boats: [{{name: tug, start: [-1.2, -1.2, 0.2]}}]
 """
-SECONDS, FACTOR = 12.0, 2.0
+SECONDS = 10.0  # of driving, in real time
 
 
 @marked
@@ -188,14 +188,11 @@ def test_the_launch_file_runs_hector_on_the_simulator_s_scans(ros, tmp_path, mp)
     ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/joy"), "odometry node")
     ros.until(lambda: hector_tools.NODE in ros.subscribers("/scan"), "hector")
     recorder = ros.record("-O", bag, topics=(hector_tools.POSE, "/truth", "/scan", "/tf"))
-    simulator = ros.start(
-        str(NODE.parent / "simulator"), f"_models:={model}", f"_scene:={scene}",
-        f"_real_time_factor:={FACTOR}",
-    )  # fmt: skip
+    simulator = ros.start(str(NODE.parent / "simulator"), f"_models:={model}", f"_scene:={scene}")
     ros.until(lambda: ros.connected("/scan"), "simulator")
-    time.sleep(3.0 / FACTOR)  # at rest: the first start estimates have no odometry yet
+    time.sleep(3.0)  # at rest: the first start estimates have no odometry yet
     joypad = ros.joypad(0.0, 0.6, 0.0, 0.25)
-    time.sleep(SECONDS / FACTOR)
+    time.sleep(SECONDS)
     for process in (joypad, recorder, launched, simulator):
         ros.finish(process, signal.SIGINT)
     poses, truth = messages(bag, hector_tools.POSE), messages(bag, "/truth")
@@ -212,7 +209,7 @@ def test_the_launch_file_runs_hector_on_the_simulator_s_scans(ros, tmp_path, mp)
     given = np.sum((scans > t[0] + 4.0) & (scans <= t[-1]))
     assert np.ptp(true[:, :2], axis=0).max() > 0.4  # [m] it did move
     assert abs(true[-1, 2] - true[0, 2]) > 1.0  # [rad]
-    assert moving.sum() > 0.95 * given  # nearly every scan was matched
+    assert moving.sum() > 0.9 * given  # nearly every scan was matched
     assert (off[moving] < study.FALSE).all()
     parents = {
         (transform.header.frame_id, transform.child_frame_id)
