@@ -23,6 +23,7 @@ EPOCH = 1_700_000_000 * 10**9  # [ns] time zero of a drive
 TICK = 0.02  # [s] of simulated time, the odometry node's period
 LEAD = 2.0  # [s] at rest before the drive, with one scan: map and odometry begin
 PATIENCE = 0.2  # [s] of this machine's time for an answer; then simulated time goes on
+ANSWERS = 50  # times PATIENCE that a scan has no pose: the SLAM has ended
 MAP_PERIOD = 10.0  # [s] between two maps
 HOLD = 1.0  # [s] at most, that a velocity is taken to stay
 OCCUPIED = 100
@@ -90,6 +91,7 @@ class Player:
         self.corrected = -math.inf  # [s] stamp of the SLAM's newest map to odom
         self.starts: list[list[float]] = []
         self.map: OccupancyGrid | None = None
+        self.ended = False  # the SLAM has
         near = {"queue_size": 100, "tcp_nodelay": True}
         self.clock = rospy.Publisher("/clock", Clock, **near)
         self.joy = rospy.Publisher("/joy", Joy, **near)
@@ -198,8 +200,13 @@ class Player:
         if not self.job["lock_step"]:
             return
         here = lambda: bool(self.poses) and self.poses[-1][0] > stamp - 1e-6  # noqa: E731
-        while not self.until(here) and not rospy.is_shutdown():
+        waits = 0
+        while not self.until(here):
             self.tick(self.now + TICK)
+            waits += 1
+            if waits > ANSWERS or rospy.is_shutdown():
+                self.ended = True
+                return
         if self.job["relay"]:
             self.until(lambda: self.corrected > stamp - 1e-6)
             self.tf.publish([transform(self.now, "map", "odom", self.map_to_odom)])
@@ -235,11 +242,13 @@ class Player:
                 self.clock.publish(Clock(stamp_of(arrival)))
             if k > 0:
                 self.match(k, stamp, ranges)
-            if rospy.is_shutdown():
+            if self.ended:
                 return
 
     def last_map(self) -> OccupancyGrid:
-        """The map after the drive."""
+        """The map after the drive, or when the SLAM ended."""
+        if self.ended and self.map:
+            return self.map
         if not self.job["lock_step"]:
             for _ in range(50):
                 self.tick(self.now + TICK)

@@ -68,7 +68,7 @@ def test_tables_count_what_was_used_false_and_lost():
     bad = good.copy()
     bad[[2, 3, 8, 9]] = [0.6, 0.0]
     made = [
-        study.Outcome(case, seed, 20, off, 2.0 * off, np.array([0.01, 0.3]), np.zeros((2, 2)))
+        study.Outcome(case, seed, 20, 10, off, 2.0 * off, np.array([0.01, 0.3]), np.zeros((2, 2)))
         for seed, off in ((1, good), (2, bad))
     ]
     assert [o.false_matches for o in made] == [0, 2]
@@ -76,7 +76,7 @@ def test_tables_count_what_was_used_false_and_lost():
         "| 5 Hz | Hector alone | 50 | 1200 | 2 | 20 | 2 | 1 of 2 | 600 | 1 | 50 |"
     )
     # of ten matches and a scan at rest the sixth scan is forced: matches from the fifth on
-    forced = study.Outcome(case, 1, 10, bad, bad, np.array([0.3]), np.zeros((1, 2)))
+    forced = study.Outcome(case, 1, 10, 10, bad, bad, np.array([0.3]), np.zeros((1, 2)))
     assert len(forced.after) == 5
     assert tables.forced([case], [forced]).splitlines()[-1] == (
         "| gentle | Hector alone | 40 | 1 of 1 | 100 |"

@@ -112,7 +112,8 @@ def play(
     if player.returncode:
         raise RuntimeError(f"player: {player.said.read_text()[-1000:]}")  # type: ignore[attr-defined]
     for process in reversed(running):
-        ros.finish(process, signal.SIGINT)
+        if process.poll() is None:  # Hector may have crashed
+            ros.finish(process, signal.SIGINT)
     return _found(start, json.loads(job.with_suffix(".found.json").read_text()))
 
 
@@ -148,8 +149,9 @@ def _found(start: Start, said: dict[str, Any]) -> Found:
     index = np.array(grid["occupied"], dtype=int)
     cells = np.column_stack([index % grid["width"], index // grid["width"]])
     points = np.array(grid["origin"]) + grid["resolution"] * (cells + 0.5)
-    # the first pose is of the rest before the drive
-    return Found(poses[1:, 0] - FIRST, poses[1:, 1:], _starts(start, said, poses), points)
+    starts = _starts(start, said, poses)
+    known = np.isfinite(poses[1:]).all(axis=1)  # the first is of the rest before the drive
+    return Found(poses[1:][known, 0] - FIRST, poses[1:][known, 1:], starts[known], points)
 
 
 def _starts(start: Start, said: dict[str, Any], poses: Array) -> Array:
