@@ -26,16 +26,15 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
 PACES = (1, 3, 15)  # of the scans that one is given
+MAIN = (ALONE, VELOCITY, ODOMETRY, BY_NODE)
 AGGRESSIVE = [
-    *(Case("aggressive", start, every) for every in PACES for start in (ALONE, VELOCITY, ODOMETRY, BY_NODE)),
-    *(Case("aggressive", start, 1, drop_outs=True) for start in (ALONE, VELOCITY, ODOMETRY, BY_NODE)),
-    *(Case("aggressive", TRUE, every) for every in (1, 15)),
-    *(Case("aggressive", GENTLE, every) for every in (1, 15)),
-    Case("aggressive", UNRELAYED),
+    *(Case("aggressive", start, every) for every in PACES for start in MAIN),
+    *(Case("aggressive", start, drop_outs=True) for start in MAIN),
+    Case("aggressive", TRUE), Case("aggressive", UNRELAYED), Case("aggressive", GENTLE, PACES[-1]),
 ]  # fmt: skip
 GENTLY = [
-    *(Case("gentle", start, every) for every in (1, 15) for start in (ALONE, ODOMETRY, BY_NODE)),
-    *(Case("gentle", start, 1, drop_outs=True) for start in (ALONE, ODOMETRY, BY_NODE)),
+    *(Case("gentle", start, every) for every in (1, 15) for start in (ALONE, BY_NODE)),
+    *(Case("gentle", start, drop_outs=True) for start in (ALONE, BY_NODE)),
 ]
 FORCED = [
     *(Case("gentle", start, 3, forced=True) for start in (ALONE, ODOMETRY, BY_NODE)),
