@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
-CORE   := CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
+CORE   := core/CMakeLists.txt core/bindings/CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 # small matrices on few cores: more threads in BLAS only get in each other's way
@@ -21,7 +21,7 @@ demo: $(VENV)/.built ## identify, validate and report on the bundled recordings,
 test: $(VENV)/.built $(VENV)/.test ## unit tests, with the package alone; PYTEST_ARGS="tests/test_io.py -x" for a part
 	$(PYTEST) --numprocesses auto -m unit $(PYTEST_ARGS)
 
-test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs: compilers, ROS, DDS, a browser, Octave, qemu
+test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs: compilers, ROS, a browser, Octave, qemu
 	$(PYTEST) --numprocesses $(MORE) -m system $(PYTEST_ARGS)
 
 test-all: $(VENV)/.built $(VENV)/.test ## both in one run
@@ -35,9 +35,9 @@ lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-t
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
-	cmake -S . -B build/tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
+	cmake -S core/tests -B build/clang-tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
 	git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp' | \
-	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/tidy
+	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/clang-tidy
 
 docs: $(VENV)/.built $(VENV)/.docs ## the site with the notebooks run, site/index.html; a link that leads nowhere is an error
 	NO_MKDOCS_2_WARNING=1 OPENBLAS_NUM_THREADS=1 $(BIN)/mkdocs build --strict

@@ -44,7 +44,14 @@ TABLE_II = {
 
 
 # files that take minutes: begun first, so that no process is left with one of them at the end
-FIRST = ("test_core_cpp", "test_demo", "test_fuzz", "test_ros1_node", "test_report_browser")
+FIRST = (
+    "test_core_cpp",
+    "test_demo",
+    "test_fuzz",
+    "test_ros1_node",
+    "test_ros2_node",
+    "test_report_browser",
+)
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -13,8 +13,8 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 BIN = Path(sys.executable).parent
-BUILD = ROOT / "build" / "sanitized"
-CORE, NODES = BUILD / "core" / "tests", BUILD / "ros" / "common" / "tests"
+BUILD = ROOT / "build" / "cpp-tests"
+CORE, NODES = BUILD, BUILD / "nodes"
 
 
 def run(*command: str) -> str:
@@ -58,7 +58,7 @@ def built(target: str) -> Path:
     needs("cmake", "c++", yaml=folder == NODES)
     with _alone("configure"):
         run(
-            "cmake", "-S", ".", "-B", str(BUILD), "-G", "Unix Makefiles",
+            "cmake", "-S", "core/tests", "-B", str(BUILD), "-G", "Unix Makefiles",
             "-DSEATRIAL_SANITIZE=ON", "-DCMAKE_BUILD_TYPE=Debug",
         )  # fmt: skip
     with _alone(target):

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The odometry node for ROS 1, built from `ros/ros1`; what it published, out of a bag."""
+"""The nodes for ROS 1, built by catkin_make from an empty workspace; what they published, out of a bag."""
 
 import fcntl
 import os
 import shutil
 import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +13,9 @@ from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "ros1"
-CMAKE = Path(sys.executable).parent / "cmake"
 CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")
 SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
+NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
 NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
 LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
 
@@ -31,15 +30,24 @@ def build() -> Path:
 
 
 def _make() -> None:
+    src = BUILD / "src" / "seatrial"
+    src.mkdir(parents=True, exist_ok=True)
+    for path in ROOT.iterdir():  # as `git clone` leaves it there, by links
+        link = src / path.name
+        if path.name not in NOT_CLONED and not path.name.startswith(".") and not link.exists():
+            link.symlink_to(path)
+    options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
+    if shutil.which("ccache"):
+        options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}
-    cmake = str(CMAKE if CMAKE.exists() else shutil.which("cmake"))
-    for command in (
-        [cmake, "-S", str(ROOT / "ros" / "ros1"), "-B", str(BUILD), "-DSEATRIAL_TESTING=ON",
-         f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}"],
-        [cmake, "--build", str(BUILD), "--parallel", "2"],
-    ):  # fmt: skip
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    for name in ("PYTHONPATH", "ROS_VERSION", "VIRTUAL_ENV"):
+        environment.pop(name, None)
+    packages = ["--pkg", "seatrial_core", "seatrial_odometry"]
+    command = ["catkin_make", "-C", str(BUILD), "-j2", *packages, *options]
+    done = subprocess.run(
+        command, cwd=BUILD, env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
 
 
 @dataclass(frozen=True)

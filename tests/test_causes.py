@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Posterior probabilities of physical changes: known causes, the closed form, what can't be told apart."""
 
+import re
 from collections import Counter
 from dataclasses import replace
 
@@ -16,7 +17,7 @@ import seatrial
 from benchmarks.studies.payload import loaded
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.evaluation.comparison import causes as module
-from seatrial.evaluation.comparison.causes import (
+from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     CAUSES,
     CURRENT,
@@ -25,11 +26,11 @@ from seatrial.evaluation.comparison.causes import (
     NONE_OF_THESE,
     OFF_CENTRE,
     ONE_THRUSTER,
+    TWO,
     candidates,
-    cause_text,
-    causes,
-    evidence,
 )
+from seatrial.evaluation.comparison.cause_text import cause_text
+from seatrial.evaluation.comparison.causes import causes, evidence
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import pairs, views
@@ -67,6 +68,7 @@ KNOWN = {
     OFF_CENTRE: (HEAVIER | {"N_ud": TRUTH["N_ud"] / MORE + 0.1}, MORE - 1.0),
     BATTERY: (scaled(0.8, lambda n: n.endswith("_F")), -0.2),
     CURRENT: (TRUTH | {"X_u": -0.14, "X_uu": -1.1, "Y_v": -0.3, "Y_vv": -0.7}, None),
+    TWO: ({n: v * (0.8 if n.endswith("_F") else 1.0) for n, v in HEAVIER.items()}, None),
     NONE_OF_THESE: (scaled(0.6, lambda n: n == "N_r"), None),
 }
 
@@ -88,6 +90,14 @@ def test_a_known_cause_is_the_most_probable_one(mp, cause):
     if change is not None:
         sizes = [one[0].change for one in every if one[0].cause == cause]
         assert np.mean(sizes) == pytest.approx(change, abs=0.02)
+
+
+def test_two_causes_at_once_are_named_with_their_sizes(mp):
+    one = found(estimated(mp, TRUTH, 2), estimated(mp, KNOWN[TWO][0], 3))
+    text = cause_text(one)
+    sizes = re.search(r"two of these \(mass ([+-]\d+) % and battery ([+-]\d+) %\), > 99 %", text)
+    assert sizes is not None, text
+    assert [float(size) for size in sizes.groups()] == pytest.approx([20.0, -20.0], abs=4.0)
 
 
 def test_the_evidence_of_a_linear_change_is_the_closed_form(mp):

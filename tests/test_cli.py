@@ -68,7 +68,7 @@ def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):
     assert "vsp_speed   0 to 0.3" in out
     code, _, err = run(capsys, "inspect", tmp_path)
     assert (code, err.count("\n")) == (1, 1)
-    assert "no table and no bag in this folder" in err
+    assert "is an empty folder; expected a bag" in err
 
 
 def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):

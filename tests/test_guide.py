@@ -3,6 +3,7 @@
 
 import json
 import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
-from seatrial.inspection.proposal.sources import AXES_QUESTION, Choices, lever_of, thrusters_of
+from seatrial.inspection.proposal.sources import Choices, lever_of, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
 from seatrial.recording.excitation import find_roles
@@ -201,7 +202,8 @@ def test_only_what_no_log_can_tell_is_asked(drive, tmp_path, monkeypatch):
     owner = Owner(**{"middle of the thrusters": "0.30 -0.12"})
     with pytest.raises(SeatrialError, match="far enough"):
         seatrial.auto([drive], tmp_path / "a", ask=owner)
-    assert owner.asked[:2] == [AXES_QUESTION, BOW_QUESTION] and len(owner.asked) == 3
+    assert "turns to the left" in owner.asked[0] and owner.asked[1] == BOW_QUESTION
+    assert len(owner.asked) == 3
     assert load_vehicle(tmp_path / "a" / "vehicle.yaml").lever == LEVER
     # the answers are in the vehicle file: nothing is asked again
     with pytest.raises(SeatrialError, match="far enough"):
@@ -252,6 +254,62 @@ def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     with pytest.raises(SeatrialError, match="is a file; give a folder"):
         seatrial.auto(logs, tmp_path / "file")
+
+
+def test_the_recording_that_tests_is_asked_again_when_recordings_change(tmp_path, monkeypatch):
+    names = ("a", "b", "c")
+    logs = [tables(tmp_path / n, one_drive(60.0, seed)) for seed, n in enumerate(names, 1)]
+    monkeypatch.setattr(guided_path, "identify_guided", _stop)
+
+    def asked(given, answer=LAST_QUARTER, folder="out"):
+        owner = Owner(**{TEST_QUESTION: answer})
+        with pytest.raises(SeatrialError, match="far enough"):
+            seatrial.auto(given, tmp_path / folder, ask=owner)
+        return TEST_QUESTION in owner.asked
+
+    assert asked(logs[:2], "a") and not asked(logs[:2])
+    assert Steps(tmp_path / "out").answer("test") == "a"
+    assert asked(logs) and not asked(logs)  # the last quarter is an answer, too
+    assert asked(logs[1:], "b")
+    seen = []
+    monkeypatch.setattr(
+        guided_path,
+        "identify_guided",
+        lambda found, *_, **__: (seen.append([r.name for r in found]), _stop()),
+    )
+    for given in (
+        logs[1:],
+        logs[::2],
+    ):  # nobody to ask: the answer holds while its recording is there
+        with pytest.raises(SeatrialError, match="far enough"):
+            seatrial.auto(given, tmp_path / "out")
+    assert seen == [["c"], ["a", "c"]]
+
+
+def test_the_folder_of_another_boat_is_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(guided_path, "identify_guided", _stop)
+    first = tables(tmp_path / "first", one_drive(60.0))
+    with pytest.raises(SeatrialError, match="far enough"):
+        seatrial.auto([first], tmp_path / "boat")
+    other = tables(tmp_path / "other", one_drive(60.0, 2))
+    text = (other / "commands.csv").read_text()
+    (other / "commands.csv").write_text(text.replace("left,right", "bow,stern"))
+    words = (
+        r"boat has a vehicle file that does not describe .*other: .*left.*give another one with -o"
+    )
+    with pytest.raises(RecordingError, match=words):
+        seatrial.auto([other], tmp_path / "boat")
+
+
+def test_a_model_of_other_recordings_is_replaced_with_a_word(guided, tmp_path, monkeypatch):
+    folder = tmp_path / "lake"
+    shutil.copytree(guided[0].folder, folder)
+    another = tables(tmp_path / "pond", one_drive(60.0, 2))
+    here = guided_path._Path((another,), folder, None, print, salvage=False, steps=Steps(folder))
+    guided_path._vehicle_file(here, Choices())
+    assert any(
+        "whose model was of lake and is replaced (-o for another boat)" in a for a in here.assumed
+    )
 
 
 def test_an_axis_that_is_driven_at_the_end_only_is_not_held_out(tmp_path, monkeypatch):

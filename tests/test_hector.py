@@ -182,7 +182,7 @@ def test_the_launch_file_runs_hector_on_the_simulator_s_scans(ros, tmp_path, mp)
     model, scene, bag = tmp_path / "model.yaml", tmp_path / "scene.yaml", tmp_path / "out.bag"
     seatrial.save(plant_model(load_plan("hard"), mp), model)
     scene.write_text(SCENE)
-    ros.environment |= hector_tools.packages(ROOT / "ros" / "ros1", NODE.parents[2])
+    ros.environment |= hector_tools.packages(ROOT / "ros", NODE.parents[2])
     assert ros.run("roslaunch", "--nodes", LAUNCH).split() == [hector_tools.NODE]
     launched = ros.start("roslaunch", LAUNCH, f"model:={model}")
     ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/joy"), "odometry node")

@@ -6,18 +6,23 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from conftest import make_model
+from survey_boat import TRUTH, boat
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup, DeadZone, EnvelopeEntry
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.uncertainty.identifiability import (
     ParameterVerdict,
     condition,
     full_thrust,
     identifiability,
+    reach_text,
 )
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
+from seatrial.util.format import percent
 
 ENVELOPE = {"u": (-0.2, 0.3), "v": (-0.3, 0.3), "r": (-1.0, 1.5)}
 FORCES = dict.fromkeys(("F_u", "F_v", "F_r"), (-1.0, 1.0))
@@ -85,6 +90,29 @@ def test_what_ended_at_a_bound_is_not_called_given(plant):
         ParameterVerdict.GIVEN,
         ParameterVerdict.BOUND,
     ]
+
+
+def test_a_moment_that_pushes_sideways_is_no_thrust_in_sway():
+    """A boat with two thrusters: its sway terms are compared with full thrust in surge, not with themselves."""
+    vehicle = boat()
+    content = vehicle.to_mapping()
+    content["structure"]["sway"] = [*content["structure"]["sway"], "Y_Fr * F_r"]
+    vehicle = vehicle_from(content, "twin")
+    model = make_model(vehicle, TRUTH | {"Y_Fr": 0.02})
+    ranges = {"u": (-0.4, 0.5), "v": (-0.2, 0.2), "r": (-1.0, 1.0)}
+    model = replace(model, envelope=EnvelopeEntry(ranges, {"F_u": (-1.0, 1.0), "F_r": (-0.9, 1.0)}))
+    found = identifiability(
+        with_covariance(model, ["Y_Fr", "Y_v", "N_r"], np.diag([0.0004, 0.09, 0.25]))
+    )
+    assert full_thrust(model, 1) == 0.02 and full_thrust(model, 1, along=True) == 0.0
+    of_surge = {"Y_Fr": (0.02 + 2 * 0.02) * 1.0 / 0.5, "Y_v": (0.4 + 2 * 0.3) * 0.2 / 0.5}
+    for name, share in of_surge.items():
+        assert found[name].verdict is ParameterVerdict.ZERO
+        assert found[name].reach == pytest.approx(share)
+        assert reach_text(found[name]) == f"at most {percent(share)} of full thrust in surge"
+    assert found["N_r"].thrust_axis == ""
+    assert reach_text(found["N_r"]) == f"at most {percent((0.8 + 1.0) / 1.5)} of full thrust"
+    assert reach_text(found["X_F"]) == ""  # given
 
 
 def test_what_is_not_told_from_zero_is_bounded_in_terms_of_full_thrust(plant):

@@ -204,7 +204,7 @@ BARE = {
     "no headings": (lambda log, out: tables(log, out / "a", pose="t,x,y,foo"), "no table has columns named like x, y and psi"),
     "no time": (lambda log, out: tables(log.but(pose_t=log.pose_t[::-1]), out / "a", pose="back,x,y,psi"), "no column of stamps; it has back, x, y, psi"),
     "nowhere": (lambda log, out: out / "none.bag", "none.bag: no such file or folder"),
-    "no bag": (lambda log, out: out, "no table and no bag in this folder"),
+    "no bag": (lambda log, out: out, "is an empty folder; expected a bag"),
 }  # fmt: skip
 
 
@@ -315,12 +315,13 @@ def test_at_a_terminal_the_axes_are_asked_for(answers, log, tmp_path, monkeypatc
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setattr("builtins.input", lambda _: next(given))
     assert main(["init", str(bag), "-o", str(tmp_path / "v.yaml")]) == 0
-    assert "does the heading rise" in " ".join(capsys.readouterr().out.split())
+    assert "turns to the left" in " ".join(capsys.readouterr().out.split())
     assert seatrial.load_vehicle(tmp_path / "v.yaml").axes.value == f"forward-{axes}"
+    assert ", as answered" in (tmp_path / "v.yaml").read_text()
     assert (
         main(["init", str(bag), "--axes", "forward-left-up", "-o", str(tmp_path / "w.yaml")]) == 0
     )
-    assert "does the heading rise" not in " ".join(capsys.readouterr().out.split())
+    assert "turns to the left" not in " ".join(capsys.readouterr().out.split())
 
 
 # Fields of a bag's topics that the user chooses. #

@@ -13,12 +13,16 @@ import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
 from cli_tools import documented, run
-from conftest import CSE1
+from conftest import CSE1, ROOT
 
 from seatrial.commands import COMMANDS, make_parser
 from seatrial.commands.shared import write_json
-from seatrial.commands.shared.schemas import SCHEMAS
+from seatrial.commands.shared.schemas import SCHEMAS, Topic
+from seatrial.recording.timing import Stream
 from seatrial.util.printing import put
+
+sys.path.insert(0, str(ROOT / "tools"))
+import json_page
 
 
 def test_a_dash_is_standard_output_with_nothing_but_json(pool, tmp_path, capsys):
@@ -171,3 +175,14 @@ def test_a_result_is_not_written_over_an_input(pool, tmp_path, capsys):
         code, _, err = run(capsys, *command, "--json", model)
         assert code == 1
         assert "give another name" in err
+
+
+def test_a_topic_has_every_field_of_the_stream_that_it_is_made_of():
+    """It is a class of its own as its role may be null; names, types and comments are those of the stream."""
+    topic = {name: (kind, comment) for name, kind, comment in json_page.fields(Topic)}
+    for name, kind, comment in json_page.fields(Stream):
+        if name in ("role", "source", "kind"):
+            assert name in topic
+            continue
+        assert topic[name][0] == kind, name
+        assert comment in ("", topic[name][1]) or name == "cut", name

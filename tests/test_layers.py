@@ -17,7 +17,7 @@ from seatrial.commands import COMMANDS
 ROOT = Path(seatrial.__file__).parent
 ROOMS = (  # from the bottom; a room imports only from rooms before it, and from itself
     "_core", "util", "boat", "recording", "evaluation", "onboard", "simulation", "io", "inspection",
-    "identification", "workflow", "report", "display", "export", "control", "guide", "demo", "commands",
+    "identification", "monitoring", "workflow", "report", "display", "export", "control", "guide", "demo", "commands",
     "__main__",
 )  # fmt: skip
 LEVEL = {name: i for i, name in enumerate(ROOMS)}

@@ -281,4 +281,4 @@ def test_a_name_that_is_no_unicode_can_be_printed(tmp_path, capsys):
     folder = tmp_path / os.fsdecode(b"run\xff")
     folder.mkdir()
     assert main(["inspect", str(folder)]) == 1
-    assert "run : no table and no bag" in capsys.readouterr().err
+    assert "run : is an empty folder" in capsys.readouterr().err

@@ -238,7 +238,7 @@ def test_every_kind_that_was_a_sentence_is_read():
     read = {finding.kind for found in SENTENCES.values() for finding in found}
     newer = {
         FindingKind.DELAY, FindingKind.DELAY_DIFFERENCE, FindingKind.UNMODELLED_DELAY,
-        FindingKind.MISSING_TERM, FindingKind.THROUGH_WATER,
+        FindingKind.MISSING_TERM, FindingKind.THROUGH_WATER, FindingKind.ADAPTED,
     }  # fmt: skip
     assert set(FindingKind) - read == {FindingKind.HORIZON_NOT_PREDICTED, *newer}
 

@@ -22,6 +22,7 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
 from seatrial.identification.likelihood.optimiser import Outcome, Point
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
@@ -291,6 +292,36 @@ def test_a_recording_too_short_for_its_parameters_is_refused(trials):
     (blocks,) = short.findings_of(FindingKind.SHORT_BLOCKS)
     assert blocks.number("length") == short.estimator.settings["block"]
     assert short.estimator.settings["block"] == pytest.approx(5.0, abs=0.02)
+
+
+def with_holes(recording, holes, *, rows):
+    """The recording without the poses in the holes [s], as rows that are gone or that are no numbers."""
+    inside = np.any([(recording.t >= a) & (recording.t <= b) for a, b in holes], axis=0)
+    raw = recording.raw.copy()
+    raw[inside] = np.nan
+    keep = ~inside if rows else np.ones(len(raw), dtype=bool)
+    return make_recording(
+        recording.name, recording.stamps[keep], raw[keep], recording.commands, timeout=None
+    )
+
+
+@pytest.mark.parametrize("rows", [True, False], ids=["no rows", "not numbers"])
+def test_only_time_with_poses_counts_and_a_refusal_names_the_gaps(trials, rows):
+    """A log with long holes needs shorter blocks, not a longer drive."""
+    vehicle, recordings = trials("paper-like", "mallard-mp", 6)
+    parts = [r.cut(20.0, 120.0) for r in recordings]
+    model = output_error([with_holes(r, [(12, 40), (52, 95)], rows=rows) for r in parts], vehicle)
+    assert SHORTEST_BLOCK <= model.estimator.settings["block"] < 6.0
+    truth = load_plan("paper-like").plant.coefficients
+    for name, value in model.values.items():
+        assert value == pytest.approx(truth[name], abs=4.5 * model.standard_errors[name]), name
+    words = (
+        r"S1-MP, S2-MP, S3-MP: 300 s in all is too short for 15 parameters: no usable poses in 6 gaps of "
+        r"40 to 48 s, 88 % of the time\. Repair the log \(seatrial inspect names the faults\), or drive 60 s or "
+        "more without gaps"
+    )
+    with pytest.raises(SeatrialError, match=words):
+        output_error([with_holes(r, [(6, 46), (48, 96)], rows=rows) for r in parts], vehicle)
 
 
 def test_of_terms_that_can_not_be_told_apart_the_names_are_said(trials):

@@ -6,6 +6,7 @@ from importlib.util import find_spec
 
 import msgspec
 import pytest
+from test_guide import CURRENT, LEVER, one_drive, tables
 from test_report_browser import CHROMIUM, Visit, browser  # noqa: F401  a fixture
 
 import seatrial
@@ -22,13 +23,13 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
 ]
 LAPTOP, PHONE = (1366, 768), (390, 844)  # [px]
-MOST_SCREENS = 10  # of a laptop, before anything is unfolded
+MOST_SCREENS = 10  # before anything is unfolded
 OPEN_ALL = "() => document.querySelectorAll('details').forEach((part) => { part.open = true; })"
 
 
 @pytest.fixture(scope="module")
 def pages(cse1, cse1_vehicle, tmp_path_factory):
-    """A report, and a comparison of models of two recordings."""
+    """A report, one of the guided path with effects, and a comparison of models of two recordings."""
     folder = tmp_path_factory.mktemp("pages")
     trained = [cse1["random_run1"], cse1["random_run3"]]
     a = seatrial.identify(trained, cse1_vehicle, method="equation-error")
@@ -39,7 +40,9 @@ def pages(cse1, cse1_vehicle, tmp_path_factory):
     fresh = cse1["run1"]
     write_report(a, [fresh], folder / "report.html")
     write_comparison(a, b, [fresh], compare(a, b, [fresh]), folder / "compare.html")
-    return {name: folder / f"{name}.html" for name in ("report", "compare")}
+    drive = tables(folder / "lake", one_drive(seconds=240.0), lever=LEVER, current=CURRENT)
+    guided = seatrial.auto([drive], folder / "guided").report
+    return {"guided": guided} | {name: folder / f"{name}.html" for name in ("report", "compare")}
 
 
 @pytest.fixture
@@ -108,12 +111,16 @@ def test_the_first_screen_has_picture_dials_and_next_step(visit, name):
         assert page.evaluate("() => document.documentElement.scrollWidth") <= width
 
 
-@pytest.mark.parametrize("name", ["report", "compare"])
-def test_a_page_is_at_most_ten_screens_long(visit, name):
-    page = visit(name)
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+@pytest.mark.parametrize("name", ["report", "guided", "compare"])
+def test_a_page_is_at_most_ten_screens_long(visit, name, size):
+    page = visit(name, size)
     tall = page.evaluate("() => document.documentElement.scrollHeight")
-    assert tall <= MOST_SCREENS * LAPTOP[1]
+    assert tall <= MOST_SCREENS * size[1]
     assert page.locator("details.fold:not([open])").count() >= 5
+    on_a_phone = page.locator("details.narrow")
+    assert on_a_phone.count() == 2
+    assert page.locator("details.narrow[open]").count() == (0 if size == PHONE else 2)
 
 
 def test_every_plot_has_a_legend(visit):

@@ -13,7 +13,8 @@ from survey_boat import LAG, LATENCY, TRUTH, boat, driven
 
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import RecordingEntry
-from seatrial.evaluation.comparison.causes import BATTERY, CURRENT, MASS, ONE_THRUSTER, Cause
+from seatrial.evaluation.comparison.cause_candidates import BATTERY, CURRENT, MASS, ONE_THRUSTER
+from seatrial.evaluation.comparison.causes import Cause
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import WHAT_TO_DO, next_text
 from seatrial.report.evidence.first_screen import floor_score, known_score

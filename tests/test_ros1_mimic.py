@@ -122,7 +122,7 @@ def test_diagnostics_say_how_far_it_is_off(recorded, path):
     *_, (_, last) = messages(recorded, "/diagnostics")
     (status,) = last.status
     values = {pair.key: pair.value for pair in status.values}
-    assert status.name == "/seatrial_mimic: mimic"
+    assert status.name == "seatrial_mimic: mimic"
     assert str(path) in values["model"]
     assert abs(float(values["mismatch forward [m]"])) < 0.05
     assert int(values["poses used"]) > 100

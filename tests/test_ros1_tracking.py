@@ -262,7 +262,7 @@ def test_a_silent_reference_and_silent_odometry_end_commands_in_time(recorded):
         assert stays
         said = [
             stamp_of(m.header) * 1e-9 for _, m in messages(recorded, "/diagnostics")
-            if m.status[0].name == "/seatrial_tracking: tracking" and words in m.status[0].message
+            if m.status[0].name == "seatrial_tracking: tracking" and words in m.status[0].message
             and stamp_of(m.header) * 1e-9 > end
         ]  # fmt: skip
         assert min(said) - when < 0.1, words

@@ -1,274 +1,273 @@
 # SPDX-License-Identifier: MIT
-"""The nodes for ROS 2 before a compiler: messages as Humble defines them, rclcpp as it is documented.
+"""The odometry node with a real ROS 2: S7 is played to it over DDS, what it publishes is compared."""
 
-ROS 2 is not here. This finds misspelt members and calls that no overload takes; not what runs wrong.
-"""
+import signal
+import time
 
-import re
-import runpy
-import shutil
-import subprocess
-import sys
-from dataclasses import dataclass
-from pathlib import Path
-from types import ModuleType
-from xml.etree import ElementTree
-
+import numpy as np
 import pytest
-from conftest import ROOT
-from cpp_tools import built, needs, run
-from rosbags.interfaces import Nodetype
-from rosbags.typesys import Stores, get_typestore
-
-pytestmark = pytest.mark.system
-DEFINITIONS = get_typestore(Stores.ROS2_HUMBLE).fielddefs
-SHELLS = ROOT / "ros" / "ros2" / "src"
-NODES = ("odometry", "simulator", "mimic", "tracking")
-API = ROOT / "tests" / "ros2_api"
-PLAIN = {"bool": "bool", "string": "std::string", "byte": "unsigned char", "char": "unsigned char"}
-TRIGGER = """#pragma once
-#include <memory>
-#include <string>
-namespace std_srvs::srv {
-struct Trigger {
-  struct Request {};
-  struct Response { bool success = false; std::string message; };
-};
-}
-"""
-
-
-def snake(name: str) -> str:
-    """As rosidl names headers."""
-    name = re.sub(r"([a-z0-9])([A-Z])", r"\1_\2", name)
-    return re.sub(r"([A-Z])([A-Z][a-z])", r"\1_\2", name).lower()
-
-
-def header_of(kind: str) -> str:
-    package, _, name = kind.split("/")
-    return f"{package}/msg/{snake(name)}.hpp"
-
-
-def cpp(node: tuple) -> tuple[str, set[str]]:
-    """The type of a member, and the messages that it needs."""
-    tag, content = node
-    if tag == Nodetype.NAME:
-        return content.replace("/", "::"), {content}
-    if tag == Nodetype.BASE:
-        name = content[0]
-        if name in PLAIN:
-            return PLAIN[name], set()
-        if name.startswith("float"):
-            return {"float32": "float", "float64": "double"}[name], set()
-        return f"std::{name}_t", set()
-    inner, needs = cpp(content[0])
-    if tag == Nodetype.ARRAY:
-        return f"std::array<{inner}, {content[1]}>", needs
-    return f"std::vector<{inner}>", needs
-
-
-def write_message(kind: str, folder: Path) -> None:
-    """A header as rosidl would name it, and those that it needs."""
-    path = folder / header_of(kind)
-    if path.exists():
-        return
-    _, fields = DEFINITIONS[kind]
-    members, needs = [], set()
-    for name, node in fields:
-        text, more = cpp(node)
-        members.append(f"  {text} {name}{{}};")
-        needs |= more
-    package, _, name = kind.split("/")
-    includes = [f"#include <{part}>" for part in ("array", "cstdint", "string", "vector")]
-    includes += [f"#include <{header_of(need)}>" for need in sorted(needs)]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    body = "\n".join(members)
-    path.write_text(
-        "#pragma once\n" + "\n".join(includes)
-        + f"\nnamespace {package}::msg {{\nstruct {name} {{\n{body}\n}};\n}}\n"
-    )  # fmt: skip
-    for need in needs:
-        write_message(need, folder)
-
-
-@pytest.fixture(scope="module")
-def headers(tmp_path_factory) -> Path:
-    folder = tmp_path_factory.mktemp("ros2")
-    by_header = {header_of(kind): kind for kind in DEFINITIONS if kind.count("/") == 2}
-    text = "".join(path.read_text() for path in SHELLS.iterdir())
-    asked = set(re.findall(r"#include <(\w+/msg/\w+\.hpp)>", text))
-    assert len(asked) > 20
-    for header in asked:
-        write_message(by_header[header], folder)
-    (folder / "std_srvs/srv").mkdir(parents=True)
-    (folder / "std_srvs/srv/trigger.hpp").write_text(TRIGGER)
-    return folder
-
-
-def compiled(headers: Path, source: Path) -> str:
-    """What the compiler complains of."""
-    needs("c++", yaml=True)
-    folders = (ROOT / "core/include", ROOT / "ros/common/include")
-    done = subprocess.run(
-        ["c++", "-std=c++17", "-fsyntax-only", "-Wall", "-Wextra", "-Werror",
-         *(f"-I{folder}" for folder in folders), "-isystem", str(API), "-isystem", str(headers),
-         str(source)],
-        capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    return done.stderr if done.returncode else ""
-
-
-@pytest.mark.parametrize("node", NODES)
-def test_the_shell_compiles_against_the_declared_interfaces(headers, node):
-    assert compiled(headers, SHELLS / f"{node}.cpp") == ""
-
-
-@pytest.mark.parametrize(
-    ("file", "right", "wrong"),
-    [
-        ("odometry.cpp", "std::shared_ptr<Trigger::Response> response", "int response"),
-        ("simulator.cpp", "out.imu->publish(message)", "out.scan->publish(message)"),
-        ("mimic.cpp", "timer_->cancel()", "timer_->stop()"),
-        ("numbers.hpp", "wrench_numbers(m.wrench)", "wrench_numbers(m)"),
-        ("commands.hpp", "out.twist.linear, ", "out.linear, "),
-    ],
+from ros2_drive import PLAYED, play
+from ros2_tools import (
+    Peer,
+    Ros2,
+    build,
+    finish,
+    header,
+    needed,
+    said,
+    stamp_of,
+    status,
+    until,
 )
-def test_what_is_misspelt_is_found(headers, tmp_path, file, right, wrong):
-    shutil.copytree(SHELLS, tmp_path / "src")
-    text = (SHELLS / file).read_text()
-    assert right in text
-    (tmp_path / "src" / file).write_text(text.replace(right, wrong))
-    user = {"numbers.hpp": "mimic.cpp", "commands.hpp": "tracking.cpp"}.get(file, file)
-    assert f"{file}:" in compiled(headers, tmp_path / "src" / user)
+from ros_drive import OVER, SETTLED, WORST, s7, save_model, truth_at, wrong
 
-
-@pytest.mark.parametrize("version", ["ros1", "ros2"])
-def test_the_package_names_what_it_uses(version):
-    folder = ROOT / "ros" / version
-    text = "".join(path.read_text() for path in (folder / "src").iterdir())
-    used = {*re.findall(r"#include <(\w+)/", text), "yaml-cpp"} - {"sys"}  # the system's own
-    used = {"roscpp" if name == "ros" else name for name in used}
-    package = ElementTree.parse(folder / "package.xml").getroot()
-    assert {node.text for node in package.iter("depend")} == used
-    build = (folder / "CMakeLists.txt").read_text()
-    assert all(name in build for name in used)
-    assert f"set(nodes {' '.join(NODES)})" in build
-    assert {path.stem for path in (folder / "src").glob("*.cpp")} == set(NODES)
-
-
-@dataclass(frozen=True)
-class Parameter:
-    kind: str
-    default: str
-    low: float
-    high: float
+pytestmark = needed
+NAME = "seatrial_odometry: odometry"  # of its diagnosis
 
 
 @pytest.fixture(scope="module")
-def parameters() -> dict[str, dict[str, Parameter]]:
-    """What each node declares, as it runs."""
-    text = run(str(built("parameters")))
-    found: dict[str, dict[str, Parameter]] = {node: {} for node in NODES}
-    for line in text.splitlines():
-        node, name, kind, default, low, high = line.split("|")
-        found[node][name] = Parameter(kind, default, float(low), float(high))
-    return found
+def trial():
+    return s7()
 
 
-def test_parameters_begin_within_their_ranges(parameters):
-    numbers = [p for own in parameters.values() for p in own.values() if p.kind == "float"]
-    assert len(numbers) > 20
-    assert all(p.low <= float(p.default) <= p.high for p in numbers)
+@pytest.fixture(scope="module")
+def known(tmp_path_factory):
+    return save_model(tmp_path_factory.mktemp("model"))
 
 
-@pytest.mark.parametrize("node", NODES)
-def test_the_launch_file_of_ros1_is_the_nodes(parameters, node):
-    root = ElementTree.parse(ROOT / f"ros/ros1/launch/{node}.launch").getroot()
-    defaults = {arg.get("name"): arg.get("default") for arg in root.iter("arg")}
-    own = root.find("node")
-    assert (own.get("type"), own.get("name")) == (node, f"seatrial_{node}")
-    names = {param.get("name") for param in own.iter("param")}
-    assert all(p.get("value") == f"$(arg {p.get('name')})" for p in own.iter("param"))
-    remapped = {remap.get("from") for remap in own.iter("remap")}
-    assert names | remapped == set(defaults)
-    expect_same(parameters[node], {name: defaults[name] for name in names})
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory):
+    build()
+    with Ros2(tmp_path_factory.mktemp("ros2")) as ros:
+        yield ros
 
 
-@pytest.mark.parametrize("node", NODES)
-def test_the_launch_file_of_ros2_is_the_nodes(parameters, launched, node):
-    description = launched(node)
-    *arguments, own = description.entities
-    assert (own.package, own.executable) == ("seatrial_odometry", node)
-    assert own.name == f"seatrial_{node}"
-    shell = (SHELLS / f"{node}.cpp").read_text()
-    assert f'rclcpp::Node("{own.name}")' in shell
-    (values,) = own.parameters
-    assert all(value.value.name == name for name, value in values.items())
-    kinds = {name: value.value_type for name, value in values.items()}
-    assert kinds.pop("use_sim_time", bool) is bool
-    assert {name: kind.__name__ for name, kind in kinds.items()} == {
-        name: parameters[node][name].kind for name in kinds
-    }
-    remapped = dict(own.remappings or ())
-    assert all(f'"{name}"' in shell and name == to.name for name, to in remapped.items())
-    defaults = {a.name: a.default_value for a in arguments}
-    assert set(defaults) == {*values, *remapped}
-    expect_same(parameters[node], {name: defaults[name] for name in kinds})
+@pytest.fixture(scope="module")
+def peer(ros):
+    return Peer(ros.domain)
 
 
-def expect_same(own: dict[str, Parameter], defaults: dict[str, str | None]) -> None:
-    """Defaults of a launch file are the node's, but where the launch file asks for a value."""
-    for name, default in defaults.items():
-        if default is None:
-            assert own[name].default == ""
-        elif own[name].kind == "float":
-            assert float(default) == float(own[name].default)
-        else:
-            assert default == own[name].default
+@pytest.fixture(autouse=True)
+def _alone(ros):
+    yield
+    ros.end()
 
 
-class Recorded:
-    """Keeps what a launch file gives an action or a substitution, by the documented names."""
-
-    order: tuple[str, ...] = ()
-    known: frozenset[str] = frozenset()
-
-    def __init__(self, *given: object, **named: object) -> None:
-        assert set(named) <= self.known, type(self).__name__
-        assert len(given) <= len(self.order), type(self).__name__
-        for name in (*self.order, *self.known):
-            setattr(self, name, None)
-        for name, value in (*zip(self.order, given, strict=False), *named.items()):
-            setattr(self, name, value)
+@pytest.fixture(scope="module")
+def recorded(ros, peer, trial, known):
+    return play(ros, peer, trial, known)
 
 
-def recorded(name: str, order: str, known: str = "") -> type[Recorded]:
-    return type(name, (Recorded,), {"order": (*order.split(),), "known": frozenset(known.split())})
+def test_velocity_is_near_the_truth_at_fifty_hertz(recorded, trial):
+    t, _, velocity = recorded.odometry()
+    assert np.median(np.diff(t)) == pytest.approx(0.02, abs=0.001)
+    late = (t > SETTLED) & (t < OVER)
+    assert late.sum() > 0.9 * 50.0 * (OVER - SETTLED)
+    rms = wrong(trial, t, velocity)
+    assert np.all(rms < WORST), rms
 
 
-@pytest.fixture
-def launched(monkeypatch):
-    """Runs a launch file with the names that it takes from launch and launch_ros."""
-    names = {
-        "launch": [recorded("LaunchDescription", "entities")],
-        "launch.actions": [recorded("DeclareLaunchArgument", "name", "default_value description")],
-        "launch.substitutions": [recorded("LaunchConfiguration", "name")],
-        "launch_ros": [],
-        "launch_ros.actions": [
-            recorded("Node", "", "package executable name output respawn remappings parameters")
-        ],
-        "launch_ros.parameter_descriptions": [
-            recorded("ParameterValue", "value", "value_type description")
-        ],
-    }
-    for module, classes in names.items():
-        stand_in = ModuleType(module)
-        for kind in classes:
-            setattr(stand_in, kind.__name__, kind)
-        monkeypatch.setitem(sys.modules, module, stand_in)
+def test_odom_never_jumps_and_tf_says_the_same(recorded):
+    t, pose, _ = recorded.odometry()
+    assert np.all(np.hypot(*np.diff(pose[:, :2], axis=0).T) <= np.diff(t) + 1e-6)
+    of_tf, of_map = {}, 0
+    for message in recorded.heard["tf"].messages:
+        for part in message.transforms:
+            if part.child_frame_id == "base_link":
+                assert part.header.frame_id == "odom"
+                of_tf[stamp_of(part)] = part.transform
+            else:
+                assert (part.header.frame_id, part.child_frame_id) == ("map", "odom")
+                of_map += 1
+    both = [m for m in recorded.heard["odom"].messages if stamp_of(m) in of_tf]
+    assert len(both) > 0.95 * len(t)
+    assert of_map > 0.95 * len(t)
+    for m in both:
+        place, turn = of_tf[stamp_of(m)].translation, of_tf[stamp_of(m)].rotation
+        assert (place.x, place.y) == (m.pose.pose.position.x, m.pose.pose.position.y)
+        assert turn.z == m.pose.pose.orientation.z
 
-    def run(node: str):
-        path = ROOT / f"ros/ros2/launch/{node}.launch.py"
-        return runpy.run_path(str(path))["generate_launch_description"]()
 
-    return run
+def test_the_pose_in_the_map_is_near_the_truth(recorded, trial):
+    rows = [
+        ((stamp_of(m) - recorded.begin) * 1e-9, m.pose.pose.position.x, m.pose.pose.position.y)
+        for m in recorded.heard["map_pose"].messages
+    ]
+    t, x, y = np.array(rows).T
+    late = (t > SETTLED) & (t < OVER)
+    off = np.column_stack([x, y])[late] - truth_at(trial, t[late])[:, :2]
+    assert np.abs(off).max() < 0.03
+    assert {m.header.frame_id for m in recorded.heard["map_pose"].messages} == {"map"}
+
+
+def test_diagnostics_are_named_as_others_name_them_and_count_what_was_used(recorded, known, trial):
+    last = status(recorded.heard["diagnostics"], NAME)
+    values = {pair.key: pair.value for pair in last.values}
+    assert str(known) in values["model"]
+    assert int(values["poses used"]) > 0.9 * len(trial.pose)
+    assert last.message == "odometry by the model and poses" or last.level == 1
+
+
+def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
+    assert recorded.answer.splitlines()[-1] == "success "
+    assert recorded.said.count(": reloaded") == 2
+
+
+def test_nothing_is_said_that_is_not_asked_for(recorded):
+    lines = [line for line in recorded.said.splitlines() if "[WARN]" in line or "[ERROR]" in line]
+    assert not [line for line in lines if "type hash" not in line], recorded.said
+
+
+def started(ros, peer, **parameters):
+    node = ros.node("odometry", **parameters)
+    return node, peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+
+
+MISTAKES = [
+    ({}, "parameter model is empty; expected the path of a model.yaml"),
+    ({"model": "nowhere.yaml"}, "nowhere.yaml: no such file"),
+    ({"model": "{model}", "rate": 900}, "parameter rate is 900; expected 0 to 200: of the"),
+    ({"model": "{model}", "window": 9.5}, "parameter window is 9.5; expected 0.05 to 5: how late"),
+    ({"model": "{model}", "rate": "fast"},
+     "parameter rate is of type string; expected a number: of the odometry [Hz]"),
+    ({"model": "{model}", "publish_tf": 3},
+     "parameter publish_tf is of type integer; expected true or false"),
+    ({"model": "{model}", "pose_topic": "odom"}, "topic /odom is what this node publishes"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("parameters", "words"), MISTAKES)
+def test_a_mistake_is_one_line_and_exit_code_1(ros, known, parameters, words):
+    given = {name: str(value).format(model=known) for name, value in parameters.items()}
+    node = ros.node("odometry", name="mistaken", **given)
+    assert node.wait(20.0) == 1
+    lines = [line for line in said(node).splitlines() if "type hash" not in line]
+    assert len(lines) == 1, lines
+    assert f"seatrial_odometry: {words}" in lines[0]
+
+
+def drive(outlets, seconds, offset=0.0, late=0.0):
+    """Joypad and poses at rest, the latter stamped `late` [s] before, all `offset` [s] ahead of the clock."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        now = time.time_ns() + round(offset * 1e9)
+        outlets["/joy"].publish({"header": header(now), "axes": [0.0] * 4, "buttons": []})
+        pose = {"position": {"x": 1.0}, "orientation": {"w": 1.0}}
+        stamp = now - round(late * 1e9)
+        outlets["/slam/pose"].publish({"header": header(stamp), "pose": pose})
+        time.sleep(0.05)
+
+
+def test_inputs_from_the_future_stop_odometry_and_are_diagnosed(ros, peer, known):
+    node = ros.node("odometry", name="ahead", model=known)
+    diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    odometry = peer.listen("odom", "nav_msgs/msg/Odometry")
+    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
+    until(lambda: all(o.connected() for o in outlets.values()), "node")
+    drive(outlets, 3.0, offset=0.3)  # within the window: odometry of now
+    fresh = odometry.take()
+    assert len(fresh) > 50
+    drive(outlets, 1.5, offset=2.0)
+    odometry.take()
+    drive(outlets, 2.5, offset=2.0)
+    assert odometry.take() == []  # none of another time
+    found = status(diagnosed, "ahead: odometry")
+    assert found.level == 2
+    assert "s ahead of this node's clock; the parameter window allows 0.5 s" in found.message
+    ahead = float(found.message.split("stamped ")[1].split(" s ahead")[0])
+    assert ahead == pytest.approx(2.0, abs=0.2)
+    finish(node)
+
+
+def test_poses_later_than_the_window_are_told_by_how_much(ros, peer, known):
+    node = ros.node("odometry", name="late", model=known)
+    diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
+    until(lambda: all(o.connected() for o in outlets.values()), "node")
+    drive(outlets, 3.5, late=0.8)
+    found = status(diagnosed, "late: odometry")
+    assert found.level > 0
+    assert "no pose received yet" not in found.message
+    assert "before the newest input's; the parameter window allows 0.5 s" in found.message
+    behind = float(found.message.split("its stamp is ")[1].split(" s before")[0])
+    assert behind == pytest.approx(0.8, abs=0.1)
+    finish(node)
+
+
+def test_the_type_is_the_publishers_and_is_followed_when_it_changes(ros, peer, known):
+    mere = ros.start("peer", "listen", "/slam/pose", "nav_msgs/msg/Odometry")
+    node = ros.node("odometry", name="typed", model=known)
+    diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    time.sleep(2.0)  # in which it sees the other subscriber
+    joypad = peer.publisher("/joy", PLAYED["/joy"])
+    pose = {"position": {"x": 1.0}, "orientation": {"w": 1.0}}
+    first = peer.publisher("/slam/pose", PLAYED["/slam/pose"])
+    used = []
+
+    def used_so_far():
+        found = status(diagnosed, "typed: odometry")
+        values = {pair.key: pair.value for pair in found.values} if found else {}
+        return int(values.get("poses used", 0))
+
+    for kind in ("PoseStamped", "Odometry"):
+        if kind == "Odometry":
+            first.end()
+            first = peer.publisher("/slam/pose", "nav_msgs/msg/Odometry")
+        for _ in range(100):
+            now = header(time.time_ns())
+            joypad.publish({"header": now, "axes": [0.0] * 4, "buttons": []})
+            first.publish({"header": now, "pose": {"pose": pose} if kind == "Odometry" else pose})
+            time.sleep(0.05)
+        used.append(used_so_far())
+    assert used[0] > 20
+    assert used[1] > used[0] + 20
+    text = said(node)
+    assert "/slam/pose is geometry_msgs/msg/PoseStamped" in text
+    assert "/slam/pose is nav_msgs/msg/Odometry" in text
+    finish(node)
+    finish(mere)
+
+
+def test_messages_of_another_type_are_refused_in_the_words_of_ros2(ros, peer, known):
+    node = ros.node("odometry", name="words", model=known, command_topic="/words")
+    other = peer.publisher("/words", "std_msgs/msg/String")
+    expected = (
+        "/words is std_msgs/msg/String; expected one of sensor_msgs/msg/Joy, geometry_msgs/msg/"
+    )
+    until(lambda: expected in said(node), "complaint")
+    other.end()
+    array = peer.publisher("/words", "geometry_msgs/msg/Twist")
+    until(
+        lambda: "/words (geometry_msgs/msg/Twist) has no field 'axes[1]'" in said(node), "again", 40
+    )
+    array.end()
+    finish(node)
+
+
+def test_odometry_follows_each_command_within_milliseconds(ros, known):
+    node = ros.node("odometry", model=known, rate=0)
+    sent, answered, median, late, _ = map(
+        float, ros.run("peer", "latency", 5, 100, patience=60.0).splitlines()[-1].split()
+    )
+    finish(node)
+    assert sent > 400
+    assert 0.9 * sent < answered <= sent
+    assert median < 5.0  # [ms]; idle machines need 0.3
+    assert late < 100.0
+
+
+def test_a_node_in_a_namespace_has_its_topics_there(ros, peer, known, tmp_path):
+    (tmp_path / "p.yaml").write_text(
+        f"/**:\n  ros__parameters:\n    model: {known}\n    rate: 20\n    base_frame: boat\n"
+    )
+    node = ros.start(
+        "odometry", "--ros-args", "-r", "__ns:=/tug", "--params-file", tmp_path / "p.yaml"
+    )
+    odometry = peer.listen("tug/odom", "nav_msgs/msg/Odometry")
+    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
+    until(lambda: all(o.connected() for o in outlets.values()), "node")
+    drive(outlets, 3.0)
+    got = odometry.take()
+    assert {m.child_frame_id for m in got} == {"boat"}
+    assert np.median(np.diff([stamp_of(m) for m in got])) == pytest.approx(5e7, rel=0.05)
+    finish(node, signal.SIGTERM)

@@ -8,9 +8,11 @@ import pytest
 import yaml
 from test_docs import ROOT
 
+from seatrial.commands import COMMANDS
 from seatrial.commands.cli import main
 
 sys.path.insert(0, str(ROOT / "tools"))
+import flow
 import json_page
 import pictures
 import reference
@@ -51,6 +53,14 @@ def test_pictures_of_the_tutorial_and_of_the_gallery_are_those_that_the_tool_mak
         assert f'savefig("{name}.png")' in text
     for page in pictures.PAGES.values():
         assert page in text
+
+
+def test_the_picture_of_the_flow_is_drawn_by_its_tool():
+    assert (DOCS / "images" / "flow.svg").read_text() == flow.drawn(), "run tools/flow.py"
+    assert "prefers-color-scheme: dark" in flow.drawn()
+    named = " ".join(box.head for box in (*flow.STEPS, *flow.USES))
+    for word in re.findall(r"[a-z]+", named.replace("on board", "").replace("control", "")):
+        assert word == "log" or word in COMMANDS, word
 
 
 def test_the_page_on_json_is_what_the_program_writes():

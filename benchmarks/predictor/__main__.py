@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Command line: print tables, or write them into docs/onboard.md.
 
-`node` needs Debian's ROS 1 and is made only when it is named; it belongs to docs/ros.md.
+`node` needs Debian's ROS 1, `jazzy-...` a ROS 2 (SEATRIAL_ROS2). They are made only when they are named, and
+belong to docs/ros.md.
 """
 
 import sys
@@ -10,7 +11,7 @@ from collections.abc import Sequence
 
 import benchmarks.predictor
 from benchmarks.harness import command
-from benchmarks.predictor import accuracy, board, consistency, matches, ros1, unknown
+from benchmarks.predictor import accuracy, board, consistency, matches, ros1, ros2, unknown
 
 MAKERS = {
     "velocity": accuracy.velocity_table,
@@ -23,7 +24,10 @@ MAKERS = {
     "speed": board.speed,
     "soak": board.soak,
 }
-NODE = {"node": ros1.cost}
+NODE = {
+    "node": ros1.cost, "jazzy-velocity": ros2.velocity, "jazzy-node": ros2.cost,
+    "jazzy-compile": ros2.compiling,
+}  # fmt: skip
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 _MODULES = {
     "Allocator": "control.allocation",
+    "BoatChange": "onboard.boat_change",
     "Carrier": "simulation.mimic",
+    "ChangeDetector": "monitoring.change_detector",
     "EquationErrorSettings": "identification.methods",
     "Estimate": "onboard.predictor",
     "Health": "onboard.predictor",
@@ -71,6 +73,8 @@ if TYPE_CHECKING:  # the same for type checkers and editors; a test compares the
     from seatrial.inspection.proposal.propose import init as init
     from seatrial.io import read as read
     from seatrial.io.convert import convert as convert
+    from seatrial.monitoring.change_detector import ChangeDetector as ChangeDetector
+    from seatrial.onboard.boat_change import BoatChange as BoatChange
     from seatrial.onboard.odometer import Odometer as Odometer
     from seatrial.onboard.odometer import Odometry as Odometry
     from seatrial.onboard.predictor import Estimate as Estimate

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Prints the parameters of all nodes: node|name|type in Python|default|low|high.
+// Prints the parameters of all nodes: node|name|type in Python|default|low|high|description.
 #include <iostream>
 
 #include "seatrial_ros/mimic_node.hpp"
@@ -22,7 +22,7 @@ void print_all(const char* node) {
   each_parameter(settings, [node](const sr::Parameter& p, const auto& value) {
     std::cout << node << '|' << p.name << '|';
     print(value);
-    std::cout << '|' << p.low << '|' << p.high << '\n';
+    std::cout << '|' << p.low << '|' << p.high << '|' << p.description << '\n';
   });
 }
 

@@ -5,8 +5,8 @@
 #include <complex>
 #include <memory>
 
-#include "../../wire/messages.hpp"
 #include "boats.hpp"
+#include "messages.hpp"
 #include "onboard.hpp"
 #include "seatrial_ros/messages.hpp"
 

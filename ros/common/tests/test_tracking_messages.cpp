@@ -56,7 +56,7 @@ TEST_CASE("What is written into messages is read out of them") {
                                                   : "std_msgs/Float64MultiArray";
     const ros::Shape* shape = ros::shape_of(type);
     CHECK(topic.kind() == shape->kind);
-    signal.set_type(topic.name(), *shape);
+    signal.set_type(topic.name(), type);
     ros::NumbersMessage message;
     message.topic = topic.name();
     message.numbers = topic.numbers(values);

@@ -8,10 +8,11 @@
 
 namespace seatrial::ros {
 
+/// Named as diagnostic_updater names it: by the node's name without the first slash.
 inline diagnostic_msgs::DiagnosticArray diagnostics(const Diagnosis& found,
                                                     const std::string& what) {
   diagnostic_msgs::DiagnosticStatus status;
-  status.name = ::ros::this_node::getName() + ": " + what;
+  status.name = ::ros::this_node::getName().substr(1) + ": " + what;
   status.hardware_id = "seatrial";
   status.level = found.level;
   status.message = found.message;

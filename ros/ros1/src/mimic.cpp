@@ -2,6 +2,7 @@
 // The mimic's node for ROS 1: commands to a virtual boat and the carrier's odometry in, cmd_vel
 // out. What is done with them is in seatrial_ros/mimic_node.hpp.
 #include <geometry_msgs/Twist.h>
+#include <geometry_msgs/TwistStamped.h>
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
 
@@ -26,7 +27,9 @@ class Shell {
  public:
   Shell()
       : node_(sr::read_settings<sr::MimicSettings>(own_)),
-        velocity_(public_.advertise<geometry_msgs::Twist>("cmd_vel", kQueue)),
+        velocity_(node_.settings().enable_stamped_cmd_vel
+                      ? public_.advertise<geometry_msgs::TwistStamped>("cmd_vel", kQueue)
+                      : public_.advertise<geometry_msgs::Twist>("cmd_vel", kQueue)),
         boat_(public_.advertise<nav_msgs::Odometry>("virtual_boat", kQueue)),
         diagnostics_(public_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", kQueue)),
         numbers_(public_, node_, [this](const sr::NumbersMessage& in) { node_.numbers(in); }),
@@ -50,15 +53,25 @@ class Shell {
     double eta[seatrial::kAxes];
     sr::read(message.pose.pose, eta);
     frame_ = message.header.frame_id;
+    carrier_ = message.child_frame_id;
     node_.pose(nanoseconds(message.header.stamp), nanoseconds(ros::Time::now()), eta);
   }
 
   /// The carrier is left standing.
   void end() {
     timer_.stop();
-    velocity_.publish(geometry_msgs::Twist());
+    send(ros::Time::now(), geometry_msgs::Twist());
     ros::WallDuration(0.1).sleep();  // for it to leave
     ros::shutdown();
+  }
+
+  void send(const ros::Time& now, const geometry_msgs::Twist& velocity) {
+    if (!node_.settings().enable_stamped_cmd_vel) return velocity_.publish(velocity);
+    geometry_msgs::TwistStamped message;
+    message.header.stamp = now;
+    message.header.frame_id = carrier_;
+    message.twist = velocity;
+    velocity_.publish(message);
   }
 
   void publish() {
@@ -69,7 +82,7 @@ class Shell {
     velocity.linear.x = found.velocity[0];
     velocity.linear.y = found.velocity[1];
     velocity.angular.z = found.velocity[2];
-    velocity_.publish(velocity);
+    send(now, velocity);
     nav_msgs::Odometry boat;
     boat.header.stamp = now;
     sr::fill_truth(found.boat, {frame_, "virtual_boat"}, boat);
@@ -88,6 +101,7 @@ class Shell {
   ros::WallTimer slow_;
   ros::WallTimer quick_;
   std::string frame_ = "odom";
+  std::string carrier_ = "base_link";
 };
 
 }  // namespace

@@ -13,7 +13,6 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
-#include <set>
 
 #include "diagnostics.hpp"
 #include "network_queue.hpp"
@@ -42,7 +41,9 @@ class Shell {
         map_pose_(public_.advertise<geometry_msgs::PoseWithCovarianceStamped>("map_pose", 10)),
         diagnostics_(public_.advertise<diagnostic_msgs::DiagnosticArray>("/diagnostics", 10)),
         reload_(own_.advertiseService("reload", &Shell::on_reload, this)) {
-    refuse_own_topics();
+    node_.refuse_own_topics(
+        {odometry_.getTopic(), map_pose_.getTopic()},
+        [this](const std::string& topic) { return public_.resolveName(topic); });
     network_.setCallbackQueue(&messages_);
     numbers_ = std::make_unique<NumberTopics<sr::Node>>(
         network_, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); });
@@ -73,20 +74,6 @@ class Shell {
  private:
   static constexpr std::uint32_t kQueue = 100;
   static constexpr double kLongest = 0.1;  // between two looks at signals [s]
-
-  /// What the node says would come back as what it hears, within one call.
-  void refuse_own_topics() const {
-    std::set<std::string> heard = node_.number_topics();
-    heard.insert(node_.pose_topic());
-    for (const std::string& topic : heard) {
-      const std::string name = public_.resolveName(topic);
-      if (name == odometry_.getTopic() || name == map_pose_.getTopic()) {
-        throw std::runtime_error("topic " + name +
-                                 " is what this node publishes; expected: poses and "
-                                 "commands of others; give pose_topic or remap");
-      }
-    }
-  }
 
   void on_pose(const ros::MessageEvent<ShapeShifter const>& event) {
     const ShapeShifter& any = *event.getConstMessage();

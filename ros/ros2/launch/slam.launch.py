@@ -20,7 +20,7 @@ ARGUMENTS = (  # name, default, description
     ("pose_topic", "pose", "slam_toolbox's PoseWithCovarianceStamped"),
     (
         "slam_params_file",
-        PathJoinSubstitution([OWN, "launch", "slam_toolbox.yaml"]),
+        PathJoinSubstitution([OWN, "config", "slam_toolbox.yaml"]),
         "slam_toolbox's",
     ),
     ("use_sim_time", "false", "with a simulator's /clock"),

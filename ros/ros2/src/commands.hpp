@@ -2,15 +2,7 @@
 // Commands as messages of ROS 2, of whatever type the vehicle says.
 #pragma once
 #include <functional>
-#include <geometry_msgs/msg/twist.hpp>
-#include <geometry_msgs/msg/twist_stamped.hpp>
-#include <geometry_msgs/msg/wrench.hpp>
-#include <geometry_msgs/msg/wrench_stamped.hpp>
 #include <rclcpp/rclcpp.hpp>
-#include <sensor_msgs/msg/joint_state.hpp>
-#include <sensor_msgs/msg/joy.hpp>
-#include <std_msgs/msg/float64.hpp>
-#include <std_msgs/msg/float64_multi_array.hpp>
 #include <vector>
 
 #include "seatrial_ros/command_writer.hpp"
@@ -20,93 +12,17 @@ namespace seatrial::ros {
 /// Publishers of all topics of a vehicle's commands.
 class CommandPublishers {
  public:
-  CommandPublishers(rclcpp::Node& node, const std::vector<CommandTopic>& topics) {
-    for (const CommandTopic& topic : topics) {
-      with_type(topic.kind(), [this, &node, &topic](auto blank) {
-        outlets_.push_back({&topic, sender<decltype(blank)>(node, topic.name())});
-      });
-    }
-  }
+  CommandPublishers(rclcpp::Node& node, const std::vector<CommandTopic>& topics);
 
-  void publish(const rclcpp::Time& now, const double* values) const {
-    for (const Outlet& outlet : outlets_) outlet.send(now, outlet.topic->numbers(values));
-  }
+  void publish(const rclcpp::Time& now, const double* values) const;
 
  private:
-  static constexpr std::size_t kQueue = 10;
-
   using Send = std::function<void(const rclcpp::Time&, const Numbers&)>;
 
   struct Outlet {
     const CommandTopic* topic;
     Send send;
   };
-
-  template <class Message>
-  static Send sender(rclcpp::Node& node, const std::string& topic) {
-    const auto publisher = node.create_publisher<Message>(topic, kQueue);
-    return [publisher](const rclcpp::Time& now, const Numbers& numbers) {
-      Message message;
-      fill(now, numbers, message);
-      publisher->publish(message);
-    };
-  }
-
-  /// Calls `act` with an empty message of the kind's type.
-  template <class Act>
-  static void with_type(Kind kind, Act&& act) {
-    switch (kind) {
-      case Kind::kJoy:
-        return act(sensor_msgs::msg::Joy());
-      case Kind::kWrench:
-        return act(geometry_msgs::msg::Wrench());
-      case Kind::kWrenchStamped:
-        return act(geometry_msgs::msg::WrenchStamped());
-      case Kind::kTwist:
-        return act(geometry_msgs::msg::Twist());
-      case Kind::kTwistStamped:
-        return act(geometry_msgs::msg::TwistStamped());
-      case Kind::kJointState:
-        return act(sensor_msgs::msg::JointState());
-      case Kind::kArray:
-        return act(std_msgs::msg::Float64MultiArray());
-      case Kind::kNumber:
-        return act(std_msgs::msg::Float64());
-    }
-  }
-
-  static void fill(const rclcpp::Time& now, const Numbers& from, sensor_msgs::msg::Joy& out) {
-    out.header.stamp = now;
-    fill_joy(from, out);
-  }
-  static void fill(const rclcpp::Time&, const Numbers& from, geometry_msgs::msg::Wrench& out) {
-    fill_six(from, out.force, out.torque);
-  }
-  static void fill(const rclcpp::Time& now, const Numbers& from,
-                   geometry_msgs::msg::WrenchStamped& out) {
-    out.header.stamp = now;
-    fill_six(from, out.wrench.force, out.wrench.torque);
-  }
-  static void fill(const rclcpp::Time&, const Numbers& from, geometry_msgs::msg::Twist& out) {
-    fill_six(from, out.linear, out.angular);
-  }
-  static void fill(const rclcpp::Time& now, const Numbers& from,
-                   geometry_msgs::msg::TwistStamped& out) {
-    out.header.stamp = now;
-    fill_six(from, out.twist.linear, out.twist.angular);
-  }
-  static void fill(const rclcpp::Time& now, const Numbers& from,
-                   sensor_msgs::msg::JointState& out) {
-    out.header.stamp = now;
-    fill_joints(from, out);
-  }
-  static void fill(const rclcpp::Time&, const Numbers& from,
-                   std_msgs::msg::Float64MultiArray& out) {
-    out.data = from[0];
-  }
-  static void fill(const rclcpp::Time&, const Numbers& from, std_msgs::msg::Float64& out) {
-    out.data = from[0][0];
-  }
 
   std::vector<Outlet> outlets_;
 };

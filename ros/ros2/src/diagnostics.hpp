@@ -11,11 +11,12 @@
 
 namespace seatrial::ros {
 
+/// Named as diagnostic_updater names it: by the node's name without its namespace.
 inline diagnostic_msgs::msg::DiagnosticArray diagnostics(const rclcpp::Node& node,
                                                          const Diagnosis& found,
                                                          const std::string& what) {
   diagnostic_msgs::msg::DiagnosticStatus status;
-  status.name = std::string(node.get_fully_qualified_name()) + ": " + what;
+  status.name = std::string(node.get_name()) + ": " + what;
   status.hardware_id = "seatrial";
   status.level = found.level;
   status.message = found.message;

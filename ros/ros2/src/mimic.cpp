@@ -3,31 +3,34 @@
 // out. What is done with them is in seatrial_ros/mimic_node.hpp.
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <geometry_msgs/msg/twist.hpp>
+#include <geometry_msgs/msg/twist_stamped.hpp>
+#include <mutex>
 #include <nav_msgs/msg/odometry.hpp>
 #include <rclcpp/rclcpp.hpp>
 
+#include "component.hpp"
 #include "diagnostics.hpp"
+#include "nodes.hpp"
 #include "numbers.hpp"
 #include "parameters.hpp"
-#include "run.hpp"
 #include "seatrial_ros/mimic_node.hpp"
 #include "seatrial_ros/sim_messages.hpp"
 #include "topics.hpp"
 
-namespace {
+namespace seatrial_odometry {
 
 namespace sr = seatrial::ros;
 using namespace std::chrono_literals;
 using diagnostic_msgs::msg::DiagnosticArray;
 using geometry_msgs::msg::Twist;
+using geometry_msgs::msg::TwistStamped;
 using nav_msgs::msg::Odometry;
 
-class Shell : public rclcpp::Node {
+class MimicNode : public rclcpp::Node {
  public:
-  Shell()
-      : rclcpp::Node("seatrial_mimic"),
+  explicit MimicNode(const rclcpp::NodeOptions& options)
+      : rclcpp::Node("seatrial_mimic", options),
         node_(sr::read_settings<sr::MimicSettings>(*this)),
-        velocity_(create_publisher<Twist>("cmd_vel", kQueue)),
         boat_(create_publisher<Odometry>("virtual_boat", kQueue)),
         diagnostics_(create_publisher<DiagnosticArray>("/diagnostics", kQueue)),
         numbers_(*this, node_, [this](const sr::NumbersMessage& in) { node_.numbers(in); }),
@@ -37,7 +40,13 @@ class Shell : public rclcpp::Node {
                                     rclcpp::Duration::from_seconds(1.0 / node_.settings().rate),
                                     [this] { publish(); })),
         slow_(create_wall_timer(1s, [this] { diagnose(); })),
-        last_act_(*this, [this] { stop(); }) {}
+        last_act_(*this, [this] { stop(); }) {
+    if (node_.settings().enable_stamped_cmd_vel) {
+      stamped_velocity_ = create_publisher<TwistStamped>("cmd_vel", kQueue);
+    } else {
+      velocity_ = create_publisher<Twist>("cmd_vel", kQueue);
+    }
+  }
 
  private:
   static constexpr std::size_t kQueue = 10;
@@ -46,16 +55,29 @@ class Shell : public rclcpp::Node {
     double eta[seatrial::kAxes];
     sr::read(message.pose.pose, eta);
     frame_ = message.header.frame_id;
+    carrier_ = message.child_frame_id;
     node_.pose(sr::nanoseconds(message.header.stamp), now().nanoseconds(), eta);
   }
 
   /// The carrier is left standing.
   void stop() {
-    timer_->cancel();
-    velocity_->publish(Twist());
+    const std::lock_guard<std::mutex> held(mutex_);
+    stopped_ = true;
+    send(now(), Twist());
+  }
+
+  void send(const rclcpp::Time& stamp, const Twist& velocity) {
+    if (velocity_) return velocity_->publish(velocity);
+    TwistStamped message;
+    message.header.stamp = stamp;
+    message.header.frame_id = carrier_;
+    message.twist = velocity;
+    stamped_velocity_->publish(message);
   }
 
   void publish() {
+    const std::lock_guard<std::mutex> held(mutex_);
+    if (stopped_) return;
     const rclcpp::Time stamp = now();
     if (stamp.nanoseconds() == 0) return;  // simulated time that has not begun
     const seatrial::MimicOutput found = node_.tick(stamp.nanoseconds());
@@ -63,7 +85,7 @@ class Shell : public rclcpp::Node {
     velocity.linear.x = found.velocity[0];
     velocity.linear.y = found.velocity[1];
     velocity.angular.z = found.velocity[2];
-    velocity_->publish(velocity);
+    send(stamp, velocity);
     Odometry boat;
     boat.header.stamp = stamp;
     sr::fill_truth(found.boat, {frame_, "virtual_boat"}, boat);
@@ -73,20 +95,25 @@ class Shell : public rclcpp::Node {
   void diagnose() { diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(), "mimic")); }
 
   sr::MimicNode node_;
-  rclcpp::Publisher<Twist>::SharedPtr velocity_;
+  rclcpp::Publisher<Twist>::SharedPtr velocity_;  // this one, or
+  rclcpp::Publisher<TwistStamped>::SharedPtr stamped_velocity_;
   rclcpp::Publisher<Odometry>::SharedPtr boat_;
   rclcpp::Publisher<DiagnosticArray>::SharedPtr diagnostics_;
-  sr::NumberTopics<sr::MimicNode> numbers_;
+  sr::NumberTopics numbers_;
   sr::SubscriptionPtr odometry_;
   rclcpp::TimerBase::SharedPtr timer_;
   rclcpp::TimerBase::SharedPtr slow_;
-  sr::LastAct last_act_;
   std::string frame_ = "odom";
+  std::string carrier_ = "base_link";
+  std::mutex mutex_;  // the last act may be in another thread
+  bool stopped_ = false;
+  LastAct last_act_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  sr::init_with_last_act(argc, argv);
-  return sr::run<Shell>("seatrial_mimic");
+NodePtr make_mimic(const rclcpp::NodeOptions& options) {
+  return std::make_shared<MimicNode>(options);
 }
+
+}  // namespace seatrial_odometry
+
+SEATRIAL_COMPONENT(seatrial_odometry::MimicNode)

@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: MIT
 // The odometry node for ROS 2, Humble to Rolling: subscriptions, publishers and clocks. What is
 // done with the messages is in seatrial_ros/node.hpp.
+#include <chrono>
 #include <csignal>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <geometry_msgs/msg/pose_stamped.hpp>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/transform_stamped.hpp>
+#include <memory>
 #include <nav_msgs/msg/odometry.hpp>
 #include <rclcpp/rclcpp.hpp>
+#include <set>
 #include <std_srvs/srv/trigger.hpp>
 #if __has_include(<tf2_ros/transform_broadcaster.hpp>)
 #include <tf2_ros/transform_broadcaster.hpp>
@@ -15,15 +18,16 @@
 #include <tf2_ros/transform_broadcaster.h>
 #endif
 
+#include "component.hpp"
 #include "diagnostics.hpp"
+#include "nodes.hpp"
 #include "numbers.hpp"
 #include "parameters.hpp"
-#include "run.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/node.hpp"
 #include "topics.hpp"
 
-namespace {
+namespace seatrial_odometry {
 
 namespace sr = seatrial::ros;
 using namespace std::chrono_literals;
@@ -32,22 +36,30 @@ using geometry_msgs::msg::PoseStamped;
 using geometry_msgs::msg::PoseWithCovarianceStamped;
 using nav_msgs::msg::Odometry;
 
-volatile std::sig_atomic_t reload_asked = 0;
+namespace {
 
-void ask_reload(int) { reload_asked = 1; }
+volatile std::sig_atomic_t hangups = 0;
 
-class Shell : public rclcpp::Node {
+}  // namespace
+
+class OdometryNode : public rclcpp::Node {
  public:
-  Shell()
-      : rclcpp::Node("seatrial_odometry"),
+  explicit OdometryNode(const rclcpp::NodeOptions& options)
+      : rclcpp::Node("seatrial_odometry", options),
         node_(sr::read_settings<sr::Settings>(*this)),
         odometry_(create_publisher<Odometry>("odom", kQueue)),
         map_pose_(create_publisher<PoseWithCovarianceStamped>("map_pose", kQueue)),
         diagnostics_(create_publisher<DiagnosticArray>("/diagnostics", kQueue)),
-        broadcaster_(*this),
-        numbers_(*this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }),
-        poses_(*this, {node_.pose_topic()},
-               [this](const auto& topic, const auto& type) { return hear_poses(topic, type); }) {
+        broadcaster_(*this) {
+    node_.refuse_own_topics({odometry_->get_topic_name(), map_pose_->get_topic_name()},
+                            [this](const std::string& topic) {
+                              return get_node_topics_interface()->resolve_topic_name(topic);
+                            });
+    numbers_ = std::make_unique<sr::NumberTopics>(
+        *this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); });
+    poses_ = std::make_unique<sr::TypedTopics>(
+        *this, std::set<std::string>{node_.pose_topic()},
+        [this](const auto& topic, const auto& type) { return hear_poses(topic, type); });
     using Trigger = std_srvs::srv::Trigger;
     reload_ =
         create_service<Trigger>("~/reload", [this](const std::shared_ptr<Trigger::Request>,
@@ -57,8 +69,8 @@ class Shell : public rclcpp::Node {
         });
     slow_ = create_wall_timer(1s, [this] { diagnose(); });
     quick_ = create_wall_timer(100ms, [this] {
-      if (reload_asked == 0) return;
-      reload_asked = 0;
+      if (hangups == answered_) return;
+      answered_ = hangups;
       reload();
     });
     const double rate = node_.settings().rate;
@@ -167,17 +179,22 @@ class Shell : public rclcpp::Node {
   rclcpp::Publisher<DiagnosticArray>::SharedPtr diagnostics_;
   rclcpp::Service<std_srvs::srv::Trigger>::SharedPtr reload_;
   tf2_ros::TransformBroadcaster broadcaster_;
-  sr::NumberTopics<sr::Node> numbers_;
-  sr::AwaitedTopics poses_;
+  std::unique_ptr<sr::NumberTopics> numbers_;
+  std::unique_ptr<sr::TypedTopics> poses_;
+  std::sig_atomic_t answered_ = hangups;
   rclcpp::TimerBase::SharedPtr tick_;
   rclcpp::TimerBase::SharedPtr slow_;
   rclcpp::TimerBase::SharedPtr quick_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  rclcpp::init(argc, argv);
-  std::signal(SIGHUP, ask_reload);
-  return sr::run<Shell>("seatrial_odometry");
+NodePtr make_odometry(const rclcpp::NodeOptions& options) {
+  return std::make_shared<OdometryNode>(options);
 }
+
+void reload_on_hangup() {
+  std::signal(SIGHUP, [](int) { hangups = hangups + 1; });
+}
+
+}  // namespace seatrial_odometry
+
+SEATRIAL_COMPONENT(seatrial_odometry::OdometryNode)

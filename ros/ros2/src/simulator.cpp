@@ -18,13 +18,14 @@
 #include <tf2_ros/static_transform_broadcaster.h>
 #endif
 
+#include "component.hpp"
+#include "nodes.hpp"
 #include "numbers.hpp"
 #include "parameters.hpp"
-#include "run.hpp"
 #include "seatrial_ros/sim_messages.hpp"
 #include "seatrial_ros/sim_node.hpp"
 
-namespace {
+namespace seatrial_odometry {
 
 namespace sr = seatrial::ros;
 using namespace std::chrono_literals;
@@ -40,10 +41,10 @@ using sensor_msgs::msg::LaserScan;
 constexpr auto kPeriod = 5ms;    // of this machine's clock between steps
 constexpr double kBehind = 1.0;  // [s] that are made up for; what is more is lost
 
-class Shell : public rclcpp::Node {
+class SimulatorNode : public rclcpp::Node {
  public:
-  Shell()
-      : rclcpp::Node("seatrial_simulator"),
+  explicit SimulatorNode(const rclcpp::NodeOptions& options)
+      : rclcpp::Node("seatrial_simulator", options),
         node_(sr::read_settings<sr::SimSettings>(*this)),
         numbers_(*this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }),
         broadcaster_(*this) {
@@ -181,7 +182,7 @@ class Shell : public rclcpp::Node {
   }
 
   sr::SimNode node_;
-  sr::NumberTopics<sr::SimNode> numbers_;
+  sr::NumberTopics numbers_;
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   std::vector<Outlets> outlets_;
   rclcpp::Publisher<Clock>::SharedPtr clock_;
@@ -194,9 +195,10 @@ class Shell : public rclcpp::Node {
   rclcpp::TimerBase::SharedPtr timer_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  rclcpp::init(argc, argv);
-  return sr::run<Shell>("seatrial_simulator");
+NodePtr make_simulator(const rclcpp::NodeOptions& options) {
+  return std::make_shared<SimulatorNode>(options);
 }
+
+}  // namespace seatrial_odometry
+
+SEATRIAL_COMPONENT(seatrial_odometry::SimulatorNode)

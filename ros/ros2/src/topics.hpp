@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Subscriptions of the ROS 2 nodes, also to topics whose type is not known beforehand.
+// Subscriptions of the ROS 2 nodes, also to topics whose type is not known beforehand. All are
+// generic subscriptions: one instantiation of rclcpp's templates instead of one a type, which is
+// most of what a node takes to compile.
 #pragma once
 #include <builtin_interfaces/msg/time.hpp>
-#include <chrono>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <rclcpp/rclcpp.hpp>
 #include <set>
-#include <stdexcept>
 #include <string>
-#include <vector>
 
 namespace seatrial::ros {
 
@@ -25,57 +23,47 @@ inline std::int64_t nanoseconds(const builtin_interfaces::msg::Time& stamp) {
 /// For streams: best effort hears reliable publishers, too.
 inline rclcpp::QoS stream() { return rclcpp::SensorDataQoS().keep_last(100); }
 
+/// Calls take(serialised message) with each.
+SubscriptionPtr hear_serialized(rclcpp::Node& node, const std::string& topic,
+                                const std::string& type, const rclcpp::QoS& qos,
+                                std::function<void(const rclcpp::SerializedMessage&)> take);
+
 /// Calls take(message) with each.
 template <class Message, class Take>
 SubscriptionPtr hear(rclcpp::Node& node, const std::string& topic, const rclcpp::QoS& qos,
                      Take take) {
-  return node.create_subscription<Message>(
-      topic, qos, [take](const std::shared_ptr<const Message> message) { take(*message); });
+  const rclcpp::Serialization<Message> serialization;
+  return hear_serialized(node, topic, rosidl_generator_traits::name<Message>(), qos,
+                         [take, serialization](const rclcpp::SerializedMessage& serialized) {
+                           Message message;
+                           serialization.deserialize_message(&serialized, &message);
+                           take(message);
+                         });
 }
 
-/// Subscriptions to topics whose type is known once they have a publisher.
-class AwaitedTopics {
+/// Subscriptions to topics of the type that their publishers have. Other subscribers do not count.
+/// Where all publishers change to another type, the subscription follows.
+class TypedTopics {
  public:
   /// Subscribes to a topic of a type. Throws std::runtime_error where such messages are not read.
   using Subscribe = std::function<SubscriptionPtr(const std::string&, const std::string&)>;
 
-  AwaitedTopics(rclcpp::Node& node, std::set<std::string> topics, Subscribe subscribe)
-      : node_(&node),
-        awaited_(std::move(topics)),
-        subscribe_(std::move(subscribe)),
-        timer_(node.create_wall_timer(std::chrono::milliseconds(500), [this] { look(); })) {
-    look();
-  }
-  AwaitedTopics(const AwaitedTopics&) = delete;  // its timer holds its address
-  AwaitedTopics& operator=(const AwaitedTopics&) = delete;
+  TypedTopics(rclcpp::Node& node, const std::set<std::string>& topics, Subscribe subscribe);
+  TypedTopics(const TypedTopics&) = delete;  // its timer holds its address
+  TypedTopics& operator=(const TypedTopics&) = delete;
 
  private:
-  using Types = std::map<std::string, std::vector<std::string>>;
+  struct Heard {
+    std::string type;
+    SubscriptionPtr subscription;
+  };
 
-  void look() {
-    if (awaited_.empty()) return;
-    const Types known = node_->get_topic_names_and_types();
-    for (auto topic = awaited_.begin(); topic != awaited_.end();) {
-      topic = subscribed(*topic, known) ? awaited_.erase(topic) : std::next(topic);
-    }
-  }
-
-  bool subscribed(const std::string& topic, const Types& known) {
-    const auto found = known.find(node_->get_node_topics_interface()->resolve_topic_name(topic));
-    if (found == known.end() || found->second.empty()) return false;
-    try {
-      subscriptions_.push_back(subscribe_(topic, found->second.front()));
-      return true;
-    } catch (const std::runtime_error& error) {
-      RCLCPP_ERROR_THROTTLE(node_->get_logger(), steady_, 10000, "%s", error.what());
-      return false;
-    }
-  }
+  void look();
+  void follow(const std::string& topic, const std::set<std::string>& types, Heard& heard);
 
   rclcpp::Node* node_;
-  std::set<std::string> awaited_;
+  std::map<std::string, Heard> heard_;  // by topic
   Subscribe subscribe_;
-  std::vector<SubscriptionPtr> subscriptions_;
   rclcpp::Clock steady_{RCL_STEADY_TIME};  // simulated time may not have begun
   rclcpp::TimerBase::SharedPtr timer_;
 };

@@ -4,18 +4,20 @@
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
 #include <geometry_msgs/msg/pose_stamped.hpp>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
+#include <mutex>
 #include <nav_msgs/msg/odometry.hpp>
 #include <rclcpp/rclcpp.hpp>
 
 #include "commands.hpp"
+#include "component.hpp"
 #include "diagnostics.hpp"
+#include "nodes.hpp"
 #include "parameters.hpp"
-#include "run.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/tracking_node.hpp"
 #include "topics.hpp"
 
-namespace {
+namespace seatrial_odometry {
 
 namespace sr = seatrial::ros;
 using namespace std::chrono_literals;
@@ -24,10 +26,10 @@ using geometry_msgs::msg::PoseStamped;
 using geometry_msgs::msg::PoseWithCovarianceStamped;
 using nav_msgs::msg::Odometry;
 
-class Shell : public rclcpp::Node {
+class TrackingNode : public rclcpp::Node {
  public:
-  Shell()
-      : rclcpp::Node("seatrial_tracking"),
+  explicit TrackingNode(const rclcpp::NodeOptions& options)
+      : rclcpp::Node("seatrial_tracking", options),
         node_(sr::read_settings<sr::TrackingSettings>(*this)),
         commands_(*this, node_.topics()),
         diagnostics_(create_publisher<DiagnosticArray>("/diagnostics", kQueue)),
@@ -79,11 +81,14 @@ class Shell : public rclcpp::Node {
 
   /// The boat is left with its thrusters off.
   void stop() {
-    timer_->cancel();
+    const std::lock_guard<std::mutex> held(mutex_);
+    stopped_ = true;
     commands_.publish(now(), node_.zero());
   }
 
   void publish() {
+    const std::lock_guard<std::mutex> held(mutex_);
+    if (stopped_) return;
     const rclcpp::Time stamp = now();
     if (stamp.nanoseconds() == 0) return;  // simulated time that has not begun
     const sr::Conduct before = node_.conduct();
@@ -100,12 +105,15 @@ class Shell : public rclcpp::Node {
   sr::SubscriptionPtr subscriptions_[4];
   rclcpp::TimerBase::SharedPtr timer_;
   rclcpp::TimerBase::SharedPtr slow_;
-  sr::LastAct last_act_;
+  std::mutex mutex_;  // the last act may be in another thread
+  bool stopped_ = false;
+  LastAct last_act_;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  sr::init_with_last_act(argc, argv);
-  return sr::run<Shell>("seatrial_tracking");
+NodePtr make_tracking(const rclcpp::NodeOptions& options) {
+  return std::make_shared<TrackingNode>(options);
 }
+
+}  // namespace seatrial_odometry
+
+SEATRIAL_COMPONENT(seatrial_odometry::TrackingNode)

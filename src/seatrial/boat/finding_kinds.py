@@ -390,6 +390,14 @@ class FindingKind(Enum):
             signed=("factor",),
         ),
     )
+    ADAPTED = (
+        "adapted-on-board",
+        Spec(
+            "adapted on board to a change: {text}",
+            "Identify again from a recording of the changed boat",
+            words={"text": None},
+        ),
+    )
     PRIOR_DOMINATES = (
         "prior-dominates",
         Spec(

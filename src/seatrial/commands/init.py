@@ -2,8 +2,8 @@
 """`seatrial init`."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
     add_json,
@@ -17,9 +17,6 @@ from seatrial.util.frames import Axes
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
 from seatrial.util.questions import at_terminal
-
-if TYPE_CHECKING:
-    from seatrial.inspection.proposal.sources import Ask
 
 AXES_NAMES = tuple(axes.value for axes in Axes)
 
@@ -59,6 +56,7 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
     from seatrial.commands.shared.results import InitResult, RecognisedSignal
+    from seatrial.inspection.proposal.axes import asked_axes
     from seatrial.inspection.proposal.propose import init
     from seatrial.inspection.proposal.sources import Choices, recognised_text, thrusters_of
     from seatrial.util.errors import FileError
@@ -73,12 +71,14 @@ def run(args: argparse.Namespace) -> None:
         )
     asked = at_terminal(quiet=args.quiet or to_programs(args))
     ask = None if asked is None else asked.choose
-    axes = args.axes or _axes(args.recordings[0], ask)
     choices = Choices(
-        args.name, axes, args.pose, args.commands, args.parent, args.child,
+        name=args.name, pose=args.pose, commands=args.commands, parent=args.parent, child=args.child,
         lever=None if args.lever is None else (args.lever[0], args.lever[1]),
         thrusters=() if args.thrusters is None else thrusters_of(args.thrusters),
     )  # fmt: skip
+    axes = args.axes or asked_axes(args.recordings[0], choices, ask)
+    answered = ask is not None and args.axes is None
+    choices = replace(choices, axes=axes, axes_answered=answered)
     with stage("looking at the recordings"):
         proposal = init(*args.recordings, choices=choices, ask=ask, salvage=args.salvage)
     write_text(args.out, proposal.text)
@@ -94,13 +94,3 @@ def run(args: argparse.Namespace) -> None:
     ]
     paths = [str(path) for path in args.recordings]
     write_json(args, "init 1", InitResult(str(args.out), paths, found, follow))
-
-
-def _axes(recording: Path, ask: "Ask | None") -> str:
-    """The axes of an autopilot; else the answer of `ask`, or the usual ones."""
-    from seatrial.inspection.proposal.sources import AXES_QUESTION
-    from seatrial.io.formats import is_log
-
-    if is_log(recording):
-        return Axes.FRD.value
-    return ask(AXES_QUESTION, AXES_NAMES) if ask else AXES_NAMES[0]

@@ -16,11 +16,12 @@ from seatrial.commands.shared import (
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
 from seatrial.onboard.live.line_loop import RATE as LINE_RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
+from seatrial.onboard.live.server import ADAPT
 from seatrial.util.printing import complain, say
 from seatrial.util.progress import over, stage
 
 if TYPE_CHECKING:
-    from seatrial.onboard.live import Settings
+    from seatrial.onboard.live import Adaptation, Settings
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -57,6 +58,14 @@ def add(command: argparse.ArgumentParser) -> None:
         "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
         help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
     )  # fmt: skip
+    command.add_argument(
+        "--adapt", choices=ADAPT,
+        help="live: a change of the boat (payload, a thruster, the battery) is reported, and the model adapted on "
+        "the line 'adapt' (ask) or at once (auto); off: no test (default: ask, where the model allows the test)",
+    )  # fmt: skip
+    command.add_argument(
+        "--adapted", type=Path, metavar="FILE", help="live: file for the adapted model"
+    )
     add_json(command)
 
 
@@ -87,8 +96,34 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
     if args.udp is None and args.to is not None:
         raise LiveError("--to belongs to --udp PORT")
 
+    adaptation = _adaptation(args)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
-    serve(args.model, source, settings, complain)
+    serve(args.model, source, settings, complain, adaptation)
+
+
+def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
+    """What happens on a change of the boat; None: no test, by wish or as the model allows none."""
+    from seatrial.boat.model import Model, load, save
+    from seatrial.onboard.live import Adaptation
+    from seatrial.util.errors import ModelError
+
+    if args.adapt == "off":
+        return None
+    from seatrial.monitoring.change_detector import ChangeDetector
+
+    if args.adapted is not None:
+        guard(args.adapted, "seatrial: model", args.model)
+
+    def keep(model: Model) -> None:
+        if args.adapted is not None:
+            save(model, args.adapted)
+
+    try:
+        return Adaptation(ChangeDetector(load(args.model)), args.adapt == "auto", keep)
+    except ModelError:
+        if args.adapt is not None or args.adapted is not None:
+            raise
+        return None
 
 
 def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
@@ -100,6 +135,8 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
 
     if args.udp is not None or args.to is not None:
         raise LiveError("--udp and --to belong to --live")
+    if args.adapted is not None:
+        raise LiveError("--adapted belongs to --live")
     if len(args.recordings) != 1 or args.out is None:
         raise LiveError("give one recording, and -o FILE for the odometry along it")
     model = load_model(args)

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from seatrial.inspection.proposal.axes import asked_axes
 from seatrial.inspection.proposal.inputs import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
 from seatrial.inspection.proposal.sources import (
-    AXES_QUESTION,
     MOORE_PENROSE,
     Choices,
     lever_of,
@@ -38,10 +38,10 @@ TEST_QUESTION = "Which recording tests the model, and is not used to identify it
 
 def choices_of(path: Path, given: Choices, ask: Questions | None) -> Choices:
     """Choices for `init`, with the answers on axes, bow and measured point."""
-    if is_log(path):  # an autopilot defines its axes and its bow
-        given = replace(given, axes=Axes.FRD.value)
-    elif ask is not None:
-        given = replace(given, axes=ask.choose(AXES_QUESTION, [axes.value for axes in Axes]))
+    choose = None if ask is None else ask.choose
+    axes = asked_axes(path, given, choose)
+    given = replace(given, axes=axes, axes_answered=ask is not None)
+    if ask is not None and not is_log(path):  # an autopilot defines its bow
         given = replace(given, stern=ask.choose(BOW_QUESTION, (BOW, STERN)) == STERN)
     if ask is None or given.lever is not None:
         return given
@@ -82,21 +82,18 @@ def _thrusters_question(names: str, given: Choices) -> str:
     return THRUSTERS_QUESTION.format(of=f" {names}" if names else "", side=_side(given))
 
 
-def test_of(names: Sequence[str], ask: Questions | None) -> str | None:
-    """The recording that tests the model; None: the last quarter of each."""
-    if ask is None or len(names) < 2:
-        return None
-    answer = ask.choose(TEST_QUESTION, (LAST_QUARTER, *names))
-    return None if answer == LAST_QUARTER else answer
+def test_of(names: Sequence[str], ask: Questions) -> str:
+    """The recording that tests the model, or the last quarter of each."""
+    return ask.choose(TEST_QUESTION, (LAST_QUARTER, *names))
 
 
 def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions | None) -> list[str]:
     """What is assumed where the user gives no answer."""
     found = []
     if ask is None and not is_log(path):
-        found.append(
-            f"axes {given.axes} and a heading that points to the bow (init --axes, psi: {{sign: -1}})"
-        )
+        known = joined(proposal.sources.notes.get("known axes", []))
+        axes = "" if known else f"axes {given.axes} and "
+        found.append(f"{axes}a heading that points to the bow (init --axes, psi: {{sign: -1}})")
     if given.lever is None and proposal.drive.lever is None:
         found.append(
             "the measured point is the boat's origin, unless the motion shows a lever arm (pose: {lever: [x, y]})"

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`auto`: vehicle file, inspection, model, validation on what was held out, report."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from seatrial.recording.recording import Recording
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
 from seatrial.report.model_report import write_evidence
-from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.errors import FileError, RecordingError, VehicleError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import joined
 from seatrial.util.progress import over, stage
@@ -97,10 +98,10 @@ def auto(
     here = _Path(paths, Path(folder), ask, say, salvage, Steps(Path(folder)))
     # 1. the vehicle file: proposed once, then the user's
     with stage("vehicle file", 0.1):
-        _vehicle_file(here, choices or Choices())
+        proposed_now = _vehicle_file(here, choices or Choices())
         vehicle = load_vehicle(here.file("vehicle.yaml"))
     # 2. the recordings, and consistency of the vehicle file with them
-    with stage("reading", 0.1):
+    with stage("reading", 0.1), _of_this_boat(here, proposed_now=proposed_now):
         recordings = [read(path, vehicle, salvage=salvage) for path in over(here.logs)]
     with stage("inspecting", 0.05):
         _inspect(here, recordings, vehicle)
@@ -123,8 +124,23 @@ def auto(
     return Guide(here.folder, model, scores, tuple(here.assumed), step)
 
 
-def _vehicle_file(here: _Path, choices: Choices) -> None:
-    """Propose it, unless there is one."""
+@contextmanager
+def _of_this_boat(here: _Path, *, proposed_now: bool) -> Iterator[None]:
+    """Refuses logs that a vehicle file that was there does not describe: the folder may be another boat's."""
+    try:
+        yield
+    except (RecordingError, VehicleError) as error:
+        if proposed_now:
+            raise
+        logs = joined([str(log) for log in here.logs])
+        raise RecordingError(
+            f"{here.folder} has a vehicle file that does not describe {logs}: {error}. "
+            "If it is another boat's folder, give another one with -o; else change the file, or remove it"
+        ) from error
+
+
+def _vehicle_file(here: _Path, choices: Choices) -> bool:
+    """Propose it, unless there is one; whether it was proposed."""
     path = here.file("vehicle.yaml")
     if path.exists():
         unused = (
@@ -133,7 +149,8 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
             else ""
         )
         here.say(f"vehicle   {path}, as it is{unused}")
-        return
+        here.assumed += _other_logs(here)
+        return False
     if here.file("model.yaml").exists():
         raise FileError(
             f"{here.folder}: has a model but no vehicle.yaml; give another folder, or remove it"
@@ -147,6 +164,19 @@ def _vehicle_file(here: _Path, choices: Choices) -> None:
         [force["axis"] for force in proposal.drive.forces.values()] or ["surge, sway, yaw"]
     )
     here.say(f"vehicle   {inputs} drive {axes}  -> {path}")
+    return True
+
+
+def _other_logs(here: _Path) -> list[str]:
+    """What is assumed where the folder has a model of other recordings, none of them given."""
+    path = here.file("model.yaml")
+    before = [entry.name for entry in load(path).recordings] if path.exists() else []
+    if not before or set(before) & {recording_name(log) for log in here.logs}:
+        return []
+    return [
+        f"these logs are of the boat in {here.file('vehicle.yaml')}, whose model was of {joined(before)} and "
+        "is replaced (-o for another boat)"
+    ]
 
 
 def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> None:
@@ -157,9 +187,8 @@ def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> 
     usable = sum(r.usable * r.duration for r in recordings) / length
     wrong = [*found.vehicle.remarks, *(finding.text for finding in found.signs.findings)]
     verdict = wrong[0] if wrong else "units, signs and order are consistent"
-    here.say(
-        f"inspect   {length:.0f} s, {usable:.1%} of the poses usable; {verdict}  -> {here.file('inspect.txt')}"
-    )
+    share = f"{100.0 * usable:.1f} % of the poses usable"
+    here.say(f"inspect   {length:.0f} s, {share}; {verdict}  -> {here.file('inspect.txt')}")
 
 
 def _held_out(
@@ -193,13 +222,22 @@ def _test_recording(
     """The recording that tests the model: given, or answered, or none."""
     names = [recording_name(path) for path in here.logs]
     if test is None:
-        test = here.steps.answer("test")
-    if test is None and (answer := test_of(names, here.ask)) is not None:
-        here.steps.keep_answer("test", answer)
-        test = answer
-    if test is None:
-        return None
-    return recordings[_place_of(str(test), here.logs)]
+        test = _answered_test(here, names)
+    return None if test == LAST_QUARTER else recordings[_place_of(str(test), here.logs)]
+
+
+def _answered_test(here: _Path, names: Sequence[str]) -> str:
+    """The recording that the user chose, now or before; one that is added or gone makes it a new question."""
+    before, of = here.steps.answer("test"), ", ".join(names)
+    same = here.steps.answer("of") in (None, of)
+    if before in (LAST_QUARTER, *names) and (same or here.ask is None):
+        return str(before)
+    if here.ask is None or len(names) < 2:
+        return LAST_QUARTER
+    answer = test_of(names, here.ask)
+    here.steps.keep_answer("test", answer)
+    here.steps.keep_answer("of", of)
+    return answer
 
 
 def _place_of(test: str, logs: Sequence[Path]) -> int:

@@ -21,6 +21,7 @@ from seatrial.identification.uncertainty.identifiability import (
     ParameterVerdict,
     full_thrust,
     identifiability,
+    reach_text,
 )
 from seatrial.recording.velocity import STENCIL_NOISE
 from seatrial.util.format import joined, percent, plus_minus, table
@@ -140,8 +141,8 @@ def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> s
     said = found.verdict.value
     if found.verdict in RATED:
         said += f" ({percent(found.relative)})"
-    if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
-        said += f": at most {percent(found.reach)} of full thrust"
+    if limit := reach_text(found):
+        said += f": {limit}"
     told = {name for c in combinations if found.name in c.names for name in c.names}
     near = [
         f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > CORRELATED and n not in told

@@ -11,9 +11,10 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Column
-from seatrial.io.table import TABLES, Table, open_tables
+from seatrial.io.kinds import refused
+from seatrial.io.table import Table, open_tables
 from seatrial.io.tables.stamps import UNPADDED, is_date_time, is_unpadded
-from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -74,15 +75,16 @@ class TableSeen:
 
 def read_tables(path: Path) -> list[TableSeen]:
     """The tables of a file or folder with all their numbers. Raises RecordingError, FileError."""
-    if not path.exists():
-        raise FileError(f"{path}: no such file or folder")
-    tables = open_tables(path)
-    if not tables:
-        raise FileError(
-            f"{path}: no table and no bag in this folder; tables are {', '.join(TABLES)}"
-        )
-    several = path.is_dir() or len(tables) > 1
-    return [table_seen(path, key if several else "", table) for key, table in tables.items()]
+    if error := refused(path):
+        raise error
+    try:
+        tables = open_tables(path)
+        several = path.is_dir() or len(tables) > 1
+        return [table_seen(path, key if several else "", table) for key, table in tables.items()]
+    except RecordingError as error:
+        if path.suffix.lower() != ".txt":
+            raise
+        raise RecordingError(f"{error}. Is it a note? A .txt file is read as a table") from error
 
 
 def look_at_columns(path: Path) -> list[TableView]:

@@ -10,12 +10,11 @@ from seatrial.io.assemble import assemble
 from seatrial.io.bags.opening import is_bag, open_bag
 from seatrial.io.bags.signals import BagSignals
 from seatrial.io.formats import is_log, open_log
+from seatrial.io.kinds import refused
 from seatrial.io.log_signals import LogSignals
 from seatrial.io.signals import Signals
-from seatrial.io.table import is_table
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.progress import stage
 
 OPENED = 0.4  # of the time of reading an autopilot's log: its messages are counted
@@ -34,8 +33,8 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
 @contextmanager
 def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iterator[Signals]:
     """The signals of any log. Raises RecordingError, FileError."""
-    if not path.exists():
-        raise FileError(f"{path}: no such file or folder")
+    if error := refused(path):
+        raise error
     if is_bag(path):
         with open_bag(path, salvage=salvage) as bag:
             yield BagSignals(bag, vehicle, salvage=salvage)
@@ -46,13 +45,6 @@ def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iter
         with log:
             yield LogSignals(log, vehicle)
         return
-    if path.is_dir() and not any(path.iterdir()):
-        raise FileError(f"{path}: is an empty folder; expected a bag or .csv tables")
-    if not path.is_dir() and not is_table(path):
-        raise RecordingError(
-            f"{path}: expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, "
-            f".log), PX4 (.ulg) or MAVLink (.tlog), a .csv table, or a folder of tables, got '{path.suffix}'"
-        )
     yield TableSignals(path, vehicle)
 
 

@@ -85,8 +85,8 @@ struct Place {
   std::size_t index = 0;
 };
 
-/// Throws std::runtime_error where such messages have no such field.
-inline Place place_in(const Shape& shape, const Channel& channel) {
+/// Throws std::runtime_error where such messages have no such field; it names the type as `type`.
+inline Place place_in(const Shape& shape, const Channel& channel, const std::string& type = "") {
   const auto find = [&channel](const std::vector<std::string>& paths) {
     return std::find(paths.begin(), paths.end(), channel.field) - paths.begin();
   };
@@ -103,8 +103,9 @@ inline Place place_in(const Shape& shape, const Channel& channel) {
   for (const std::string& array : shape.arrays) paths.push_back(array + "[i]");
   const std::string asked =
       channel.field + (channel.index < 0 ? "" : "[" + std::to_string(channel.index) + "]");
-  throw std::runtime_error(channel.topic + " (" + shape.types.front() + ") has no field '" + asked +
-                           "' for " + channel.name + "; expected " + joined(paths));
+  throw std::runtime_error(channel.topic + " (" + (type.empty() ? shape.types.front() : type) +
+                           ") has no field '" + asked + "' for " + channel.name + "; expected " +
+                           joined(paths));
 }
 
 namespace detail {

@@ -66,7 +66,8 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_para
         s.current_x);
   visit(Parameter{"current_y", "known current of the water along the map's y [m/s]", -5.0, 5.0},
         s.current_y);
-  visit(Parameter{"window", "how late a pose may be [s]", 0.05, 5.0}, s.window);
+  visit(Parameter{"window", "how late or how early an input may be stamped [s]", 0.05, 5.0},
+        s.window);
 }
 
 /// Six digits, without zeros behind.
@@ -77,18 +78,21 @@ inline std::string plain(double value) {
 }
 
 /// Throws std::runtime_error with one line where a number is out of its range.
+inline void check_range(const Parameter& p, double value) {
+  if (value >= p.low && value <= p.high) return;
+  throw std::runtime_error("parameter " + std::string(p.name) + " is " + plain(value) +
+                           "; expected " + plain(p.low) + " to " + plain(p.high) + ": " +
+                           p.description);
+}
+
+/// The same of all parameters.
 template <class Given>
 void check_ranges(const Given& settings) {
   struct {
     void operator()(const Parameter&, const std::string&) const {}
     void operator()(const Parameter&, bool) const {}
     void operator()(const Parameter&, const std::vector<double>&) const {}
-    void operator()(const Parameter& p, double value) const {
-      if (value >= p.low && value <= p.high) return;
-      throw std::runtime_error("parameter " + std::string(p.name) + " is " + plain(value) +
-                               "; expected " + plain(p.low) + " to " + plain(p.high) + ": " +
-                               p.description);
-    }
+    void operator()(const Parameter& p, double value) const { check_range(p, value); }
   } in_range;
   each_parameter(settings, in_range);
 }

@@ -24,9 +24,15 @@ struct NumbersMessage {
 inline const Shape& known_shape(const std::string& topic, const std::string& type) {
   const Shape* shape = shape_of(type);
   if (shape != nullptr) return *shape;
-  std::string known;
-  for (const Shape& s : shapes()) known += (known.empty() ? "" : ", ") + s.types.front();
-  throw std::runtime_error(topic + " is " + type + "; expected one of " + known);
+  const bool ros2 = type.find("/msg/") != std::string::npos;
+  Words known;
+  for (const Shape& s : shapes()) {
+    for (std::string name : s.types) {
+      if (ros2) name.insert(name.find('/'), "/msg");
+      known.push_back(name);
+    }
+  }
+  throw std::runtime_error(topic + " is " + type + "; expected one of " + joined(known));
 }
 
 /// Throws std::runtime_error where the vehicle does not say where its commands are read from.
@@ -52,10 +58,12 @@ class Signal {
         seen_(channels_.size(), false),
         values_(channels_.size(), 0.0) {}
 
-  /// What a topic's messages are. Throws std::runtime_error where they lack one of its fields.
-  void set_type(const std::string& topic, const Shape& shape) {
+  /// What a topic's messages are, named as either ROS names types. Throws std::runtime_error where
+  /// such messages are not read, or lack one of its fields.
+  void set_type(const std::string& topic, const std::string& type) {
+    const Shape& shape = known_shape(topic, type);
     for (std::size_t i = 0; i < channels_.size(); ++i) {
-      if (channels_[i].topic == topic) places_[i] = place_in(shape, channels_[i]);
+      if (channels_[i].topic == topic) places_[i] = place_in(shape, channels_[i], type);
     }
   }
 

@@ -5,17 +5,15 @@ from collections.abc import Iterator
 from math import floor, log10
 
 from seatrial.boat.schema import CorrelatedEntry
-from seatrial.evaluation.comparison.causes import (
+from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     CURRENT,
     MASS,
     NO_CHANGE,
     OFF_CENTRE,
     ONE_THRUSTER,
-    cause_text,
-    inseparable,
-    most_probable,
 )
+from seatrial.evaluation.comparison.cause_text import cause_text, inseparable, most_probable
 from seatrial.evaluation.comparison.compare import Comparison, Side
 from seatrial.evaluation.comparison.parameters import SIGNIFICANCE, Factor, OneSided, Pair
 from seatrial.evaluation.comparison.prediction import (

@@ -138,9 +138,19 @@ class Problem:
 
     @cached_property
     def blocks(self) -> list[NDArray[np.int32]]:
-        """Of every recording, the number of the block of each pose (n,); blocks without poses get no number."""
-        numbers = [(r.t // self.block).astype(np.int32) for r in self.recordings]
-        return [np.cumsum(np.diff(n, prepend=n[:1]) > 0, dtype=np.int32) for n in numbers]
+        """Of every recording, the number of the block of each pose (n,); only those with usable poses count."""
+        found = []
+        for r in self.recordings:
+            places = (r.t // self.block).astype(np.int32)
+            used = np.unique(places[r.valid])
+            numbers = np.searchsorted(used, places).clip(max=len(used) - 1)
+            found.append(numbers.astype(np.int32))
+        return found
+
+    @property
+    def n_blocks(self) -> int:
+        """Number of blocks of all recordings."""
+        return sum(int(numbers[-1]) + 1 for numbers in self.blocks)
 
     @cached_property
     def free_of_model(self) -> tuple[list[int], list[int]]:

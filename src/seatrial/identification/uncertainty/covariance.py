@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Sandwich covariance of the estimates, which holds for correlated innovations."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from seatrial.identification.likelihood.optimiser import Point, at_bounds
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
@@ -147,20 +149,41 @@ def _mean_square(distance: Array, rise: Array, moves: Array) -> Array:
 def with_enough_blocks(problem: Problem) -> Problem:
     """The problem, its blocks shortened until there are enough of them for its free parameters.
 
-    Raises IdentificationError where they would have to be shorter than `SHORTEST_BLOCK`.
+    Only time with usable poses counts. Raises IdentificationError where blocks would have to be shorter than
+    `SHORTEST_BLOCK`.
     """
     parameters = len(problem.free)
     length = sum(r.duration for r in problem.recordings)
-    block = min(problem.block, max(SHORTEST_BLOCK, length / (BLOCKS_PER_PARAMETER * parameters)))
+    covered = min(length, SHORTEST_BLOCK * replace(problem, block=SHORTEST_BLOCK).n_blocks)
+    block = min(problem.block, max(SHORTEST_BLOCK, covered / (BLOCKS_PER_PARAMETER * parameters)))
     found = replace(problem, block=block)
-    if sum(int(b[-1]) + 1 for b in found.blocks) < parameters:
+    if found.n_blocks < parameters:
         names = ", ".join(r.name for r in problem.recordings)
+        wanted = 10 * np.ceil(0.1 * SHORTEST_BLOCK * parameters)
+        gaps = gaps_text(problem.recordings)
+        repair = (
+            f": {gaps}. Repair the log (seatrial inspect names the faults), or" if gaps else ";"
+        )
         raise IdentificationError(
-            f"{names}: {length:.0f} s in all is too short for {parameters} parameters; drive "
-            f"{10 * np.ceil(0.1 * SHORTEST_BLOCK * parameters):.0f} s or more, or take another method, "
+            f"{names}: {length:.0f} s in all is too short for {parameters} parameters{repair} drive "
+            f"{wanted:.0f} s or more{' without gaps' if gaps else ''}, or take another method, "
             "--method equation-error"
         )
     return found
+
+
+def gaps_text(recordings: Sequence[Recording]) -> str:
+    """Number, lengths and share of the gaps of a block or longer without usable poses; empty: there are none."""
+    gaps = np.concatenate(
+        [np.diff(r.t[r.valid], prepend=0.0, append=r.duration) for r in recordings]
+    )
+    gaps = gaps[gaps >= SHORTEST_BLOCK]
+    if not len(gaps):
+        return ""
+    share = gaps.sum() / sum(r.duration for r in recordings)
+    lengths = f"{gaps.min():.0f} to {gaps.max():.0f} s" if len(gaps) > 1 else f"{gaps[0]:.0f} s"
+    number = f"{len(gaps)} gaps" if len(gaps) > 1 else "one gap"
+    return f"no usable poses in {number} of {lengths}, {100.0 * share:.0f} % of the time"
 
 
 def _refuse_inseparable(at: Point) -> None:

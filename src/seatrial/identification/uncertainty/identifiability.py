@@ -19,6 +19,7 @@ from seatrial.identification.uncertainty.parameter_verdict import (
     ParameterVerdict,
     full_thrust,
     parameter_accuracy,
+    reach_text,
 )
 from seatrial.util.frames import Array
 
@@ -33,6 +34,7 @@ __all__ = [
     "condition",
     "full_thrust",
     "identifiability",
+    "reach_text",
 ]  # fmt: skip
 
 

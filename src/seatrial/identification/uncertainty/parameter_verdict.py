@@ -10,10 +10,12 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.structure import Term
-from seatrial.util.frames import Array
+from seatrial.util.format import percent
+from seatrial.util.frames import AXES, Array
 
 # relative standard errors below which a parameter is sharp, usable
 SHARP_ERROR, USABLE_ERROR = 0.05, 0.2
+OTHER_AXIS = {0: 1, 1: 0}  # surge and sway: with a thrust in the same unit
 LISTED_PARTNERS = 3  # correlated parameters that are listed with one
 # A latency of 0 is as good as any other: errors of constants are relative to these, or to a larger value.
 TYPICAL_SIZES = {
@@ -57,6 +59,7 @@ class ParameterAccuracy:
     verdict: ParameterVerdict
     partners: tuple[tuple[str, float], ...] = ()  # strongest first, with the correlation
     reach: float | None = None  # its term's share of full thrust, at most: value and two errors
+    thrust_axis: str = ""  # the axis of that thrust, where no thruster pushes along the term's own
 
 
 def verdict_of(
@@ -85,7 +88,7 @@ def parameter_accuracy(
     given = zip(chain.names, model.constants.tolist(), strict=True)
     value = {**model.values, **dict(given)}[name]
     unit = chain.unit(name) if name in chain.names else model.structure.units[name]
-    share = _thrust_share(model, name)
+    share, axis = _thrust_share(model, name)
     verdict, relative = verdict_of(name, value, error, (share or 0.0) * error)
     if verdict is ParameterVerdict.GIVEN and name in model.at_bounds:
         verdict = ParameterVerdict.BOUND
@@ -93,27 +96,49 @@ def parameter_accuracy(
     order = [int(i) for i in np.argsort(-np.abs(row)) if estimated[i] != name]
     partners = tuple((estimated[i], float(row[i])) for i in order[:LISTED_PARTNERS])
     reach = None if share is None else share * (abs(value) + SIGNIFICANT * error)
-    return ParameterAccuracy(name, value, error, unit, relative, verdict, partners, reach)
+    return ParameterAccuracy(name, value, error, unit, relative, verdict, partners, reach, axis)
 
 
-def full_thrust(model: Model, axis: int) -> float:
-    """Largest acceleration that one force gave the axis, [m/s^2] or [rad/s^2]; 0: none does."""
+def reach_text(found: ParameterAccuracy) -> str:
+    """The upper limit of an insignificant parameter; empty: unknown."""
+    if found.verdict is not ParameterVerdict.ZERO or found.reach is None:
+        return ""
+    of = f" in {found.thrust_axis}" if found.thrust_axis else ""
+    return f"at most {percent(found.reach)} of full thrust{of}"
+
+
+def full_thrust(model: Model, axis: int, *, along: bool = False) -> float:
+    """Largest acceleration that one force gave the axis, [m/s^2] or [rad/s^2]; 0: none does.
+
+    along: of the forces that act along this axis; the yaw moment of two thrusters may push sideways, too.
+    """
+    axis_of = {force.name: force.axis for force in model.structure.forces}
     found = [
         abs(t.number * model.values[t.coefficient]) * (_largest(model, t) or 0.0)
         for t in model.structure.terms
         if t.axis == axis and t.coefficient and is_force_term(model, t)
-    ]
+        and (not along or axis_of[t.factors[0]] == axis)
+    ]  # fmt: skip
     return max(found, default=0.0)
 
 
-def _thrust_share(model: Model, name: str) -> float | None:
-    """Acceleration by a coefficient of 1 at the envelope's edge, in full thrusts; None: unknown."""
-    shares = []
+def _thrust_share(model: Model, name: str) -> tuple[float | None, str]:
+    """Acceleration by a coefficient of 1 at the envelope's edge, in full thrusts; None: unknown.
+
+    A boat without sway thrust has a thrust in surge to compare with: then the second is that axis.
+    """
+    shares: list[tuple[float, str]] = []
     for term in model.structure.terms:
-        thrust, largest = full_thrust(model, term.axis), _largest(model, term)
-        if term.coefficient == name and thrust > 0 and largest is not None:
-            shares.append(largest * abs(term.number) / thrust)
-    return max(shares, default=None)
+        largest = _largest(model, term)
+        if term.coefficient != name or largest is None:
+            continue
+        own = full_thrust(model, term.axis, along=True)
+        axis = term.axis if own > 0 else OTHER_AXIS.get(term.axis, term.axis)
+        thrust = full_thrust(model, axis, along=True)
+        if thrust > 0:
+            of = AXES[axis] if axis != term.axis else ""
+            shares.append((largest * abs(term.number) / thrust, of))
+    return max(shares, default=(None, ""))
 
 
 def is_force_term(model: Model, term: Term) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.schema import TO_SI, Column
+from seatrial.inspection.proposal.column_heading import Psi, psi_of, sense_by_motion
 from seatrial.inspection.proposal.column_names import Grade, Kind, grade, read_name
 from seatrial.inspection.proposal.column_signals import (
     LEAST_CORRELATION,
@@ -29,15 +30,7 @@ from seatrial.inspection.proposal.column_signals import (
     weighed,
     yaw_rates,
 )
-from seatrial.inspection.proposal.heading_sense import (
-    COMPASS,
-    MOST_RADIANS,
-    PLAIN,
-    Sense,
-    by_motion,
-    rate_factor,
-    unit_of,
-)
+from seatrial.inspection.proposal.heading_sense import Sense, rate_factor
 from seatrial.inspection.proposal.sources import (
     OPTIONS,
     Ask,
@@ -59,7 +52,6 @@ HEADING_KEYS = ("heading", "psi", "yaw")
 CHOICE_KEYS = (*COORDINATE_KEYS, *HEADING_KEYS, "stamp", "yaw_rate")
 EXAMPLE = "--pose x=COLUMN,y=COLUMN,heading=COLUMN"
 ORIGIN_DIGITS = 6  # [deg] 0.1 m
-COMPASS_WORDS = ("compass", "heading", "hdg", "hdt", "azimuth", "kurs", "true", "magnetic", "ned")
 RATE_SLACK = 0.3  # of a slope of 1, of a yaw rate in the unit that is tried
 
 
@@ -78,32 +70,19 @@ class PoseColumns:
         return self.taken.get(table.key, frozenset())
 
 
-@dataclass(frozen=True)
-class _Psi:
-    """The heading's entry, and its values in the file's axes."""
-
-    entry: dict[str, Any]
-    values: Array  # (n,) [rad] psi
-    sure: Sureness
-    why: str
-
-
 def choose_pose(
     path: Path, tables: Sequence[TableSeen], choices: Choices, ask: Ask | None
 ) -> PoseColumns:
     """Position, heading, stamps, and a gyro's yaw rate. Raises RecordingError."""
-    given = assigned(choices.pose or "", "--pose", CHOICE_KEYS)
-    own = tables if given or choices.pose is None else [_table(path, tables, choices.pose)]
+    given, own = _given(path, tables, choices)
     axes = Axes(choices.axes)
     # 1. Columns by name and value.
-    position = _position(path, own, tables, given, ask)
-    heading = _heading(path, tables, position, given, ask)
-    stamp = _stamp(path, tables, position, given)
+    position, heading, stamp = _signals(path, own, tables, given, ask)
     # 2. Zero, sense and unit of the heading.
     course = _at_positions(position, heading, stamp)
-    psi = _psi(position, heading, course, axes)
+    psi = psi_of(position, heading, course, axes, ask)
     if any(key in given for key in HEADING_KEYS):
-        psi = _Psi(psi.entry, psi.values, Sureness.CHOSEN, f"--pose; {psi.why}")
+        psi = Psi(psi.entry, psi.values, Sureness.CHOSEN, f"--pose; {psi.why}")
     entries: dict[str, Any] = {"file": position.table.key} if position.table.key else {}
     entries["stamp"] = stamp.entry
     entries |= _coordinates(position, axes)
@@ -114,7 +93,11 @@ def choose_pose(
         recognised("stamps of the poses", position.table, stamp),
     ]
     # 3. Yaw rate, and what marks valid poses.
-    notes: dict[str, list[str]] = {"axes": _axes_note(position, axes)}
+    notes: dict[str, list[str]] = {}
+    if position.east_north is not None:
+        notes["known axes"] = [
+            "x is north and y is east" if axes is Axes.FRD else "x is east and y is north"
+        ]
     rate = _yaw_rate(path, tables, heading, psi, given)
     if rate is not None:
         table, name, entry, seen = rate
@@ -129,6 +112,38 @@ def choose_pose(
     taken = _taken(position, heading, rate)
     used = (position.table, *([heading.table] if heading.table is not position.table else []))
     return PoseColumns(entries, used, taken, tuple(found), notes)
+
+
+def heading_and_sense(
+    path: Path, tables: Sequence[TableSeen], choices: Choices
+) -> tuple[Position, Heading, Sense | None]:
+    """Position, heading, and the sense in which the heading follows the motion. Raises RecordingError."""
+    given, own = _given(path, tables, choices)
+    position, heading, stamp = _signals(path, own, tables, given, None)
+    return (
+        position,
+        heading,
+        sense_by_motion(position, heading, _at_positions(position, heading, stamp)),
+    )
+
+
+def _given(
+    path: Path, tables: Sequence[TableSeen], choices: Choices
+) -> tuple[dict[str, str], Sequence[TableSeen]]:
+    """Columns of `--pose`, and the tables that may have the position."""
+    given = assigned(choices.pose or "", "--pose", CHOICE_KEYS)
+    whole = given or choices.pose is None
+    return given, tables if whole else [_table(path, tables, str(choices.pose))]
+
+
+def _signals(
+    path: Path, own: Sequence[TableSeen], tables: Sequence[TableSeen], given: Mapping[str, str],
+    ask: Ask | None,
+) -> tuple[Position, Heading, StampFound]:  # fmt: skip
+    """The columns of position, heading and stamps."""
+    position = _position(path, own, tables, given, ask)
+    heading = _heading(path, tables, position, given, ask)
+    return position, heading, _stamp(path, tables, position, given)
 
 
 def _table(path: Path, tables: Sequence[TableSeen], name: str) -> TableSeen:
@@ -280,79 +295,6 @@ def _seconds(table: TableSeen, found: StampFound) -> Array:
     return out
 
 
-def _psi(position: Position, heading: Heading, raw: Array, axes: Axes) -> _Psi:
-    """Unit, sign and offset of the heading in the file's axes."""
-    name = heading.names[0]
-    unit, shown_unit = _unit(position, heading, raw)
-    radians = raw * TO_SI[unit or "rad"]
-    sense, sure, why = _sense(position, heading, by_motion(*position.plane, radians))
-    sign, offset = sense.sign, -sense.sign * sense.offset
-    if axes is Axes.FRD and position.east_north is not None:  # from north, clockwise
-        sign, offset = -sense.sign, sense.sign * (90 - sense.offset)
-    offset = (offset + 180) % 360 - 180
-    entry: dict[str, Any] = {"column": name}
-    if len(heading.names) > 1:
-        entry = {"quaternion": list(heading.names)}
-    if shown_unit:
-        entry["unit"] = unit
-    if sign < 0:
-        entry["sign"] = -1
-    if offset:
-        entry["offset"] = offset if unit == "deg" else round(float(np.radians(offset)), 9)
-    if heading.grade is Grade.PART:
-        sure = Sureness.GUESS
-    elif sure is Sureness.LIKELY and sense == PLAIN and unit_of(raw) and not _compass(heading):
-        sure, why = Sureness.CERTAIN, f"{why}; it wraps, in {unit}"
-    return _Psi(entry, sign * (radians - np.radians(offset)), sure, why)
-
-
-def _compass(heading: Heading) -> bool:
-    """Whether the name is of a compass heading, clockwise from north."""
-    return any(word in COMPASS_WORDS for word in read_name(heading.names[0]).words)
-
-
-def _unit(position: Position, heading: Heading, raw: Array) -> tuple[str, bool]:
-    """The heading's unit, and whether the file states it; empty: for the motion to show."""
-    stated = read_name(heading.names[0]).unit
-    if len(heading.names) > 1:
-        return "", False
-    if stated in ("rad", "deg"):
-        return stated, stated == "deg"
-    unit = unit_of(raw)
-    if not unit and position.east_north is not None:
-        unit = "deg" if float(np.nanmax(np.abs(raw))) > MOST_RADIANS else "rad"
-    return unit, unit == "deg"
-
-
-def _sense(
-    position: Position, heading: Heading, motion: Sense | None
-) -> tuple[Sense, Sureness, str]:
-    """Zero and sense of the heading from its name, its range and the motion."""
-    geographic = position.east_north is not None
-    quaternion = len(heading.names) > 1
-    usual = COMPASS if geographic and not quaternion else PLAIN
-    what = {COMPASS: "0 is north, clockwise", PLAIN: "0 is along x, counter-clockwise"}
-    name = "quaternion" if quaternion else "name"
-    if motion is None:
-        certain = usual is COMPASS and _compass(heading) and np.nanmin(heading.values) >= 0
-        sure = Sureness.CERTAIN if certain else Sureness.LIKELY
-        return (
-            usual,
-            sure,
-            f"{name}; {what[usual]}" + ("" if certain else ", not seen in the motion"),
-        )
-    turned = (motion.offset - usual.offset) % 360
-    if motion.sign == usual.sign and turned in (0, 180):
-        return usual, Sureness.CERTAIN, f"{name}; {what[usual]}, as the boat moves"
-    if motion in what and (geographic or _compass(heading)):
-        return motion, Sureness.LIKELY, f"{name}; {what[motion]}, by the motion: check"
-    sense = "counter-clockwise" if motion.sign > 0 else "clockwise"
-    return (
-        usual, Sureness.GUESS,
-        f"{name}; check: the boat moves as if it were {sense} with {motion.offset} deg added",
-    )  # fmt: skip
-
-
 def _coordinates(position: Position, axes: Axes) -> dict[str, Any]:
     """x and y, or latitude, longitude and origin."""
     first, second = (_coordinate(name, position.scale) for name in position.names)
@@ -387,14 +329,8 @@ def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str
     return entry
 
 
-def _axes_note(position: Position, axes: Axes) -> list[str]:
-    if position.east_north is None:
-        return []
-    return ["x is north and y is east" if axes is Axes.FRD else "x is east and y is north"]
-
-
 def _yaw_rate(
-    path: Path, tables: Sequence[TableSeen], heading: Heading, psi: _Psi, given: Mapping[str, str]
+    path: Path, tables: Sequence[TableSeen], heading: Heading, psi: Psi, given: Mapping[str, str]
 ) -> tuple[TableSeen, str, dict[str, Any], Recognised] | None:
     """A yaw rate that agrees with the heading: of a gyro it is used, another is mentioned."""
     if "yaw_rate" in given:
@@ -422,7 +358,7 @@ def _yaw_rate(
 
 
 def _rate_entry(
-    table: TableSeen, name: str, heading: Heading, psi: _Psi, stamp: StampFound
+    table: TableSeen, name: str, heading: Heading, psi: Psi, stamp: StampFound
 ) -> dict[str, Any] | None:
     """Sign and unit of a yaw rate by the heading; None where it is not its derivative."""
     at = _seconds(heading.table, stamp)
@@ -470,7 +406,7 @@ def _recognised_position(position: Position, others: Sequence[Position]) -> list
     ]  # fmt: skip
 
 
-def _recognised_heading(heading: Heading, psi: _Psi, others: Sequence[Heading]) -> Recognised:
+def _recognised_heading(heading: Heading, psi: Psi, others: Sequence[Heading]) -> Recognised:
     rest = [shown(h.table, *h.names) for h in others if h.names != heading.names]
     unit = f" [{psi.entry['unit']}]" if "unit" in psi.entry else ""
     return Recognised(

@@ -15,9 +15,6 @@ Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the o
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
 LONGEST_LEVER = 50.0  # [m] of a small boat; a longer one is in other units
-AXES_QUESTION = """\
-No log tells which way the axes point: when the boat turns to the left, does the heading rise (x forward, y to \
-port) or fall (y to starboard)?"""
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 
@@ -55,6 +52,7 @@ class Choices:
     stern: bool = False  # whether the heading is that of the stern
     thrusters: tuple[tuple[float, float, float], ...] = ()  # x, y [m], direction [deg] of each
     scheme: str = MOORE_PENROSE  # of the allocation to them
+    axes_answered: bool = False  # whether the user answered the question on axes
 
 
 @dataclass(frozen=True)

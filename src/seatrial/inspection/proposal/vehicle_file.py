@@ -27,6 +27,8 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
     first = f"{_shown(sources.path.name)}{length}"
     others = [_shown(path.name) for path in sources.more]
     axes = [f"check: {AXES_MEANING[sources.axes]}? The data do not show it"]
+    if choices.axes_answered:
+        axes = [f"{AXES_MEANING[sources.axes]}, as answered"]
     if "known axes" in sources.notes:
         axes = [AXES_MEANING[sources.axes], *sources.notes["known axes"]]
     lines = [
@@ -34,7 +36,7 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
         "# Check every line marked 'check'.",
         "seatrial: vehicle 1",
         _commented(_line("name", sources.name), "the boat's name, also the model's"),
-        _commented(f"axes: {sources.axes}", *axes, *sources.notes.get("axes", [])),
+        _commented(f"axes: {sources.axes}", *axes),
         "",
         *_pose(sources, drive, choices),
         "",

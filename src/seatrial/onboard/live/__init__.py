@@ -4,6 +4,6 @@
 from seatrial.onboard.live.line_loop import Settings
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.live.protocol import LINE_FORMATS, Event, Reader, Writer
-from seatrial.onboard.live.server import serve
+from seatrial.onboard.live.server import Adaptation, serve
 
-__all__ = ["LINE_FORMATS", "Event", "Reader", "Settings", "Writer", "replay", "serve"]
+__all__ = ["LINE_FORMATS", "Adaptation", "Event", "Reader", "Settings", "Writer", "replay", "serve"]

@@ -3,13 +3,14 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Strict
 from seatrial.boat.vehicle import Vehicle
+from seatrial.onboard.boat_change import BoatChange
 from seatrial.onboard.odometer import Odometry
 from seatrial.onboard.predictor import POSE, Estimate
 from seatrial.util.errors import LiveError
@@ -18,8 +19,9 @@ from seatrial.util.frames import POSE_SIGNS, SYMBOLS, Array, Axes
 LINE_FORMATS = ("json", "csv")
 NANO = 1_000_000_000
 LATEST_STAMP = 4e9  # [s] largest stamp that fits nanoseconds in 64 bits
-Kind = Literal["pose", "position", "heading", "command", "scale", "at", "reload"]
-KINDS: tuple[Kind, ...] = ("pose", "position", "heading", "command", "scale", "at", "reload")
+Kind = Literal["pose", "position", "heading", "command", "scale", "at", "reload", "adapt"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+ORDERS: tuple[Kind, ...] = ("reload", "adapt")  # kinds without values
 PARTS = {"position": POSE[:2], "heading": POSE[2:]}  # of a pose: what a line of CSV has
 Values = list[float] | dict[str, float]
 Row = tuple[float, float, float]
@@ -38,6 +40,7 @@ class Line(Strict, frozen=True):
     scale: Values | None = None
     at: float | None = None
     reload: Literal[True] | None = None
+    adapt: Literal[True] | None = None
 
 
 def line_error(error: Exception, kind: type[Strict], text: str) -> LiveError:
@@ -86,7 +89,7 @@ class Reader:
         if kind == "pose":
             spread = None if line.covariance is None else np.array(line.covariance)
             return self._pose(stamp, np.array(line.pose), spread)
-        if kind == "reload":
+        if kind in ORDERS:
             return Event(kind, stamp, np.zeros(0))
         if kind in ("position", "heading"):
             return self._part(
@@ -124,8 +127,9 @@ class Reader:
             return self._signal("scale", stamp, values)
         if kind == "at" and stamp is not None:
             return Event("at", stamp, np.zeros(0))
-        if kind == "reload":
-            return Event("reload", stamp, np.zeros(0))
+        for order in ORDERS:
+            if kind == order:
+                return Event(order, stamp, np.zeros(0))
         raise LiveError(f"a line begins with {', '.join(KINDS)}; got {text.strip()[:80]}")
 
     def _pose(self, stamp: int | None, eta: Array, spread: Array | None) -> Event:
@@ -173,8 +177,19 @@ def _ordered_values(kind: str, got: Values, names: Sequence[str]) -> Array:
     return np.array(got, dtype=float)
 
 
-class Answer(msgspec.Struct, frozen=True):
-    """A line of odometry as JSON; `pose` and its covariance only in a stream."""
+class ChangeLine(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A change of the boat: `BoatChange` as JSON."""
+
+    state: str
+    cause: str
+    what: str
+    probability: float
+    size: float | None = None  # [-]
+    error: float | None = None  # [-]
+
+
+class Answer(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A line of odometry as JSON; `pose` and its covariance only in a stream, `change` while there is one."""
 
     t: float  # [s]
     pose: list[float] | None  # x, y [m], psi [rad] in odom
@@ -185,6 +200,7 @@ class Answer(msgspec.Struct, frozen=True):
     map_covariance: list[list[float]]
     last_pose: float | None  # [s] age of the last pose that was used
     health: tuple[str, ...]
+    change: ChangeLine | None = None
 
 
 CSV_HEADER = ",".join(
@@ -200,6 +216,7 @@ class Writer:
         self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
         self._encode = msgspec.json.Encoder().encode
         self._as_json = form == "json"
+        self.change: BoatChange | None = None  # of the lines from now on
 
     @property
     def header(self) -> str | None:
@@ -227,8 +244,16 @@ class Writer:
             (motion.covariance[:3, :3] * square).tolist(),
             float(age) if np.isfinite(age) else None,
             motion.health.names,
+            None if self.change is None else change_line(self.change),
         )
         return self._encode(answer).decode() if self._as_json else _csv(answer)
+
+
+def change_line(change: BoatChange) -> ChangeLine:
+    """A change as it stands in a line."""
+    return ChangeLine(
+        change.state.value, change.cause, change.what, change.probability, change.size, change.error
+    )
 
 
 def _csv(answer: Answer) -> str:

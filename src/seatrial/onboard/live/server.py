@@ -3,8 +3,13 @@
 
 import signal
 from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal, get_args
 
+from seatrial.boat.model import Model
+from seatrial.onboard.boat_change import BoatChange, ChangeState, Detector
 from seatrial.onboard.live.endpoints import Source
 from seatrial.onboard.live.line_loop import STAMP_LEAP, Settings, Stream
 from seatrial.onboard.live.protocol import NANO, Event, Writer
@@ -12,16 +17,38 @@ from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
 from seatrial.util.errors import LiveError, SeatrialError
 
+Adapt = Literal["off", "ask", "auto"]
+ADAPT: tuple[Adapt, ...] = get_args(Adapt)
+
+
+@dataclass(frozen=True)
+class Adaptation:
+    """What happens on a change of the boat."""
+
+    detector: Detector
+    automatic: bool = False  # else on the line `adapt`
+    keep: Callable[[Model], None] = lambda _: None  # the changed boat's model
+
 
 class Live(Stream):
-    """Lines to and from an odometer."""
+    """Lines to and from an odometer, which may follow a change of the boat."""
 
-    def __init__(self, path: Path, settings: Settings, complain: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        settings: Settings,
+        complain: Callable[[str], None],
+        adaptation: Adaptation | None = None,
+    ) -> None:
         self.path = path
         self.odometer = Odometer(path)
         vehicle = self.odometer.model.vehicle
         super().__init__(vehicle, settings, complain)
         self.writer = Writer(vehicle, settings.form)
+        self.adaptation = adaptation
+        self._confirmed: BoatChange | None = None  # the last, if the odometer does not follow it
+        self._test: Future[BoatChange | None] | None = None  # one that runs
+        self._worker = ThreadPoolExecutor(1) if adaptation is not None and self.system else None
 
     def line(self, stamp: int) -> str | None:
         """Odometry, once a pose was used."""
@@ -31,11 +58,16 @@ class Live(Stream):
     def reload(self) -> None:
         """Reload the model file; an invalid one changes nothing."""
         self.odometer.reload(self.path)
+        self.writer.change = self._confirmed = None
+        if self.adaptation is not None:
+            self.adaptation.detector.restart(self.odometer.model)
 
     def use(self, event: Event, now: int) -> Iterator[str]:
         """As of `Stream`."""
         if event.kind == "reload":
             self.reload()
+        elif event.kind == "adapt":
+            self._adapt(self._confirmed)
         elif event.kind == "at":
             assert event.stamp is not None
             yield self.writer.estimate(event.stamp, self.odometer.look(event.stamp))
@@ -59,8 +91,39 @@ class Live(Stream):
             raise LiveError(
                 f"{event.kind} at {stamp / NANO:.6f} s was not used: {taken_text(taken)}"
             )
+        if self.adaptation is not None:
+            self.adaptation.detector.use(event.kind, stamp, event.values)
+            self._watch(self.adaptation)
         if not self.system:
             yield from self.due(self.odometer.newest - 1)
+
+    def _watch(self, adaptation: Adaptation) -> None:
+        """The next test for a change: at once by the data's clock, beside the odometry by the system's."""
+        found = None
+        if self._worker is None:
+            found = adaptation.detector.look()
+        elif self._test is None:
+            self._test = (
+                self._worker.submit(adaptation.detector.look) if adaptation.detector.due else None
+            )
+        elif self._test.done():
+            found, self._test = self._test.result(), None
+        if found is None:
+            return
+        self.complain(found.text)
+        self._confirmed = self._confirmed if found.model is None else found
+        self.writer.change = self._confirmed if found.state is ChangeState.WITHDRAWN else found
+        if adaptation.automatic and found.model is not None:
+            self._adapt(found)
+
+    def _adapt(self, change: BoatChange | None) -> None:
+        """The changed boat's model in place of the model. Odometry continues. Raises LiveError."""
+        if self.adaptation is None or change is None or change.model is None:
+            raise LiveError("adapt: no confirmed change of the boat; the model stays")
+        self.odometer.reload(change.model)
+        self.adaptation.keep(change.model)
+        self.writer.change = self._confirmed = None
+        self.complain("adapted to the changed boat")
 
 
 def taken_text(taken: Taken) -> str:
@@ -68,12 +131,18 @@ def taken_text(taken: Taken) -> str:
     return taken.name.lower().replace("_", " ")
 
 
-def serve(path: Path, source: Source, settings: Settings, complain: Callable[[str], None]) -> Live:
+def serve(
+    path: Path,
+    source: Source,
+    settings: Settings,
+    complain: Callable[[str], None],
+    adaptation: Adaptation | None = None,
+) -> Live:
     """Serve odometry by the model at `path` until the source ends. SIGHUP reloads the model.
 
-    Invalid lines are reported to `complain` and skipped.
+    Invalid lines are reported to `complain` and skipped, changes of the boat reported.
     """
-    live = Live(path, settings, complain)
+    live = Live(path, settings, complain, adaptation)
     requested = [False]
     if hasattr(signal, "SIGHUP"):
         signal.signal(signal.SIGHUP, lambda *_: requested.__setitem__(0, True))

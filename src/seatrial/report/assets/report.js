@@ -169,6 +169,9 @@
   }
   addEventListener("hashchange", unfold);
   document.addEventListener("click", (event) => { if (event.target.closest("nav a")) setTimeout(unfold); });
+  if (matchMedia("(max-width: 500px)").matches) {
+    document.querySelectorAll("details.narrow").forEach((part) => { part.open = false; });
+  }
   unfold();
   plots().forEach((div) => watcher.observe(div));
 })();

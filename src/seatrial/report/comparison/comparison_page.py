@@ -2,7 +2,6 @@
 """Head-to-head comparison of two models as one HTML file."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from seatrial.boat.model import Model
@@ -14,7 +13,7 @@ from seatrial.report.comparison.two_models import model_pair
 from seatrial.report.figures.png import check
 from seatrial.report.html import page
 from seatrial.report.papers import write_page
-from seatrial.report.sections.base import Section
+from seatrial.report.sections.base import Section, with_folds
 
 FOLDED = frozenset(("known", "actuators", "recorded", "errors", "physics", "advice", "provenance"))
 
@@ -64,7 +63,7 @@ def _sections(
         models.provenance,
     )  # fmt: skip
     sections = [section for one in order if (section := one(pair)) is not None]
-    return [replace(section, folded=section.name in FOLDED) for section in sections]
+    return with_folds(sections, FOLDED)
 
 
 def _title(a: Model, b: Model) -> str:

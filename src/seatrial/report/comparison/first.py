@@ -4,7 +4,7 @@
 from dataclasses import replace
 from html import escape
 
-from seatrial.evaluation.comparison.causes import cause_text, inseparable, probability_text
+from seatrial.evaluation.comparison.cause_text import cause_text, inseparable, probability_text
 from seatrial.evaluation.comparison.console import next_text
 from seatrial.evaluation.comparison.parameters import SIGNIFICANCE
 from seatrial.report.comparison import draw

@@ -4,7 +4,7 @@
 from html import escape
 from itertools import zip_longest
 
-from seatrial.evaluation.comparison.causes import cause_text, probability_text
+from seatrial.evaluation.comparison.cause_text import cause_text, probability_text
 from seatrial.evaluation.comparison.console import changes_text, prediction_text
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.report.comparison import draw, first

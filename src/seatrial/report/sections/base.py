@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from html import escape
 
 from seatrial.report.evidence.runs import Run
@@ -12,6 +12,9 @@ from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 ROWS_HEAD, ROW_HEIGHT = 130, 21  # [px] of a plot with rows: around them, and each
+ON_A_PHONE = frozenset(
+    ("model", "horizons")
+)  # sections that are folded there: long, and not the verdict
 ALL = "all"  # the store of plots of all recordings together
 
 
@@ -25,6 +28,7 @@ class Section:
     figures: Mapping[str, Mapping[str, Figure]] = field(default_factory=dict)  # by store, by name
     tables: Sequence[Table] = ()
     folded: bool = False  # its text, below its heading
+    folded_on_a_phone: bool = False
 
 
 def first_screen(title: str, verdict: str, picture: str, dials: str, following: str) -> str:
@@ -36,17 +40,26 @@ def first_screen(title: str, verdict: str, picture: str, dials: str, following: 
 <p class="next">{following}</p>"""
 
 
+def with_folds(sections: Sequence[Section], folded: frozenset[str]) -> list[Section]:
+    """The sections, those that few readers look at folded, further ones on a phone."""
+    return [
+        replace(one, folded=one.name in folded, folded_on_a_phone=one.name in ON_A_PHONE)
+        for one in sections
+    ]
+
+
 def unfolded(section: Section) -> str:
     """The text of a section; of a folded one with its heading as the handle."""
-    if not section.folded:
+    if not (section.folded or section.folded_on_a_phone):
         return section.html
+    kind = '"fold"' if section.folded else '"fold narrow" open'
     head = re.match(
         r'(<section id="[\w-]+">)(<h2>.*?</h2>)(.*)(</section>)$', section.html, re.DOTALL
     )
     if head is None:
         return section.html
     opening, title, inside, closing = head.groups()
-    return f'{opening}<details class="fold"><summary>{title}</summary>{inside}</details>{closing}'
+    return f"{opening}<details class={kind}><summary>{title}</summary>{inside}</details>{closing}"
 
 
 def store_of(place: int) -> str:

@@ -10,7 +10,7 @@ from seatrial.identification.methods import caution
 from seatrial.identification.uncertainty.identifiability import (
     Identifiability,
     ParameterAccuracy,
-    ParameterVerdict,
+    reach_text,
 )
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import known as draw
@@ -20,7 +20,6 @@ from seatrial.report.text.cells import NOTHING, Cell, Name, Number, Text
 from seatrial.report.text.markup import listing, number, true_minus
 from seatrial.report.text.names import html_symbol, names_in, sentence
 from seatrial.report.text.table import Table
-from seatrial.util.format import percent
 
 SHADES = ("0,114,178", "213,94,0")  # of negative and positive correlations
 
@@ -95,10 +94,7 @@ def share(found: ParameterAccuracy) -> Cell:
 
 def verdict_text(found: ParameterAccuracy) -> str:
     """The verdict; of an insignificant parameter its upper limit."""
-    text = found.verdict.value
-    if found.verdict is ParameterVerdict.ZERO and found.reach is not None:
-        text += f", at most {percent(found.reach)} of full thrust"
-    return text
+    return ", ".join([found.verdict.value, reach_text(found)]).rstrip(", ")
 
 
 def _row(found: ParameterAccuracy) -> list[Cell]:

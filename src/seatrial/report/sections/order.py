@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The report's sections in the order of the page."""
 
-from dataclasses import replace
-
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections import (
     actuators,
@@ -20,7 +18,7 @@ from seatrial.report.sections import (
     scores,
     verdict,
 )
-from seatrial.report.sections.base import Section
+from seatrial.report.sections.base import Section, with_folds
 
 SECTION_ORDER = (
     verdict, known, coefficients, effects, actuators, recorded, horizons, prediction, errors, scores,
@@ -36,4 +34,4 @@ FOLDED = frozenset(
 def all_sections(evidence: Evidence) -> list[Section]:
     """Every section with content; those that few readers look at are folded."""
     found = [section for one in SECTION_ORDER if (section := one.section(evidence)) is not None]
-    return [replace(section, folded=section.name in FOLDED) for section in found]
+    return with_folds(found, FOLDED)

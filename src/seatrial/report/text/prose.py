@@ -122,7 +122,7 @@ factor. Mass off centre: the coupling terms change, too. Battery: all thrust by 
 gain alone. Current: surge and sway but for thrust, each coefficient by itself, as in a current that was not
 estimated; fouling looks alike. None of these: every coefficient by itself. All are equally probable before
 the recordings, with changes of 30 % (standard deviation); Laplace's approximation gives the probabilities.
-Two causes at once are none of these."""
+Two of these: any two of mass, battery, one thruster and current; a tenth as probable before."""
 
 BOTH_HORIZONS = """All recordings together, each model from its own filter to its own smoothed velocity. Dotted:
 noise floor of the poses. Dashed: constant velocity. The table: both models from the same starts to the

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: MIT
+#include "seatrial_ros/node.hpp"
+
+#include <utility>
+
+namespace seatrial::ros {
+
+namespace {
+
+constexpr double kLateShown = 5.0;  // [s] for which a pose that came too late is reported
+
+double seconds(std::int64_t span) { return 1e-9 * static_cast<double>(span); }
+
+std::int64_t chosen(std::int64_t header, std::int64_t arrival, Clock clock) {
+  return header == 0 || clock == Clock::kBag ? arrival : header;
+}
+
+void expect_same(const std::vector<Channel>& before, const std::vector<Channel>& now,
+                 const std::string& what) {
+  Words old;
+  Words own;
+  for (const Channel& c : before) old.push_back(c.topic + " " + c.field + " as " + c.name);
+  for (const Channel& c : now) own.push_back(c.topic + " " + c.field + " as " + c.name);
+  if (old != own) {
+    throw std::runtime_error("the new model has other " + what + ": " + joined(own) +
+                             "; expected " + joined(old) + " as before; restart the node");
+  }
+}
+
+}  // namespace
+
+Node::Node(Settings settings) : settings_(std::move(settings)) {
+  check(settings_);
+  BoardModel board = load();
+  apply_topics(board);
+  if (board.pose.topic.empty()) {
+    throw std::runtime_error("neither the vehicle nor the parameter pose_topic names a topic");
+  }
+  odometer_ = std::make_unique<Odometer>(board.model, board.pose.lever);
+  board_ = std::move(board);
+  command_ = Signal(board_.inputs);
+  scale_ = Signal(board_.scales);
+  map_frame_ = settings_.map_frame;
+}
+
+std::set<std::string> Node::number_topics() const {
+  std::set<std::string> topics;
+  for (const auto* channels : {&board_.inputs, &board_.scales}) {
+    for (const Channel& c : *channels) topics.insert(c.topic);
+  }
+  return topics;
+}
+
+void Node::refuse_own_topic(const std::string& name) {
+  throw std::runtime_error("topic " + name +
+                           " is what this node publishes; expected: poses and commands of others; "
+                           "give pose_topic or remap");
+}
+
+void Node::set_type(const std::string& topic, const std::string& type) {
+  known_shape(topic, type);
+  for (Signal* signal : {&command_, &scale_}) signal->set_type(topic, type);
+}
+
+void Node::pose(const PoseMessage& in) {
+  const PoseSource& source = board_.pose;
+  if (!source.parent.empty() && !in.frame.empty() && in.frame != source.parent) return;
+  if (!source.child.empty() && !in.child.empty() && in.child != source.child) return;
+  if (settings_.map_frame.empty() && !in.frame.empty()) map_frame_ = in.frame;
+  const double eta[kPose] = {source.x.value(in.eta[0]), source.y.value(in.eta[1]),
+                             source.heading.value(in.eta[2])};
+  const double gain[kPose] = {source.x.gain, source.y.gain, source.heading.gain};
+  double covariance[kPose * kPose];
+  for (int i = 0; i < kPose; ++i) {
+    for (int j = 0; j < kPose; ++j) {
+      covariance[kPose * i + j] = gain[i] * gain[j] * in.covariance[kPose * i + j];
+    }
+  }
+  const bool own = settings_.pose_covariance && in.has_covariance;
+  const std::int64_t stamp = chosen(in.stamp, in.arrival, source.clock);
+  const double behind = seconds(odometer_->newest() - stamp);
+  if (odometer_->pose(stamp, eta, own ? covariance : nullptr) == Taken::kStale) {
+    late_ = behind;
+    late_at_ = in.arrival;
+  }
+}
+
+void Node::numbers(const NumbersMessage& in) {
+  const std::int64_t stamp = chosen(in.stamp, in.arrival, board_.commands.clock);
+  if (command_.update(in)) odometer_->command(stamp, command_.values());
+  if (scale_.update(in)) odometer_->scale(stamp, scale_.values());
+}
+
+Odometry Node::tick(std::int64_t now) {
+  const std::int64_t newest = odometer_->newest();
+  last_now_ = now;
+  ahead_ = newest == 0 ? 0.0 : seconds(newest - now);
+  if (ahead_ > settings_.window) {
+    last_ = Odometry{};
+    last_.stamp = now;
+  } else {
+    last_ = odometer_->at(now);
+  }
+  return last_;
+}
+
+Diagnosis Node::diagnose() const {
+  Diagnosis out;
+  const std::string fault = timing_fault();
+  if (!fault.empty()) out.message = fault;
+  const std::uint32_t health = last_.motion.health | (last_.known ? 0U : kNoPose);
+  for (const HealthWords& words : kHealthWords) {
+    if ((health & words.flag) == 0U) continue;
+    out.values.emplace_back(words.name, "yes");
+    const bool said = words.flag == kNoPose && !fault.empty();
+    if (!said) out.message += (out.message.empty() ? "" : "; ") + std::string(words.advice);
+  }
+  if (out.message.empty()) out.message = "odometry by the model and poses";
+  const bool faulty = health != 0U || !fault.empty();
+  out.level =
+      (health & kNoPose) != 0U ? Diagnosis::kError : (faulty ? Diagnosis::kWarn : Diagnosis::kOk);
+  out.values.emplace_back("model", board_.name + " (" + settings_.model + ")");
+  out.values.emplace_back("age of the last pose used [s]", age());
+  static constexpr const char* kNames[kSources] = {"commands", "scales", "poses"};
+  for (int s = 0; s < kSources; ++s) {
+    for (int o = 0; o < kOutcomes; ++o) {
+      const auto n = odometer_->count(static_cast<Source>(s), static_cast<Taken>(o));
+      if (n == 0 && o != 0) continue;
+      out.values.emplace_back(std::string(kNames[s]) + " " + kTakenWords[o], std::to_string(n));
+    }
+  }
+  return out;
+}
+
+std::string Node::timing_fault() const {
+  const std::string window = plain(settings_.window) + " s";
+  if (ahead_ > settings_.window) {
+    return "no odometry: the newest input is stamped " + plain(ahead_) +
+           " s ahead of this node's clock; the parameter window allows " + window +
+           ". Synchronise the clocks, or let the vehicle file say clock: bag for that signal";
+  }
+  if (late_at_ == 0 || seconds(last_now_ - late_at_) > kLateShown) return "";
+  return "a pose is not used: its stamp is " + plain(late_) +
+         " s before the newest input's; the parameter window allows " + window +
+         ". Raise window, or find what delays the poses or stamps the commands early";
+}
+
+std::string Node::reload() {
+  try {
+    BoardModel board = load();
+    apply_topics(board);
+    expect_same(board_.inputs, board.inputs, "inputs");
+    expect_same(board_.scales, board.scales, "scales");
+    odometer_->reload(board.model, board.pose.lever);
+    board_.model = board.model;
+    board_.name = board.name;
+    return "";
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+}
+
+BoardModel Node::load() const {
+  BoardModel board = load_model(settings_.model);
+  board.model.window = settings_.window;
+  board.model.boat.frame =
+      settings_.body_fixed_disturbance ? DisturbanceFrame::kBody : DisturbanceFrame::kEarth;
+  board.model.boat.current[0] = settings_.current_x;
+  board.model.boat.current[1] = settings_.current_y;
+  return board;
+}
+
+void Node::apply_topics(BoardModel& board) const {
+  if (!settings_.pose_topic.empty()) board.pose.topic = settings_.pose_topic;
+  for (Channel& c : board.inputs) {
+    const bool own = c.topic.empty() || c.topic == board.commands.topic;
+    if (own && !settings_.command_topic.empty()) c.topic = settings_.command_topic;
+  }
+  expect_named(board, settings_.model);
+}
+
+std::string Node::age() const {
+  const double seconds = last_.motion.time - last_.motion.last_pose;
+  return std::abs(seconds) < 1e9 ? std::to_string(seconds) : "none yet";
+}
+
+}  // namespace seatrial::ros

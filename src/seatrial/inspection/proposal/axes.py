@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: MIT
+"""Axes of a recording: what the log shows of them, and a question that its user can answer."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from seatrial.inspection.proposal.column_heading import is_compass
+from seatrial.inspection.proposal.column_pose import heading_and_sense
+from seatrial.inspection.proposal.sources import Ask, Choices
+from seatrial.io.bags.opening import is_bag
+from seatrial.io.columns import read_tables
+from seatrial.io.formats import is_log
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Axes
+
+TURN_QUESTION = "The boat turns to the left (to port). What does {heading} do?"
+HEADING_OF_LOG = "the heading of the log"
+RISES = "it rises: counter-clockwise, as in ROS and mathematics"
+FALLS = "it falls: clockwise, as a compass"
+
+
+@dataclass(frozen=True)
+class HeadingSeen:
+    """The heading of a table, as its name, values and the motion of the boat show it."""
+
+    column: str
+    from_x_to_y: (
+        bool  # whether it rises from x towards y; a compass rises from y (north) to x (east)
+    )
+    compass: bool  # whether it looks as if it rose clockwise
+    geographic: bool  # whether east and north are known
+
+
+def asked_axes(path: Path, choices: Choices, ask: Ask | None) -> str:
+    """The axes of an autopilot, or of east and north; else by the answer of `ask`; without it the usual ones.
+
+    Whether y points to port or to starboard no log can tell: a world and its mirror image fit the same numbers.
+    The sense in which the heading turns decides it, together with that in which x leads to y.
+    """
+    if is_log(path):
+        return Axes.FRD.value
+    seen = None if ask is None else heading_seen(path, choices)
+    if ask is None or (seen is not None and seen.geographic):
+        return Axes.FLU.value
+    options = (FALLS, RISES) if seen is not None and seen.compass else (RISES, FALLS)
+    heading = HEADING_OF_LOG if seen is None else f"{seen.column}, {HEADING_OF_LOG},"
+    rises = ask(TURN_QUESTION.format(heading=heading), options) == RISES
+    y_to_port = rises == (seen is None or seen.from_x_to_y)
+    return Axes.FLU.value if y_to_port else Axes.FRD.value
+
+
+def heading_seen(path: Path, choices: Choices) -> HeadingSeen | None:
+    """The heading of a table; None of a bag, or where its columns are not clear."""
+    if is_bag(path):
+        return None
+    try:
+        position, heading, sense = heading_and_sense(path, read_tables(path), choices)
+    except RecordingError:
+        return None
+    clockwise = sense is not None and sense.sign < 0
+    return HeadingSeen(
+        heading.names[0],
+        not clockwise,
+        clockwise or (is_compass(heading) and float(np.nanmin(heading.values)) >= 0.0),
+        position.east_north is not None,
+    )

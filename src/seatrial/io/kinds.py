@@ -1,0 +1,49 @@
+# SPDX-License-Identifier: MIT
+"""What is no recording, in words: text, a folder of recordings, a file of another kind."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from seatrial.io.bags.opening import is_bag
+from seatrial.io.formats import is_log
+from seatrial.io.table import TABLES, is_table
+from seatrial.util.errors import FileError, RecordingError, SeatrialError
+from seatrial.util.format import joined
+
+EXPECTED = (
+    "expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, .log), PX4 (.ulg) or "
+    f"MAVLink (.tlog), a table ({', '.join(TABLES)}), or a folder of tables"
+)
+LISTED = 8  # recordings in a message
+
+
+def refused(path: Path) -> SeatrialError | None:
+    """Why this is neither bag, log nor table; None where it may be one."""
+    if not path.exists():
+        return FileError(f"{path}: no such file or folder")
+    if is_bag(path) or is_log(path) or is_table(path):
+        return None
+    if not path.is_dir():
+        return RecordingError(f"{path}: {EXPECTED}, got '{path.suffix}'")
+    inside = list(recordings_in(path))
+    if inside:
+        number = f"{len(inside)} recordings" if len(inside) > 1 else "a recording"
+        shown = [str(one) for one in inside[:LISTED]]
+        more = [] if len(inside) <= LISTED else [f"{len(inside) - LISTED} more"]
+        return RecordingError(
+            f"{path}: is no recording but a folder with {number}: give {joined([*shown, *more])}"
+        )
+    if not any(path.iterdir()):
+        return FileError(f"{path}: is an empty folder; {EXPECTED}")
+    return FileError(f"{path}: no table and no bag in this folder; {EXPECTED}")
+
+
+def recordings_in(folder: Path) -> Iterator[Path]:
+    """Recordings one level down, by their names and first bytes."""
+    for path in sorted(folder.iterdir()):
+        if not path.name.startswith(".") and (is_bag(path) or is_log(path) or _has_tables(path)):
+            yield path
+
+
+def _has_tables(path: Path) -> bool:
+    return path.is_dir() and is_table(path)

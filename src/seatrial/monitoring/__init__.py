@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Tests of a running boat against its model."""

@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: MIT
+"""The parameters in which a boat may change, and the physical changes as maps of them.
+
+The space has the model's coefficients and chain constants, a gain for each thruster that shares a force with
+others, and the acceleration couplings of a mass off centre (Fossen, Handbook of Marine Craft, 2nd ed., section
+6.3). Gains are 1 and couplings 0 in the unchanged boat.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.actuators import STAGES
+from seatrial.boat.model import Model
+from seatrial.boat.schema import ChainGroup
+from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
+from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.comparison.cause_candidates import (
+    BATTERY,
+    BOTH_HULL_AXES,
+    COUPLING_CHANGE,
+    MASS,
+    MASS_AND_INERTIA,
+    NO_CHANGE,
+    NONE_OF_THESE,
+    OFF_CENTRE,
+    ONE_THRUSTER,
+    TYPICAL_CHANGE,
+    coupling_unit,
+)
+from seatrial.util.frames import Array
+
+THRUSTER_CHANGE = 0.5  # [-] standard deviation of one thruster's gain: it may fail
+# a mass off centre couples these axes' equations to those accelerations
+COUPLINGS = {"X_offset_r": (0, 2), "Y_offset_r": (1, 2), "N_offset_u": (2, 0), "N_offset_v": (2, 1)}
+LEAST_VARIANCE = 1e-14  # of the largest: less is round-off
+DIFFERENCE = 1e-5  # of a difference quotient
+GAINS = "changed"  # chain group of the gains
+
+
+@dataclass(frozen=True)
+class PhysicalChange:
+    """Parameters of the changed boat: `of(theta (n,), phi (m,))`, phi independent with unit variance."""
+
+    cause: str
+    unknowns: int  # m
+    of: Callable[[Array, Array], Array]
+    what: str = ""
+    size: Callable[[Array], float] | None = None  # phi to the relative change; None: it has none
+
+
+@dataclass(frozen=True)
+class ChangeSpace:
+    """A model, widened by gains and couplings, and its possible changes."""
+
+    own: Model
+    wider: Model
+
+    @cached_property
+    def theta(self) -> Array:
+        """Parameters (n,) of the unchanged boat."""
+        return np.concatenate([self.wider.coefficients, self.wider.constants])
+
+    @cached_property
+    def root(self) -> Array:
+        """(n, k) with covariance = root root': the errors of the identification."""
+        values, vectors = np.linalg.eigh(self.wider.covariance)
+        kept = values > values.max(initial=0.0) * LEAST_VARIANCE
+        known = np.diag(self.wider.covariance) > 0.0
+        return np.asarray(known[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
+
+    @cached_property
+    def gains(self) -> dict[str, int]:
+        """Place of each thruster's gain."""
+        index = self.wider.vehicle.constants.index[:, STAGES.index("gain")]
+        first = len(self.wider.coefficients)
+        names = self.wider.vehicle.actuators
+        return {name: first + int(i) for name, i in zip(names, index, strict=True) if i >= 0}
+
+    def boat(self, theta: Array, covariance: Array) -> Model:
+        """The changed boat, without gains and couplings that did not change. Raises ModelError if not finite."""
+        names, own = self.wider.parameters, self.own.parameters
+        moved = {
+            n for n, a, b in zip(names, theta, self.theta, strict=True) if n not in own and a != b
+        }
+        gains = bool(moved - COUPLINGS.keys())
+        wider = _widened(self.own, gains, [n for n in COUPLINGS if n in moved])
+        places = [names.index(name) for name in wider.parameters]
+        n = len(wider.coefficients)
+        changed = self._with_mean_gain(theta)
+        slopes = difference_quotients(self._with_mean_gain, theta)
+        spread = slopes @ covariance @ slopes.T
+        constants = changed[places[n:]]
+        # a file states gains
+        stated = {
+            name: value
+            for name, value in zip(wider.vehicle.constants.names, constants.tolist(), strict=True)
+            if name.startswith("gain.")
+        }
+        return replace(
+            wider, vehicle=wider.vehicle.with_stated(stated), coefficients=changed[places[:n]],
+            constants=constants, covariance=spread[np.ix_(places, places)],
+        )  # fmt: skip
+
+    def _with_mean_gain(self, theta: Array) -> Array:
+        """The same boat with gains of mean 1 in each group, as in files: thrust coefficients take the rest."""
+        out, vehicle = theta.copy(), self.wider.vehicle
+        for group in vehicle.file.chain:
+            if not group.gains:
+                continue
+            places = [self.gains[name] for name in group.gains]
+            mean = float(np.mean(theta[places]))
+            driven = [vehicle.actuators.index(name) for name in group.gains]
+            moved = np.abs(vehicle.mix[:, driven]).sum(axis=1) > 0.0
+            forces = {f.name for f, own in zip(vehicle.forces, moved, strict=True) if own}
+            out[places] /= mean
+            out[self._thrust_of(forces)] *= mean
+        return out
+
+    def _thrust_of(self, forces: set[str]) -> list[int]:
+        """Places of the coefficients of which every term has one of these forces."""
+        return [
+            i for i, name in enumerate(self.wider.structure.coefficients)
+            if all(
+                forces & {factor.strip("|") for factor in term.factors}
+                for term in self.wider.structure.terms if term.coefficient == name
+            )
+        ]  # fmt: skip
+
+    @cached_property
+    def changes(self) -> list[PhysicalChange]:
+        """No change, each physical change that this boat can show, and any change at all."""
+        n = len(self.theta)
+        found = [
+            PhysicalChange(NO_CHANGE, 0, lambda theta, phi: theta),
+            *self._masses(),
+            *self._battery(),
+            *(self._thruster(name, place) for name, place in self.gains.items()),
+        ]
+        units = np.zeros(n)
+        for i, name in enumerate(self.own.structure.coefficients):
+            size = TYPICAL_CHANGE * abs(self.own.coefficients[i])
+            units[i] = max(size, COUPLING_CHANGE * (coupling_unit(self.own, name) or 0.0))
+        rows = np.diag(units)[units > 0.0]
+        found.append(PhysicalChange(NONE_OF_THESE, len(rows), partial(_added, rows)))
+        return found
+
+    def _masses(self) -> list[PhysicalChange]:
+        """Drag and thrust of an axis over one factor of its mass; off centre with the couplings.
+
+        phi[0] is the logarithm of the mass in surge; those of sway and yaw are correlated with it.
+        """
+        rows = np.zeros((3, len(self.theta)))
+        for i, name in enumerate(self.wider.structure.coefficients):
+            for term in self.wider.structure.terms:
+                if term.coefficient == name and not term.of_masses:
+                    rows[term.axis, i] = 1.0
+        hull, turn = BOTH_HULL_AXES, MASS_AND_INERTIA
+        correlation = np.array([[1.0, hull, turn], [hull, 1.0, turn], [turn, turn, 1.0]])
+        scale = TYPICAL_CHANGE * np.linalg.cholesky(correlation)
+        shift = np.zeros((0, len(self.theta)))
+        for i, name in enumerate(self.wider.structure.coefficients):
+            terms = [t for t in self.wider.structure.terms if t.coefficient == name]
+            unit = coupling_unit(self.wider, name)
+            if unit and all(t.acceleration is not None for t in terms):
+                shift = np.vstack(
+                    [shift, COUPLING_CHANGE * unit * (np.arange(len(self.theta)) == i)]
+                )
+
+        def heavier(theta: Array, phi: Array) -> Array:
+            return np.asarray(theta * np.exp(-(scale @ phi[:3]) @ rows) + phi[3:] @ shift)
+
+        def size(phi: Array) -> float:
+            return float(np.expm1(scale[0] @ phi[:3]))
+
+        centred = PhysicalChange(
+            MASS, 3, lambda theta, phi: heavier(theta, np.pad(phi, (0, len(shift)))), "mass", size
+        )
+        if not len(shift):
+            return [centred]
+        return [centred, PhysicalChange(OFF_CENTRE, 3 + len(shift), heavier, "mass", size)]
+
+    def _battery(self) -> list[PhysicalChange]:
+        """All thrust by one factor."""
+        thrust = np.zeros(len(self.theta))
+        thrust[self._thrust_of({force.name for force in self.wider.structure.forces})] = 1.0
+        if not thrust.any():
+            return []
+        return [
+            PhysicalChange(
+                BATTERY, 1, lambda theta, phi: theta * np.exp(TYPICAL_CHANGE * phi[0] * thrust),
+                "thrust", lambda phi: float(np.expm1(TYPICAL_CHANGE * phi[0])),
+            )
+        ]  # fmt: skip
+
+    def _thruster(self, name: str, place: int) -> PhysicalChange:
+        """The gain of one thruster."""
+        row = (np.arange(len(self.theta)) == place)[None] * THRUSTER_CHANGE * self.theta[place]
+        return PhysicalChange(
+            ONE_THRUSTER, 1, partial(_added, row), name, lambda phi: THRUSTER_CHANGE * float(phi[0])
+        )
+
+
+def _added(rows: Array, theta: Array, phi: Array) -> Array:
+    """theta (n,) with steps along rows (m, n)."""
+    return np.asarray(theta + phi @ rows)
+
+
+def change_space(model: Model) -> ChangeSpace:
+    """The space of a model's changes; what the core has no room for is left out."""
+    known = {(t.axis, t.acceleration) for t in model.structure.terms if t.coefficient}
+    new = [name for name, place in COUPLINGS.items() if place not in known]
+    return ChangeSpace(model, _widened(model, True, new))
+
+
+def _widened(model: Model, gains: bool, couplings: Sequence[str]) -> Model:
+    """The same boat with a gain of 1 for each thruster, and couplings of 0."""
+    vehicle = _with_gains(model.vehicle) if gains else model.vehicle
+    terms = [*model.structure.terms]
+    room = min(MOST_TERMS - len(terms), MOST_COEFFICIENTS - len(vehicle.structure.coefficients))
+    for name in couplings[:room]:
+        axis, other = COUPLINGS[name]
+        terms.append(Term(axis, name, 1.0, (), other))
+    vehicle = vehicle.with_terms(terms) if couplings else vehicle
+    # the old parameters at their new places
+    new = [*vehicle.structure.coefficients, *vehicle.constants.names]
+    n = len(vehicle.structure.coefficients)
+    values = np.concatenate([np.zeros(n), vehicle.constants.values])
+    covariance = np.zeros((len(new), len(new)))
+    places = [new.index(name) for name in model.parameters]
+    values[places] = np.concatenate([model.coefficients, model.constants])
+    covariance[np.ix_(places, places)] = model.covariance
+    return replace(
+        model, vehicle=vehicle, coefficients=values[:n], constants=values[n:], covariance=covariance
+    )
+
+
+def _with_gain(vehicle: Vehicle) -> set[str]:
+    """Actuators for which the vehicle states a gain."""
+    index = vehicle.constants.index[:, STAGES.index("gain")]
+    return {name for name, i in zip(vehicle.actuators, index, strict=True) if i >= 0}
+
+
+def difference_quotients(of: Callable[[Array], Array], x: Array) -> Array:
+    """Central difference quotients (values, unknowns)."""
+    if not len(x):
+        return np.zeros((len(of(x)), 0))
+    steps = DIFFERENCE * np.eye(len(x))
+    return np.stack([(of(x + s) - of(x - s)) / (2.0 * DIFFERENCE) for s in steps], axis=1)
+
+
+def _with_gains(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with a gain of 1 for each thruster that shares a force, where it states none."""
+    shared = np.abs(vehicle.mix) > 0.0  # (forces, actuators)
+    several = shared[shared.sum(axis=1) > 1].any(axis=0)
+    stated = _with_gain(vehicle)
+    names = [
+        n for n, more in zip(vehicle.actuators, several, strict=True) if more and n not in stated
+    ]
+    if len(names) < 2 or len(vehicle.constants.names) + len(names) > _core.MAX_CONSTANTS:
+        return vehicle
+    gains = ChainGroup(name=GAINS, gains=dict.fromkeys(names, 1.0))
+    return vehicle.with_chain([*vehicle.file.chain, gains])

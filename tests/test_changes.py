@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: MIT
+"""A change of the running boat: its evidence, its detection, and the model that follows it."""
+
+import json
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import CSE1
+from scipy import stats
+
+import seatrial
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.schema import ChainGroup
+from seatrial.commands.cli import main
+from seatrial.evaluation.comparison.cause_candidates import (
+    BATTERY,
+    MASS,
+    NO_CHANGE,
+    NONE_OF_THESE,
+    OFF_CENTRE,
+    ONE_THRUSTER,
+)
+from seatrial.identification.estimator import output_error
+from seatrial.monitoring.change_detector import CONFIRMATION, PASSING, ChangeDetector
+from seatrial.monitoring.change_space import COUPLINGS, change_space
+from seatrial.monitoring.change_test import _maximum, explained, log_ratio, remarkable
+from seatrial.monitoring.recent_log import RecentLog
+from seatrial.monitoring.window_likelihood import windows
+from seatrial.onboard.boat_change import BoatChange, ChangeState
+from seatrial.onboard.live import Adaptation, Settings, serve
+from seatrial.onboard.live.protocol import NANO
+from seatrial.simulation.plan import PlanFile
+from seatrial.util.errors import ModelError
+from tests.boats.scenes import TRAINING, driven, pushed, vehicle_of
+
+PLAN = pushed("hard")  # a disturbance force of 4 % of full thrust
+MORE = 1.2  # times mass and inertia
+WEAK = 0.6  # of a thruster's thrust
+SHIFT = 0.17  # [rad/m] of N_ud: a sixth of the mass, 5 cm aside, for a radius of gyration of 0.22 m
+SECONDS = 100.0
+
+
+def changed(cause: str) -> PlanFile:
+    """The plan with another boat."""
+    values, chain = dict(PLAN.plant.coefficients), list(PLAN.plant.chain)
+    if cause in (MASS, OFF_CENTRE):
+        values = {name: value / MORE for name, value in values.items()}
+        values["N_ud"] += SHIFT if cause == OFF_CENTRE else 0.0
+    if cause == BATTERY:
+        values = {n: v * (0.8 if n.endswith("_F") else 1.0) for n, v in values.items()}
+    if cause == ONE_THRUSTER:
+        mean = (3.0 + WEAK) / 4.0
+        gains = {f"F_{i}": (WEAK if i == 2 else 1.0) / mean for i in range(1, 5)}
+        chain.append(ChainGroup(name="weak", gains=gains))
+        values = {n: v * (mean if n.endswith("_F") else 1.0) for n, v in values.items()}
+    plant = msgspec.structs.replace(PLAN.plant, coefficients=values, chain=chain)
+    return msgspec.structs.replace(PLAN, plant=plant)
+
+
+def sent(recording, shift: int = 0) -> list[tuple[int, str, np.ndarray]]:
+    """Inputs in the order of their stamps [ns]."""
+    signal = recording.commands
+    rows = [
+        (int(t) + shift, "command", v) for t, v in zip(signal.stamps, signal.values, strict=True)
+    ]
+    rows += [
+        (int(t) + shift, "pose", v) for t, v in zip(recording.stamps, recording.raw, strict=True)
+    ]
+    return sorted(rows, key=lambda row: row[:2])
+
+
+def findings(detector: ChangeDetector, rows) -> list[BoatChange]:
+    found = []
+    for stamp, kind, values in rows:
+        detector.use(kind, stamp, values)
+        change = detector.look() if kind == "pose" else None
+        found += [] if change is None else [change]
+    return found
+
+
+@pytest.fixture(scope="module")
+def model() -> seatrial.Model:
+    trials = driven(PLAN, vehicle_of("MP"), 3001, TRAINING)
+    return output_error([t.recording for t in trials.values()], vehicle_of("MP"))
+
+
+@pytest.fixture(scope="module")
+def drives() -> dict[str, seatrial.Recording]:
+    causes = (NO_CHANGE, MASS, BATTERY, ONE_THRUSTER, OFF_CENTRE)
+    return {
+        cause: driven(changed(cause), vehicle_of("MP"), 4002, ["S7"])["S7"].recording.cut(0.0, SECONDS)
+        for cause in causes
+    }  # fmt: skip
+
+
+def test_the_unchanged_boat_is_the_model(model):
+    space = change_space(model)
+    n = len(space.theta)
+    assert {*model.parameters} < {*space.wider.parameters}
+    for change in space.changes:
+        np.testing.assert_array_equal(
+            change.of(space.theta, np.zeros(change.unknowns)), space.theta
+        )
+    boat = space.boat(space.theta, np.zeros((n, n)))
+    assert boat.vehicle == model.vehicle
+    np.testing.assert_array_equal(boat.coefficients, model.coefficients)
+    # acceleration by the widened model is the model's
+    assert space.wider.values | model.values == space.wider.values
+    assert {space.wider.values[name] for name in space.wider.values if name in COUPLINGS} == {0.0}
+    assert [space.theta[place] for place in space.gains.values()] == [1.0] * 4
+
+
+def test_a_heavier_boat_has_all_drag_and_thrust_over_one_factor(model):
+    space = change_space(model)
+    change = next(one for one in space.changes if one.cause == MASS)
+    phi = np.array([1.0, 0.0, 0.0])
+    moved = dict(zip(space.wider.parameters, change.of(space.theta, phi), strict=True))
+    by_name = {name: moved[name] / value for name, value in model.values.items()}
+    assert change.size(phi) == pytest.approx(1.0 / by_name["X_u"] - 1.0)
+    assert by_name["X_u"] == by_name["X_F"] == by_name["X_uu"] < 1.0
+    assert by_name["N_ud"] == 1.0  # of masses alone
+
+
+def test_the_evidence_of_a_linear_change_is_the_closed_form(model, drives):
+    """The window's estimate is normal about the boat's parameters, and these are about the model's."""
+    space = change_space(model)
+    seen = windows(model, drives[NO_CHANGE].cut(10.0, 30.0))[0].quadratic(space.wider, space.theta)
+    none, free = (
+        next(c for c in space.changes if c.cause == cause) for cause in (NO_CHANGE, NONE_OF_THESE)
+    )
+
+    def closed(covariance):
+        values, vectors = np.linalg.eigh(seen.information)
+        kept = values > 1e-12 * values.max()
+        root = (vectors[:, kept] * np.sqrt(values[kept])).T
+        z = root @ np.linalg.pinv(seen.information, rcond=1e-12) @ seen.gradient
+        return stats.multivariate_normal(
+            np.zeros(len(z)), np.eye(len(z)) + root @ covariance @ root.T
+        ).logpdf(z)
+
+    logs = [
+        _maximum(space, c, seen, np.zeros(space.root.shape[1] + c.unknowns))[3]
+        for c in (none, free)
+    ]
+    rows = free.of(np.zeros(len(space.theta)), np.zeros(free.unknowns))
+    rows = np.stack([free.of(rows, e) for e in np.eye(free.unknowns)])
+    known = space.wider.covariance
+    assert logs[1] - logs[0] == pytest.approx(
+        closed(known + rows.T @ rows) - closed(known), abs=0.01
+    )
+
+
+def test_an_unchanged_boat_is_not_remarkable(model, drives):
+    space, recording = change_space(model), drives[NO_CHANGE]
+    for start in np.arange(0.0, SECONDS - 10.0, 10.0):
+        several = windows(model, recording.cut(start, start + 10.0))
+        assert not remarkable(space, several[0])
+        assert log_ratio(explained(space, several)) < 0.0
+
+
+@pytest.mark.parametrize(
+    ("cause", "what", "size"),
+    [(MASS, "mass", 0.2), (BATTERY, "thrust", -0.2), (ONE_THRUSTER, "F_2", -0.4), (OFF_CENTRE, "mass", 0.2)],
+)  # fmt: skip
+def test_a_change_is_noticed_and_named_and_the_model_follows_it(model, drives, cause, what, size):
+    detector, recording = ChangeDetector(model), drives[cause]
+    noticed, confirmed = findings(detector, sent(recording))[:2]
+    assert noticed.state is ChangeState.NOTICED
+    assert (noticed.stamp - recording.stamps[0]) / NANO < 30.0
+    assert confirmed.state is ChangeState.CONFIRMED
+    assert (confirmed.stamp - noticed.stamp) / NANO < PASSING + CONFIRMATION + 4.0
+    assert sum(confirmed.causes.values()) == pytest.approx(1.0)
+    # 5 cm aside are little beside the mass itself: either is right
+    right = {MASS, OFF_CENTRE} if cause in (MASS, OFF_CENTRE) else {cause}
+    assert confirmed.cause in right
+    assert confirmed.what == what
+    assert confirmed.size == pytest.approx(size, abs=3.0 * confirmed.error)
+    assert confirmed.error < 0.1
+    # later poses are likelier by the changed boat's model
+    later = recording.cut(70.0, SECONDS)
+    old, new = (
+        windows(boat, later)[0]
+        .quadratic(boat, np.concatenate([boat.coefficients, boat.constants]))
+        .value
+        for boat in (model, confirmed.model)
+    )
+    assert new > old + 10.0
+    assert confirmed.model.findings_of(FindingKind.ADAPTED)
+
+
+def test_the_changed_model_is_kept_in_a_file(model, drives, tmp_path):
+    found = findings(ChangeDetector(model), sent(drives[ONE_THRUSTER]))
+    boat = found[1].model
+    seatrial.save(boat, tmp_path / "changed.yaml")
+    again = seatrial.load(tmp_path / "changed.yaml")
+    np.testing.assert_allclose(again.constants, boat.constants, rtol=1e-8)
+    assert again.parameters == boat.parameters
+    assert not {*COUPLINGS} & {*again.parameters}
+    found_gains = dict(zip(again.vehicle.constants.names, again.constants, strict=True))
+    others = [found_gains[f"gain.F_{i}"] for i in (1, 3, 4)]
+    assert np.mean([*others, found_gains["gain.F_2"]]) == pytest.approx(1.0)
+    assert found_gains["gain.F_2"] / np.mean(others) == pytest.approx(WEAK, abs=0.1)
+    assert again.values["X_F"] < 0.95 * model.values["X_F"]
+    # it is the model of a detector again
+    space = change_space(again)
+    assert len(space.gains) == 4
+    # another thruster fails, too: again a boat that a file can hold
+    theta = space.theta.copy()
+    theta[space.gains["F_3"]] *= 0.5
+    worse = space.boat(theta, np.zeros((len(theta), len(theta))))
+    seatrial.save(worse, tmp_path / "worse.yaml")
+    both = dict(
+        zip(
+            worse.vehicle.constants.names,
+            seatrial.load(tmp_path / "worse.yaml").constants,
+            strict=True,
+        )
+    )
+    assert both["gain.F_3"] / both["gain.F_1"] == pytest.approx(0.5)
+
+
+def test_a_bump_is_withdrawn(model, drives):
+    """Somebody moves the boat by hand for two seconds: poses that no model explains, then the same boat."""
+    rows, bumped = sent(drives[NO_CHANGE]), []
+    begin = rows[0][0] + 20 * NANO
+    for stamp, kind, values in rows:
+        inside = kind == "pose" and 0 <= stamp - begin < 2 * NANO
+        phase = np.pi * (stamp - begin) / (2 * NANO)
+        bumped.append(
+            (
+                stamp,
+                kind,
+                values + np.sin(phase) * np.array([0.15, 0.0, 0.6]) if inside else values,
+            )
+        )
+    states = [change.state for change in findings(ChangeDetector(model), bumped)]
+    assert ChangeState.CONFIRMED not in states
+
+
+def test_a_model_that_a_change_cant_be_told_from_is_refused(model):
+    mismatch = finding_of(FindingKind.MODEL_MISMATCH, horizon=1.0)
+    estimator = msgspec.structs.replace(model.estimator, findings=[mismatch])
+    with pytest.raises(ModelError, match=r"innovations are correlated .*seatrial select"):
+        ChangeDetector(replace(model, estimator=estimator))
+    still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
+    with pytest.raises(ModelError, match="no noise was estimated"):
+        ChangeDetector(still)
+
+
+def test_the_log_keeps_the_last_seconds_only(model):
+    log = RecentLog(model.vehicle, 5.0)
+    for i in range(2000):
+        stamp = i * NANO // 50
+        log.add("pose", stamp, [0.01 * i, 0.0, 0.0])
+        log.add("command", stamp, [0.1, 0.0, 0.0])
+    log.add("pose", 2000 * NANO // 50, [np.nan, 0.0, 0.0])
+    recording = log.recording(0, 1999 * NANO // 50)
+    assert 5.0 <= recording.duration < 5.1
+    assert log.newest == 1999 * NANO // 50
+
+
+def test_late_rows_take_their_place(model, drives):
+    rows = sent(drives[NO_CHANGE].cut(0.0, 10.0))
+    late = [*rows]
+    for i in range(10, len(rows) - 3, 7):
+        late[i], late[i + 2] = late[i + 2], late[i]
+    in_order, shuffled = RecentLog(model.vehicle, 60.0), RecentLog(model.vehicle, 60.0)
+    for log, some in ((in_order, rows), (shuffled, late)):
+        for stamp, kind, values in some:
+            log.add(kind, stamp, values)
+    a, b = (log.recording(rows[0][0], rows[-1][0]) for log in (in_order, shuffled))
+    np.testing.assert_array_equal(a.eta, b.eta)
+    np.testing.assert_array_equal(a.commands.values, b.commands.values)
+
+
+class Lines:
+    """A source of lines, and what was answered."""
+
+    def __init__(self, given):
+        self.given, self.answers, self.ended = given, [], False
+
+    def read(self, wait):
+        self.ended = True
+        return self.given
+
+    def follow(self, line):
+        pass
+
+    def write(self, line):
+        self.answers.append(json.loads(line))
+
+
+def live(model, rows, tmp_path, *, automatic, orders=()):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+    text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
+    source, said, kept = Lines([*text, *orders]), [], []
+    adaptation = Adaptation(ChangeDetector(seatrial.load(path)), automatic, kept.append)
+    served = serve(path, source, Settings(), said.append, adaptation)
+    return served, source.answers, said, kept
+
+
+def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
+    served, answers, said, kept = live(model, sent(drives[ONE_THRUSTER]), tmp_path, automatic=True)
+    assert [line.split(":")[0] for line in said] == [
+        "boat changed (noticed)", "boat changed (confirmed)", "adapted to the changed boat",
+    ]  # fmt: skip
+    shown = [answer.get("change") for answer in answers]
+    assert shown[0] is None
+    assert {c["state"] for c in shown if c} == {"noticed"}
+    assert shown[-1] is None  # adapted
+    assert served.odometer.model is kept[0]
+    # odometry goes on without a jump
+    pose = np.array([answer["pose"][:2] for answer in answers])
+    assert np.hypot(*np.diff(pose, axis=0).T).max() < 0.05
+
+
+def test_live_adapts_on_request(model, drives, tmp_path):
+    rows = sent(drives[BATTERY])
+    order = json.dumps({"stamp": rows[-1][0] + 1, "adapt": True})
+    _, answers, said, kept = live(model, rows, tmp_path, automatic=False, orders=[order, order])
+    assert answers[-1]["change"]["state"] == "confirmed"
+    assert answers[-1]["change"]["cause"] == BATTERY
+    assert len(kept) == 1
+    assert said[-2:] == [
+        f"line {len(rows) + 2}: adapt: no confirmed change of the boat; the model stays",
+        f"1 of {len(rows) + 2} lines could not be used",
+    ]  # fmt: skip
+
+
+def test_the_command_line(model, tmp_path, capsys):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+    assert main(["predict", str(path), "--live", "--adapted", str(path)]) == 1
+    assert "is an input of this command" in capsys.readouterr().err
+    assert main(["predict", str(path), str(CSE1), "-o", "x.json", "--adapted", "y.yaml"]) == 1
+    assert "--adapted belongs to --live" in capsys.readouterr().err
+    still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
+    seatrial.save(still, tmp_path / "still.yaml")
+    assert main(["predict", str(tmp_path / "still.yaml"), "--live", "--adapt", "auto"]) == 1
+    assert "no noise was estimated" in capsys.readouterr().err

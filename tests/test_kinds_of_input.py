@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+"""What is no recording is refused in words: a folder of recordings, a note, a file of another kind."""
+
+import shutil
+
+import pytest
+from conftest import CSE1
+
+from seatrial.commands.cli import main
+from seatrial.io.kinds import recordings_in
+
+RUN = CSE1 / "csv" / "CSE1_data_run1.csv"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with two recordings one level down, and things that are none."""
+    whole = tmp_path / "trials"
+    for name in ("first run", "second"):
+        (whole / name).mkdir(parents=True)
+        shutil.copy(RUN, whole / name / "log.csv")
+    (whole / "notes").mkdir()
+    (whole / "notes" / "sketch.png").write_bytes(b"")
+    (whole / ".hidden").mkdir()
+    shutil.copy(RUN, whole / ".hidden" / "log.csv")
+    return whole
+
+
+@pytest.mark.parametrize(
+    "command", [["inspect"], ["init", "-o", "v.yaml"], ["auto", "-o", "out", "--yes"]]
+)
+def test_a_folder_of_recordings_is_named_with_what_is_in_it(
+    command, folder, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert main([*command, "trials"]) == 1
+    said = capsys.readouterr().err
+    assert (
+        "trials: is no recording but a folder with 2 recordings: give trials/first run and trials/second"
+        in said
+    )
+    assert [path.name for path in recordings_in(folder)] == ["first run", "second"]
+
+
+def test_a_note_is_not_taken_for_a_log(tmp_path, capsys):
+    note = tmp_path / "boat.txt"
+    note.write_text(
+        "My boat: a catamaran with two thrusters, 1.4 m\nsteering: one thruster, stern, each\n"
+    )
+    assert main(["inspect", str(note)]) == 1
+    assert "Is it a note? A .txt file is read as a table" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["photo.jpg", "vehicle.yaml"])
+def test_a_file_of_another_kind_is_refused_by_its_name(name, tmp_path, capsys):
+    (tmp_path / name).write_text("a: 1\n")
+    assert main(["init", str(tmp_path / name), "-o", str(tmp_path / "v.yaml")]) == 1
+    said = capsys.readouterr().err
+    assert "expected a bag (.bag, .mcap" in said and f"got '.{name.rpartition('.')[2]}'" in said

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""Simulator, tracking controller, mimic and components with a real ROS 2."""
+
+import signal
+import time
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from ros2_tools import (
+    WORKSPACE,
+    Peer,
+    Ros2,
+    build,
+    finish,
+    header,
+    needed,
+    shell,
+    stamp_of,
+    status,
+    until,
+)
+
+import seatrial
+from seatrial.control import save_gains, tune
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+
+pytestmark = needed
+ODOMETRY, JOY = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Joy"
+GOAL = (0.6, 0.3, 0.5)  # x, y [m], psi [rad]
+SCENE = """seatrial: scene 1
+sensors:
+  pose: {rate: 15, position_noise: 0.001, heading_noise: 0.001, delay: 0.05}
+"""
+
+
+@pytest.fixture(scope="module")
+def boat(mp):
+    return plant_model(load_plan("paper-like"), mp)
+
+
+@pytest.fixture(scope="module")
+def files(boat, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("boat")
+    seatrial.save(boat, folder / "model.yaml")
+    save_gains(tune(boat, 1.0, draws=5), folder / "gains.yaml")
+    (folder / "scene.yaml").write_text(SCENE)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory):
+    build()
+    with Ros2(tmp_path_factory.mktemp("ros2")) as ros:
+        yield ros
+
+
+@pytest.fixture(scope="module")
+def peer(ros):
+    return Peer(ros.domain)
+
+
+@pytest.fixture(autouse=True)
+def _alone(ros):
+    yield
+    ros.end()
+
+
+def turn(psi):
+    return {"x": 0.0, "y": 0.0, "z": float(np.sin(psi / 2)), "w": float(np.cos(psi / 2))}
+
+
+def pose(eta):
+    return {"position": {"x": eta[0], "y": eta[1], "z": 0.0}, "orientation": turn(eta[2])}
+
+
+def test_simulator_odometry_and_controller_bring_the_boat_to_its_goal(ros, peer, files):
+    model = files / "model.yaml"
+    truth, joy = peer.listen("truth", ODOMETRY), peer.listen("joy", JOY)
+    odometry = peer.listen("odom", ODOMETRY)
+    diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+    ros.node("odometry", model=model, use_sim_time="true")
+    tracking = ros.node("tracking", model=model, gains=files / "gains.yaml", use_sim_time="true")
+    simulator = ros.node("simulator", models=model, scene=files / "scene.yaml", real_time_factor=2)
+    goal = peer.publisher("goal", "geometry_msgs/msg/PoseStamped")
+    until(lambda: goal.connected() and truth.latest() and odometry.latest(), "all nodes")
+    goal.publish({"header": header(stamp_of(truth.latest())), "pose": pose(GOAL)})
+
+    def there():
+        joy.take()
+        odometry.take()
+        p = truth.latest().pose.pose.position
+        return np.hypot(p.x - GOAL[0], p.y - GOAL[1]) < 0.02
+
+    until(there, "the boat at its goal", 60.0)
+    assert any(np.abs(m.axes).max() > 0.05 for m in joy.messages)
+    found = until(lambda: status(diagnosed, "seatrial_tracking: tracking"), "diagnosis")
+    assert "error forward [m]" in {pair.key for pair in found.values}
+    by_stamp = {stamp_of(m): m.twist.twist for m in truth.messages}
+    stamps = np.array(sorted(by_stamp))
+    begin = stamps[0] + 4 * 10**9
+    late = [m for m in odometry.messages if begin < stamp_of(m) < stamps[-1]]
+    assert len(late) > 50
+    off = [
+        m.twist.twist.linear.x
+        - np.interp(stamp_of(m), stamps, [by_stamp[s].linear.x for s in stamps.tolist()])
+        for m in late
+    ]
+    assert np.sqrt(np.mean(np.square(off))) < 0.01  # [m/s]
+    finish(tracking)
+    joy.take()
+    assert np.abs(joy.messages[-1].axes).max() == 0.0  # the boat is left with its thrusters off
+    finish(simulator, signal.SIGTERM)
+
+
+@pytest.mark.parametrize("stamped", ["false", "true"])
+def test_the_mimic_drives_its_carrier_and_leaves_it_standing(ros, peer, files, stamped):
+    kind = "geometry_msgs/msg/TwistStamped" if stamped == "true" else "geometry_msgs/msg/Twist"
+    cmd_vel = peer.listen("cmd_vel", kind)
+    mimic = ros.node("mimic", model=files / "model.yaml", enable_stamped_cmd_vel=stamped, rate=20)
+    joypad, carrier = peer.publisher("/joy", JOY), peer.publisher("odom", ODOMETRY)
+    until(lambda: joypad.connected() and carrier.connected(), "mimic")
+    end = time.monotonic() + 3.0
+    while time.monotonic() < end:
+        now = header(time.time_ns(), "carrier_odom")
+        joypad.publish({"header": now, "axes": [0.0, 0.5, 0.0, 0.0], "buttons": []})
+        carrier.publish(
+            {"header": now, "child_frame_id": "wheels", "pose": {"pose": pose((0, 0, 0))}}
+        )
+        time.sleep(0.05)
+    finish(mimic)
+    cmd_vel.take()
+    twists = [m.twist if stamped == "true" else m for m in cmd_vel.messages]
+    assert max(t.linear.x for t in twists) > 0.05
+    assert (twists[-1].linear.x, twists[-1].linear.y, twists[-1].angular.z) == (0.0, 0.0, 0.0)
+    if stamped == "true":
+        assert cmd_vel.messages[-1].header.frame_id == "wheels"
+        assert np.all(np.diff([stamp_of(m) for m in cmd_vel.messages]) > 0)
+
+
+def test_the_registered_components_are_the_nodes():
+    listed = (WORKSPACE / "build/seatrial_odometry/components.txt").read_text().split()
+    names = [f"seatrial_odometry::{n}Node" for n in ("Odometry", "Simulator", "Mimic", "Tracking")]
+    assert listed == names
+    for name in names:
+        stem = name.split("::")[1].removesuffix("Node").lower()
+        text = (ROOT / f"ros/ros2/src/{stem}.cpp").read_text()
+        assert f"SEATRIAL_COMPONENT({name})" in text
+
+
+def test_components_share_a_process_with_intra_process_communication(ros, peer, files):
+    both = ros.start(
+        "peer", "compose", "seatrial_odometry::OdometryNode", "seatrial_odometry::SimulatorNode",
+        "--ros-args", "-p", f"model:={files / 'model.yaml'}", "-p",
+        f"models:={files / 'model.yaml'}", "-p", "publish_clock:=false",
+    )  # fmt: skip
+    odometry, truth = peer.listen("odom", ODOMETRY), peer.listen("truth", ODOMETRY)
+    joypad = peer.publisher("/joy", JOY)
+    until(joypad.connected, "a component")
+    end = time.monotonic() + 6.0
+    while time.monotonic() < end:
+        joypad.publish({"header": header(time.time_ns()), "axes": [0.0, 0.5, 0.0, 0.0]})
+        odometry.take()
+        truth.take()
+        time.sleep(0.05)
+    got, want = odometry.messages[-1].twist.twist.linear.x, truth.messages[-1].twist.twist.linear.x
+    assert want > 0.1
+    assert got == pytest.approx(want, abs=0.02)
+    finish(both)
+
+
+def test_colcon_finds_and_tests_both_packages():
+    """`colcon list` from the workspace, and the package's own linters."""
+    done = shell("colcon list", WORKSPACE)
+    found = {tuple(line.split()) for line in done.stdout.splitlines()}
+    assert found == {
+        ("seatrial_core", "src/seatrial/core", "(ros.cmake)"),
+        ("seatrial_odometry", "src/seatrial/ros", "(ros.ament_cmake)"),
+    }
+    assert done.stderr == ""
+
+
+def test_ament_cpplint_has_nothing_to_say():
+    """But for the licence (one SPDX line), order and guards of includes (clang-format, once), marks for clang-tidy."""
+    without = (
+        "legal/copyright build/include_order build/header_guard readability/nolint runtime/int"
+    )
+    filters = ",".join(f"-{name}" for name in without.split())
+    done = shell(
+        f"ament_cpplint --linelength=100 --filters={filters} {ROOT / 'ros/ros2'}", WORKSPACE
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "odometry.cpp" in done.stdout + done.stderr
