@@ -97,7 +97,12 @@ class Study:
     outcomes: list[Outcome]
 
 
-def run(cases: Sequence[Case], folder: Path, seeds: Sequence[int] = SEEDS) -> Study:
+def run(
+    cases: Sequence[Case],
+    folder: Path,
+    seeds: Sequence[int] = SEEDS,
+    processes: int | None = None,
+) -> Study:
     """All cases with every seed; the models are kept in the folder."""
     build()
     earlier, models = identified(folder)
@@ -105,7 +110,7 @@ def run(cases: Sequence[Case], folder: Path, seeds: Sequence[int] = SEEDS) -> St
         (tuple(case for case in cases if case.driving == driving), seed, folder)
         for seed in seeds for driving in STICKS if any(case.driving == driving for case in cases)
     ]  # fmt: skip
-    parts = gathered(work, jobs)
+    parts = gathered(work, jobs, processes)
     return Study(earlier, models, [outcome for part in parts for outcome in part])
 
 
