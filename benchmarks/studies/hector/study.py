@@ -33,6 +33,7 @@ EARLIER = (46, 47)  # seeds of the drives that the models are identified from
 ALONE, VELOCITY, TRUE = "Hector alone", "constant velocity", "true motion"
 ODOMETRY, BY_NODE = "odometry, map → odom by Hector", "odometry, map → odom by the node"
 UNRELAYED, GENTLE = "by Hector, not kept current", "by the node, model of gentle drives"
+SECOND = "by Hector, model of gentle drives"
 STARTS = {
     ALONE: Start(),
     VELOCITY: Start(guess=VELOCITY),
@@ -40,6 +41,7 @@ STARTS = {
     UNRELAYED: Start(map_to_odom="hector"),
     BY_NODE: Start(map_to_odom="node"),
     GENTLE: Start(map_to_odom="node", model="gentle"),
+    SECOND: Start(map_to_odom="relay", model="gentle"),
     TRUE: Start(guess=TRUE),
 }
 # beyond which a pose is false [m], [rad]: Hector does not undistort scans, and is up to 0.2 m off when driven hard
@@ -128,7 +130,7 @@ def identified(folder: Path) -> tuple[list[Outcome], dict[str, seatrial.Model]]:
     """
     vehicle = seatrial.load_vehicle(hector_tools.vehicle(folder))
     earlier, models, bags = [], {}, []
-    stages = (("gentle", Case("gentle", ALONE)), ("model", Case("aggressive", GENTLE)))
+    stages = (("gentle", Case("gentle", ALONE)), ("model", Case("aggressive", SECOND)))
     with tempfile.TemporaryDirectory() as name, Ros1(Path(name)) as ros:
         ros.run("rosparam", "set", "use_sim_time", "true")
         for model, case in stages:

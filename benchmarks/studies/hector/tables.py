@@ -20,7 +20,7 @@ from benchmarks.studies.hector.study import (
     Study,
 )
 from benchmarks.studies.slam.lidar import RATE
-from benchmarks.studies.slam.study import DROP_OUTS, OFF
+from benchmarks.studies.slam.study import DROP_OUTS, OFF, SEEDS
 from benchmarks.studies.slam.tables import losses, per_cent, percentile
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
@@ -40,7 +40,9 @@ FORCED = [
     *(Case("gentle", start, 3, forced=True) for start in (ALONE, ODOMETRY, BY_NODE)),
     *(Case("aggressive", start, 3, forced=True) for start in (ODOMETRY, BY_NODE)),
 ]
+FIRST = [Case("aggressive", start) for start in (ALONE, BY_NODE, TRUE)]  # of the picture, one drive
 CASES: dict[str, list[Case]] = {
+    "hector-first": FIRST,
     "hector-aggressive": AGGRESSIVE, "hector-gentle": GENTLY, "hector-forced": FORCED,
     "hector-earlier": [], "hector-model": [],
 }  # fmt: skip
@@ -109,4 +111,6 @@ def table(name: str, study: Study) -> str:
         return coefficients(study.models)
     if name == "hector-earlier":
         return matched(list(dict.fromkeys(o.case for o in study.earlier)), study.earlier)
+    if name == "hector-first":
+        return matched(FIRST, [o for o in study.outcomes if o.seed == SEEDS[0]])
     return (forced if name == "hector-forced" else matched)(CASES[name], study.outcomes)
