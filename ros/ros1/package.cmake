@@ -22,6 +22,8 @@ install(DIRECTORY ros1/launch ros1/config DESTINATION ${CATKIN_PACKAGE_SHARE_DES
 if(CATKIN_ENABLE_TESTING)
   find_package(roslaunch QUIET)
   if(roslaunch_FOUND)
-    roslaunch_add_file_check(ros1/launch)
+    foreach(node ${nodes})  # slam.launch needs hector_mapping
+      roslaunch_add_file_check(ros1/launch/${node}.launch)
+    endforeach()
   endif()
 endif()

@@ -26,12 +26,12 @@ def draw(path: Path) -> None:
         pictures.path_of("pool", outline(scene), BLACK),
         pictures.path_of("path of the boat", way, SKY),
     ]
-    plots = [_plan(truth)]
+    plots = [plan(truth)]
     for guess in SHOWN:
         points = track(Case("aggressive", guess, MIDDLE, drop_outs=True), SEED).map_points
         off = scene.distance(points) > OFF
         found = [pictures.dots(f"map, {guess}", points[~off], BLUE)]
-        plots.append(_plan([*found, pictures.dots(f"{OFF:g} m off or more", points[off], RED)]))
+        plots.append(plan([*found, pictures.dots(f"{OFF:g} m off or more", points[off], RED)]))
     pictures.write(path, [plots[:2], plots[2:]])
 
 
@@ -43,7 +43,8 @@ def outline(scene: Scene) -> Array:
     return np.vstack(parts)
 
 
-def _plan(traces: list[Figure]) -> Figure:
+def plan(traces: list[Figure]) -> Figure:
+    """The pool from above, with room around it."""
     length, width = 0.5 * POOL.length + ROOM, 0.5 * POOL.width + ROOM
     return pictures.plan(
         traces, xaxis={"range": [-length, length]}, yaxis={"range": [-width, width]}

@@ -123,12 +123,17 @@ def driven(driving: str, seed: int) -> Drive:
 
 @cache
 def scans(driving: str, seed: int) -> list[Scan]:
-    """All scans of a drive; the systematic error is one for the whole drive."""
-    rng = np.random.default_rng([seed, list(STICKS).index(driving), 1])
-    bias = float(rng.uniform(-BIAS, BIAS))
+    """All scans of a drive."""
+    rng, bias = range_errors(driving, seed)
     made, scene = driven(driving, seed), pool_scene()
     stamps = np.arange(1, round(DURATION * RATE)) / RATE
     return [scan(scene, made.poses, stamp, bias, rng) for stamp in stamps.tolist()]
+
+
+def range_errors(driving: str, seed: int) -> tuple[np.random.Generator, float]:
+    """Statistical errors of a drive's scans, and the systematic one [m], which all have."""
+    rng = np.random.default_rng([seed, list(STICKS).index(driving), 1])
+    return rng, float(rng.uniform(-BIAS, BIAS))
 
 
 def without_drop_outs(given: Sequence[Scan], seed: int) -> list[Scan]:

@@ -8,6 +8,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.allocation import thruster_matrix
 from seatrial.boat.model import Model
+from seatrial.boat.steering import refuse_angles
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import AllocationError
@@ -65,6 +66,7 @@ def effectiveness(boat: Model | Vehicle) -> Effectiveness:
     independently is allocated in surge and yaw.
     """
     vehicle = boat.vehicle if isinstance(boat, Model) else boat
+    refuse_angles(vehicle.file.chain, vehicle.source, AllocationError, "the allocator")
     constants = boat.constants if isinstance(boat, Model) else _stated(vehicle)
     if vehicle.file.thrusters:
         T, scale = thruster_matrix(vehicle.thrusters)

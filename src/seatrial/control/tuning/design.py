@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.boat.steering import refuse_angles
 from seatrial.control.allocation import Allocator
 from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
 from seatrial.control.tuning.guidance import (
@@ -102,6 +103,7 @@ def tune(
     """
     # The request and the thrusters
     _check_request(knob, rate, extra)
+    refuse_angles(model.vehicle.file.chain, model.name, ControlError, "the tracking controller")
     allocator = allocator_for(model, allocation)
     # Linear plant about rest and the fastest steady motions
     boat = linearise(model)
