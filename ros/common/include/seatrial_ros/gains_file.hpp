@@ -196,7 +196,7 @@ inline void expect_gives(const OnboardModel& m, const AllocatorSetup& setup,
     if (!drives(gains, axis)) continue;
     double asked[kAxes] = {};
     asked[axis] = kSome;
-    double command[kMaxCommands];
+    double command[kMaxCommands] = {};
     if (!commands.command(asked, command)) continue;  // beyond the limits: less is given
     double thrust[kMaxActuators];
     for (int k = 0; k < m.chain.n_actuators(); ++k) thrust[k] = allocator->thrust(k, command[k]);
