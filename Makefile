@@ -36,7 +36,7 @@ lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-t
 	$(BIN)/mypy
 	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
 	cmake -S core/tests -B build/clang-tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
-	git ls-files 'core/tests/test_*.cpp' 'ros/common/tests/*.cpp' | \
+	git ls-files 'core/tests/test_*.cpp' 'ros/common/src/*.cpp' 'ros/common/tests/*.cpp' | \
 	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/clang-tidy
 
 docs: $(VENV)/.built $(VENV)/.docs ## the site with the notebooks run, site/index.html; a link that leads nowhere is an error

@@ -78,6 +78,31 @@ def direct(vehicle: Vehicle) -> Vehicle:
     return changed(vehicle, commands={"topic": "/t", "inputs": inputs}, allocation={})
 
 
+def with_rudder(axes: str) -> Vehicle:
+    """A propeller with a rudder in its race and in the flow, and an azimuth thruster."""
+    content = {**yaml.safe_load(SKIFF), "axes": axes}
+    inputs = {name: {"topic": "/rc", "field": f"channels[{i}]"} for i, name in enumerate(ANGLED)}
+    angle = {"of": [["motor", "rudder"]], "angle_deg": 35, "offset_deg": "estimate", "rate_deg": 60}
+    content["commands"] = {"inputs": inputs}
+    content["forces"] = {
+        "F_u": {"axis": "surge", "of": {"motor": 1, "pod": 0.7}},
+        "F_v": {"axis": "sway", "of": {"rudder": 1, "turn": 0.7}, "deflection": {"rudder": 0.2}},
+        "F_r": {"axis": "yaw", "of": {"motor": -0.1, "rudder": -0.6, "turn": 0.35}},
+        "F_d": {"axis": "yaw", "deflection": {"rudder": -0.6}},
+    }
+    content["chain"] = [
+        {"name": "m", "actuators": ["motor", "pod"], "lag": 0.2, "dead_zone": "estimate",
+         "scale": {"signal": "volts", "power": 1.5}},
+        {"name": "rudder", "actuators": ["rudder"], "latency": 0.05, "steered": angle | {"dead_zone": 0.06}},
+        {"name": "turn", "actuators": ["turn"], "lag": 0.1,
+         "steered": {"of": [["pod", "turn"]], "angle_deg": 180, "rate_deg": 90}},
+    ]  # fmt: skip
+    content["structure"]["sway"] = ["- u r", "Y_v v", "Y_r r", "Y_F F_v"]
+    content["structure"]["yaw"] = ["N_r r", "N_F F_r", "N_uuF |u| u F_d"]
+    return vehicle_from(content, "with rudder")
+
+
+ANGLED = ("motor", "rudder", "pod", "turn")
 VEHICLES = {
     "mallard-mp": lambda: load_vehicle("mallard-mp"),
     "mallard-af": lambda: load_vehicle("mallard-af"),
@@ -95,6 +120,8 @@ VEHICLES = {
     "wrench": lambda: wrench("forward-left-up"),
     "wrench, right-down": lambda: wrench("forward-right-down"),
     "wrench with two edges, right-down": lambda: wrench("forward-right-down").with_chain(TWO_EDGES),
+    "rudder and azimuth": lambda: with_rudder("forward-left-up"),
+    "rudder and azimuth, right-down": lambda: with_rudder("forward-right-down"),
 }
 NOISES = (
     NoiseEntry(0.004, 0.003),

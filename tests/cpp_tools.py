@@ -34,6 +34,18 @@ def run(*command: str) -> str:
     return done.stdout
 
 
+NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
+
+
+def clone_into(src: Path) -> None:
+    """The repository as `git clone` leaves it in a workspace, by links: what was changed is built."""
+    src.mkdir(parents=True, exist_ok=True)
+    for path in ROOT.iterdir():
+        link = src / path.name
+        if path.name not in NOT_CLONED and not path.name.startswith(".") and not link.exists():
+            link.symlink_to(path)
+
+
 def needs(*programs: str, yaml: bool = False) -> None:
     """Skip where one of them is not installed."""
     for program in programs:

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from cpp_tools import clone_into
 from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "ros1"
 CATKIN = Path("/usr/share/catkin/cmake/catkinConfig.cmake")
 SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
-NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
+COMMAND = "catkin_make --pkg seatrial_core seatrial_odometry"  # as docs/ros.md has it
 NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
 LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
 
@@ -30,20 +31,14 @@ def build() -> Path:
 
 
 def _make() -> None:
-    src = BUILD / "src" / "seatrial"
-    src.mkdir(parents=True, exist_ok=True)
-    for path in ROOT.iterdir():  # as `git clone` leaves it there, by links
-        link = src / path.name
-        if path.name not in NOT_CLONED and not path.name.startswith(".") and not link.exists():
-            link.symlink_to(path)
+    clone_into(BUILD / "src" / "seatrial")
     options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
     if shutil.which("ccache"):
         options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}
     for name in ("PYTHONPATH", "ROS_VERSION", "VIRTUAL_ENV"):
         environment.pop(name, None)
-    packages = ["--pkg", "seatrial_core", "seatrial_odometry"]
-    command = ["catkin_make", "-C", str(BUILD), "-j2", *packages, *options]
+    command = [*COMMAND.split(), "-j2", "-C", str(BUILD), *options]
     done = subprocess.run(
         command, cwd=BUILD, env=environment, capture_output=True, text=True, check=False
     )

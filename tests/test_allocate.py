@@ -269,7 +269,7 @@ def test_reach_is_the_lps(vehicle, seed):
         assert allocator.reach(F[None, :])[0] == pytest.approx(found.x[-1], rel=1e-7)
 
 
-@given(vehicle=boats(least=3), seed=st.integers(0, 10**6), scheme=st.sampled_from(["sign-pattern", "auto"]))  # fmt: skip
+@given(vehicle=boats(least=3), seed=st.integers(0, 10**6), scheme=st.sampled_from(["sign-pattern", "fewest-crossings"]))  # fmt: skip
 @settings(max_examples=15)
 def test_sides_change_only_for_more_than_the_hysteresis(vehicle, seed, scheme):
     """Held wrenches are the nearest that SciPy finds without a change of side, and near enough."""
@@ -318,7 +318,7 @@ def test_always_forward_is_table_one_of_the_paper(wrench):
 def test_the_bias_of_least_power_saves_what_table_one_gives_all_four_alike(wrench):
     """MallARD's null space is [1 1 1 1]: Table I less its smallest, down to F_os."""
     af = table_one(wrench, 0.12)
-    allocator = seatrial.Allocator(seatrial.load_vehicle("mallard-af"))
+    allocator = seatrial.Allocator(seatrial.load_vehicle("mallard-af"), "fewest-crossings")
     assert allocator.scheme is AllocatorScheme.NULL_SPACE
     np.testing.assert_allclose(allocator.allocate(wrench), af - af.min() + 0.12, atol=1e-12)
 
@@ -333,11 +333,11 @@ def test_plain_moore_penrose_is_the_papers():
 
 def test_three_thrusters_switch_and_say_so():
     tri = boat([(np.cos(a), np.sin(a), np.rad2deg(a) + 90) for a in np.arange(3) * 2.0944])
-    allocator = seatrial.Allocator(tri)
+    allocator = seatrial.Allocator(tri, "fewest-crossings")
     assert allocator.scheme is AllocatorScheme.SIGN_PATTERN
     assert allocator.switching == ("T_0", "T_1", "T_2")
     assert "hysteresis" in allocator.why
-    with pytest.raises(AllocationError, match=r"null space .* use auto, or sign-pattern"):
+    with pytest.raises(AllocationError, match=r"null space .* use fewest-crossings, or auto"):
         seatrial.Allocator(tri, "null-space")
     with pytest.raises(
         AllocationError, match="always-forward needs thrusters whose wrenches cancel"
@@ -348,9 +348,10 @@ def test_three_thrusters_switch_and_say_so():
 def test_a_thruster_alone_on_its_axis_switches_and_the_others_idle():
     """Two pairs that push along and turn, and one bow thruster: sway is its alone."""
     places = [(0.5, 0.3, 0), (0.5, -0.3, 0), (-0.5, 0.2, 0), (-0.5, -0.2, 0), (0, 0, 90)]
-    allocator = seatrial.Allocator(boat(places, [ChainGroup(dead_zone=DeadZone(0.1, 0.1))]))
+    vehicle = boat(places, [ChainGroup(dead_zone=DeadZone(0.1, 0.1))])
+    allocator = seatrial.Allocator(vehicle, "fewest-crossings")
     assert allocator.switching == ("T_4",)
-    assert allocator.scheme is AllocatorScheme.AUTO
+    assert allocator.scheme is AllocatorScheme.FEWEST
     assert sorted(allocator.sides[:4]) == [-1, -1, 1, 1]  # both directions of run
     np.testing.assert_allclose(allocator.wrench(allocator.idle), 0.0, atol=1e-12)
     assert allocator.idle[4] == pytest.approx(0.1)  # waits at its edge
@@ -360,8 +361,8 @@ def test_a_bias_that_the_limits_leave_no_room_for_is_not_taken():
     """The long lever's thruster would have to idle at ten times the short one's."""
     places = [(1.0, 0, 90), (-0.05, 0, 90), (-1.0, 0, 90), (0, 0.01, 0), (0, -0.01, 0)]
     zone = [ChainGroup(dead_zone=DeadZone(0.1, 0.1))]
-    easy = seatrial.Allocator(boat(places, zone))
-    tight = seatrial.Allocator(boat(places, zone), margin=0.6, limits=0.75)
+    easy = seatrial.Allocator(boat(places, zone), "fewest-crossings")
+    tight = seatrial.Allocator(boat(places, zone), "fewest-crossings", margin=0.6, limits=0.75)
     assert len(tight.switching) > len(easy.switching)
     np.testing.assert_allclose(tight.wrench(tight.idle), 0.0, atol=1e-12)
 
@@ -393,3 +394,99 @@ def test_a_models_coefficients_weigh_its_forces(cse1_vehicle):
     accelerated = found.scale * F
     accelerated[2] += model.values["N_ud"] * accelerated[0]  # yaw hangs on surge by N_ud u_dot
     np.testing.assert_allclose(moved, accelerated, atol=1e-12)
+
+
+@pytest.mark.parametrize("size", [0.02, 0.1, 0.25])
+def test_auto_has_the_least_wrench_error_then_the_least_power(size):
+    """Every scheme by hand over the same wrenches: with the curves inverted, and without."""
+    vehicle = boat(
+        [(0.2, 0.2, 135), (0.2, -0.2, -135), (-0.2, 0.2, 45), (-0.2, -0.2, -45)],
+        [
+            ChainGroup(
+                name=f"g{k}", actuators=[f"T_{k}"], dead_zone=DeadZone(size, size), reverse_ratio=1.0, power=1.0
+            )
+            for k in range(4)
+        ],
+    )  # fmt: skip
+    T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
+    demands = wrenches(3, T, chain.bounds, 0.3, 60)
+    for invert in (True, False):
+        scores = {}
+        for scheme in ("moore-penrose", "sign-pattern", "fewest-crossings"):
+            own = seatrial.Allocator(vehicle, scheme, invert=invert)
+            thrust = np.array([chain.of(c) for c in own.allocate(demands)])
+            error = np.sqrt(np.mean((thrust @ T.T - demands) ** 2))
+            scores[own.scheme] = round(error, 9), np.mean(np.sum(np.abs(thrust) ** 1.5, axis=1))
+        chosen = seatrial.Allocator(vehicle, invert=invert, demands=demands)
+        assert chosen.scheme is min(scores, key=scores.get), (invert, scores)
+        assert chosen.why.startswith("least wrench error, then least power: ")
+    assert seatrial.Allocator(vehicle).scheme is AllocatorScheme.MP
+
+
+@pytest.fixture(scope="module")
+def twin():
+    """Two thrusters astern, unequal dead zones, weaker astern; the file states both forces."""
+    from survey_boat import boat as survey
+
+    chain = [{"dead_zone": {"forward": 0.08, "reverse": 0.12}, "reverse_ratio": 0.6, "power": 1.5}]
+    return survey(chain)
+
+
+@pytest.mark.parametrize("scheme", ["moore-penrose", "sign-pattern", "fewest-crossings", "auto"])
+def test_a_boat_without_sway_thrust_is_allocated_in_surge_and_yaw(twin, scheme):
+    """Two thrusters, two axes: the commands are the only ones that give the wrench."""
+    allocator = seatrial.Allocator(twin, scheme)
+    assert allocator.boat.driven == (0, 2)
+    rng = np.random.default_rng(4)
+    low, high = allocator.thrust([-1.0, -1.0]), allocator.thrust([1.0, 1.0])
+    np.testing.assert_allclose(low, -0.6, atol=1e-12)
+    T = allocator.boat.T[[0, 2]]
+    for y in rng.uniform(low, high, (40, 2)):
+        F = T @ y
+        commands, shares, held = allocator.allot(np.array([[F[0], 0.0, F[1]]]))
+        given = allocator.wrench(commands[0])
+        np.testing.assert_allclose(
+            given, [F[0], 0.0, F[1]], atol=1e-9 + allocator.hysteresis * held[0]
+        )
+        np.testing.assert_array_equal(shares, 1.0)
+
+
+def test_differential_limits_are_the_linear_programmes(twin):
+    """Yaw beside surge: SciPy's largest, for every surge."""
+    from seatrial.control.allocation.schemes import authority, yaw_beside_surge
+
+    optimize = pytest.importorskip("scipy.optimize")
+    allocator = seatrial.Allocator(twin)
+    T = allocator.boat.T
+    bounds = [(-0.6, 1.0)] * 2
+    for surge, right, left in yaw_beside_surge(allocator):
+        for sign, found in ((-1.0, right), (1.0, left)):
+            best = optimize.linprog(-sign * T[2], A_eq=T[:1], b_eq=[surge], bounds=bounds)
+            assert found == pytest.approx(-best.fun, abs=1e-6)
+    most = authority(allocator)
+    np.testing.assert_array_equal(most[1], 0.0)
+    assert most[0] == pytest.approx([2 / np.sqrt(2), 1.2 / np.sqrt(2)])
+    assert most[2] == pytest.approx([1.2 / np.sqrt(2)] * 2)  # one ahead as far as the other astern
+
+
+def test_at_the_limits_yaw_keeps_its_share_and_sway_gets_none(twin):
+    allocator = seatrial.Allocator(twin)
+    commands, shares, _ = allocator.allot(np.array([[1.4, 0.0, 0.8], [0.1, 0.3, 0.1]]))
+    assert shares[0, 2] == 1.0 and 0.0 < shares[0, 0] < 1.0
+    given = allocator.wrench(commands)
+    assert given[0, 2] == pytest.approx(0.8)
+    assert given[0, 0] == pytest.approx(shares[0, 0] * 1.4)
+    assert shares[1].tolist() == [1.0, 0.0, 1.0]
+    np.testing.assert_allclose(given[1], [0.1, 0.0, 0.1], atol=1e-12)
+    with pytest.raises(AllocationError, match=r"wrench 0, 0.1, 0: .* reaches 0 of it"):
+        allocator.allocate([0.0, 0.1, 0.0], saturate=False)
+
+
+def test_two_thrusters_have_no_bias(twin):
+    with pytest.raises(
+        AllocationError, match=r"no bias within the limits that keeps all of left, right"
+    ):
+        seatrial.Allocator(twin, "null-space")
+    with pytest.raises(AllocationError, match="always-forward needs thrusters"):
+        seatrial.Allocator(twin, "always-forward")
+    assert seatrial.Allocator(twin, "fewest-crossings").scheme is AllocatorScheme.SIGN_PATTERN

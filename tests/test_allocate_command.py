@@ -104,8 +104,8 @@ def test_plain_moore_penrose_loses_what_the_dead_zone_takes(compared):
 def test_the_schemes_differ_as_they_should(compared):
     found, _ = compared
     by_name = {row.name: row for row in found.rows}
-    assert found.allocator.scheme.value == "null-space"
-    assert "auto" not in by_name  # it is null-space here
+    assert found.allocator.scheme.value == "moore-penrose"  # no wrench error, and the least power
+    assert "fewest-crossings" not in by_name  # it is null-space here
     drives = {name: row.drives[0] for name, row in by_name.items()}
     assert drives["always-forward"].crossing == drives["null-space"].crossing == 0.0
     assert 0 < drives["sign-pattern"].crossing < drives["moore-penrose"].crossing
@@ -151,9 +151,9 @@ def test_the_command_prints_writes_and_draws(place, capsys):
         "--figures", figures, "--tables", tables,
     )  # fmt: skip
     assert (code, error) == (0, "")
-    assert "scheme: null-space: a bias in T's null space keeps them out: F_1 forward" in text
+    assert "scheme: moore-penrose: least wrench error, then least power: least thrust" in text
     found = json.loads(data.read_text(), parse_constant=pytest.fail)
-    assert found["chosen"] == "null-space"
+    assert found["chosen"] == "moore-penrose"
     assert found["thrusters"]["F_3"] == {
         "effectiveness": [pytest.approx(0.5), pytest.approx(0.5), pytest.approx(-0.5)],
         "dead_zone": {"forward": 0.1, "reverse": 0.1},
@@ -192,7 +192,7 @@ def test_the_command_gives_the_commands_for_one_wrench(place, capsys):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["mallard-mp", "--wrench", "5", "0", "0"], "wrench 5, 0, 0: auto reaches"),
+        (["mallard-mp", "--wrench", "5", "0", "0"], "wrench 5, 0, 0: moore-penrose reaches"),
         (["mallard-mp", "--priority", "yaw"], "priority 'yaw': name surge, sway and yaw once each"),
         (["mallard-mp", "--margin", "2"], "leave no room below the limit 1"),
         (["nowhere.yaml"], "nowhere.yaml: no such file"),

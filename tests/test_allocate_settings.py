@@ -74,5 +74,5 @@ def test_priorities_are_ranks():
 
 
 def test_schemes_have_the_cores_numbers():
-    assert [s.code for s in AllocatorScheme] == [0, 1, 2, 3, 4]
+    assert [s.code for s in AllocatorScheme] == [0, 1, 2, 3, 4, 4]
     assert {s.value for s in Scheme} - {"direct"} <= set(SCHEMES)

@@ -51,12 +51,17 @@ def core_from(said: dict) -> tuple[_core.Boat, _core.Chain, np.ndarray]:
         row[len(STAGES)] = -1 if scale is None else list(said["scales"]).index(scale)
         row[len(STAGES) + 1] = 1 if actuator["tabulated"] else -1
         if pair:
-            row[len(STAGES) + 2 :] = (places[pair["partner"]], pair["across"], pair["mirrored"])
+            row[len(STAGES) + 2 : len(STAGES) + 5] = (
+                places[pair["partner"]],
+                pair["across"],
+                pair["mirrored"],
+            )
     allocation = said["allocation"]
     chain = _core.Chain(
         SCHEMES.index(allocation["scheme"]), np.array(allocation["inverse"]), allocation["offset"],
         np.inf if allocation["limit"] is None else allocation["limit"], np.array(said["mix"]), rows, len(constants),
         np.array(list(said["scales"].values())), np.array(said["table"], dtype=float).reshape(-1, 2),
+        np.zeros(np.shape(said["mix"])),
     )  # fmt: skip
     return core, chain, np.array([value[n] for n in constants])
 

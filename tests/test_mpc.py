@@ -284,8 +284,6 @@ def test_wrong_input_gets_one_line(controller, truth):
         Nmpc(truth, pool=(1.0, 1.0), clearance=0.5)
     with pytest.raises(ControlError, match="two stages"):
         Grid(1)
-    with pytest.raises(ControlError, match="names no thrusters"):
-        Nmpc(of_another(truth, load_vehicle(SHIP)))
 
 
 def test_a_model_that_runs_away_is_refused_in_the_words_of_export(truth, tmp_path):

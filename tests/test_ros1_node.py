@@ -2,6 +2,7 @@
 """The odometry node with a real ROS 1: a bag is played, the node runs, what it says is compared."""
 
 import os
+import shutil
 import signal
 import subprocess
 import time
@@ -15,6 +16,7 @@ from ros1_node_tools import (
     CATKIN,
     LATENCY,
     NODE,
+    SYSTEM_PYTHON,
     build,
     heading,
     messages,
@@ -227,6 +229,27 @@ def test_a_mistake_is_one_line(ros, known, arguments, words):
     said = process.said.read_text().strip()
     assert words in said
     assert said.count("\n") == 0
+
+
+def test_the_packages_configure_alone_as_bloom_exports_them(tmp_path):
+    """Each from its folder elsewhere; the nodes beside seatrial_core as catkin installs it."""
+    core, nodes = tmp_path / "core", tmp_path / "nodes"
+    shutil.copytree(ROOT / "core", core)
+    shutil.copytree(ROOT / "ros", nodes)
+    python, installed = f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", tmp_path / "installed"
+    for command in (
+        ["-S", core, "-B", "b1", python, "-DCATKIN_BUILD_BINARY_PACKAGE=1",
+         f"-DCMAKE_INSTALL_PREFIX={installed}"],
+        ["--build", "b1", "--target", "install"],
+        ["-S", nodes, "-B", "b2", python, f"-DCMAKE_PREFIX_PATH={installed}"],
+    ):  # fmt: skip
+        done = subprocess.run(
+            ["cmake", *map(str, command)], cwd=tmp_path, capture_output=True, text=True,
+            env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    flags = (tmp_path / "b2/common/CMakeFiles/seatrial_nodes.dir/flags.make").read_text()
+    assert f"{installed}/include" in flags
 
 
 def test_the_launch_file_passes_on_what_is_given(ros, known, tmp_path):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Simulator, tracking controller, mimic and components with a real ROS 2."""
 
+import shutil
 import signal
 import time
 
@@ -192,3 +193,14 @@ def test_ament_cpplint_has_nothing_to_say():
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "odometry.cpp" in done.stdout + done.stderr
+
+
+def test_the_package_configures_alone_as_bloom_exports_it(ros, tmp_path):
+    """Its folder elsewhere, beside seatrial_core as it was installed."""
+    shutil.copytree(ROOT / "ros", tmp_path / "exported")
+    core = WORKSPACE / "install" / "seatrial_core"
+    done = shell(f"cmake -S exported -B build -DCMAKE_PREFIX_PATH={core}", tmp_path)
+    assert done.returncode == 0, done.stderr
+    flags = (tmp_path / "build/common/CMakeFiles/seatrial_nodes.dir/flags.make").read_text()
+    assert f"{core}/include" in flags
+    assert str(ROOT / "core") not in flags

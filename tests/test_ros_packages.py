@@ -11,6 +11,8 @@ from types import ModuleType, SimpleNamespace
 from xml.etree import ElementTree
 
 import pytest
+import ros1_node_tools
+import ros2_tools
 import yaml
 from conftest import ROOT
 from cpp_tools import built, run
@@ -255,6 +257,12 @@ def launched(monkeypatch):
         return arguments, lambda context: opaque.function(context)[0]
 
     return run_file
+
+
+def test_the_documented_lines_are_those_that_the_tests_build_by():
+    page = (ROOT / "docs" / "ros.md").read_text()
+    for tools in (ros1_node_tools, ros2_tools):
+        assert f"\n{tools.COMMAND}  " in page
 
 
 def test_catkin_finds_both_packages_from_the_root(tmp_path):

@@ -165,7 +165,10 @@ def test_ros_parameters_are_the_files_numbers(tunings):
     np.testing.assert_array_equal(
         rows[:, 3:].T, [numbers.limits, numbers.idle_forward, numbers.idle_reverse]
     )
-    assert (given["allocation"], given["allocation_rank"]) == ("auto", [1.0, 1.0, 0.0])
+    assert (given["allocation"], given["allocation_rank"]) == (
+        "moore-penrose",
+        [1.0, 1.0, 0.0],
+    )  # the scheme that auto chose
     assert ros_parameters(tunings["vehicle"])["allocation"] == "vehicle"
 
 
@@ -177,7 +180,7 @@ def test_ros_parameters_are_the_files_numbers(tunings):
         ({"effectiveness": [(0.5, 0.5, 0.5)] * 4}, "is for other thrusters than those of"),
         (
             {"idle_forward": [2.0] * 4},
-            "allocation auto: not possible with the thrusters of mallard; tune it",
+            "allocation moore-penrose: not possible with the thrusters of mallard; tune it",
         ),
     ],
 )
@@ -211,3 +214,17 @@ def test_the_command_writes_it_and_says_what_it_is(boat, tmp_path, capsys):
     assert "Allocation null-space: a bias in T's null space keeps them out: F_1 forward" in said
     assert "Dead zone" not in said
     assert load_gains(out).allocation.scheme == "null-space"
+
+
+def test_a_gains_file_that_says_auto_keeps_its_bias(boat):
+    """Before `auto` compared wrench errors, it was what `fewest-crossings` is."""
+    gains = gains_of(tune(boat, allocation="fewest-crossings", draws=0))
+    old = msgspec.structs.replace(
+        gains, allocation=msgspec.structs.replace(gains.allocation, scheme="auto")
+    )
+    one, two = (TrackingController(g, boat) for g in (gains, old))
+    for t in (0.0, 0.02, 0.04):
+        given = [0.02, -0.03, 0.1], [0.01, 0.0, 0.0], Reference.still(np.zeros(3))
+        values = one.command(t, *given)
+        np.testing.assert_array_equal(values, two.command(t, *given))
+        assert (np.abs(values) > 0.08).all()  # each thruster idles past its edge

@@ -274,16 +274,20 @@ def test_a_boat_that_drives_itself_on_is_refused(changes, said):
         tune(mallard(**changes), draws=2)
 
 
-def test_a_boat_that_no_command_pushes_sideways_is_refused():
+@pytest.mark.parametrize("idle", ["surge", "yaw"])
+def test_a_boat_without_surge_or_yaw_thrust_is_refused(idle):
     from conftest import make_model
 
     structure = {
-        "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v"], "yaw": ["N_r * r", "N_F * F_r"],
+        "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v", "Y_F * F_v"], "yaw": ["N_r * r", "N_F * F_r"],
     }  # fmt: skip
+    structure[idle].pop()
+    values = {"X_u": -0.2, "X_F": 0.14, "Y_v": -0.2, "Y_F": 0.1, "N_r": -0.5, "N_F": 1.3}
     vehicle = with_chain("mallard-mp", structure=structure)
-    model = make_model(vehicle, {"X_u": -0.2, "X_F": 0.14, "Y_v": -0.2, "N_r": -0.5, "N_F": 1.3})
+    model = make_model(vehicle, {n: values[n] for n in vehicle.structure.coefficients})
     with pytest.raises(
-        ControlError, match=r"mallard: no command actuates sway; the controller needs"
+        ControlError,
+        match=rf"mallard: no command actuates {idle}; the controller needs a force in surge",
     ):
         tune(model)
 

@@ -47,13 +47,16 @@ Structure make_structure(const std::vector<TermRow>& rows, int n_coefficients, i
 }
 
 Chain make_chain(int scheme, Matrix inverse, double offset, double limit, Matrix mix,
-                 IndexTable actuators, int n_constants, Vector scale_reference, Matrix table) {
+                 IndexTable actuators, int n_constants, Vector scale_reference, Matrix table,
+                 Matrix deflection) {
   Chain c;
   require(inverse.shape(0) <= kMaxActuators && inverse.shape(1) <= kMaxCommands,
           "at most 8 actuators and 8 commands");
   require(mix.shape(0) <= kMaxForces && mix.shape(1) == inverse.shape(0),
           "mix: forces x actuators");
-  require(actuators.shape(0) == inverse.shape(0) && actuators.shape(1) == 16, "actuators: n x 16");
+  require(actuators.shape(0) == inverse.shape(0) && actuators.shape(1) == 20, "actuators: n x 20");
+  require(deflection.shape(0) == mix.shape(0) && deflection.shape(1) == mix.shape(1),
+          "deflection: forces x actuators");
   require(n_constants >= 0 && n_constants <= kMaxConstants, "too many chain constants");
   require(scale_reference.shape(0) <= kMaxScales, "at most 4 scale signals");
   require(table.shape(0) <= kMaxTable && table.shape(1) == 2, "table: at most 256 x 2");
@@ -68,23 +71,30 @@ Chain make_chain(int scheme, Matrix inverse, double offset, double limit, Matrix
   c.n_table = static_cast<int>(table.shape(0));
   for (int k = 0; k < c.n_actuators(); ++k) {
     for (int j = 0; j < c.allocation.n_commands; ++j) c.allocation.inverse[k][j] = inverse(k, j);
-    for (int j = 0; j < c.n_forces; ++j) c.mix[j][k] = mix(j, k);
-    for (int i = 0; i < 11; ++i) require(actuators(k, i) < n_constants, "constant out of range");
-    require(actuators(k, 11) < c.n_scales, "scale signal out of range");
+    for (int j = 0; j < c.n_forces; ++j) {
+      c.mix[j][k] = mix(j, k);
+      c.deflection[j][k] = deflection(j, k);
+    }
+    for (int i = 0; i < 14; ++i) require(actuators(k, i) < n_constants, "constant out of range");
+    require(actuators(k, 14) < c.n_scales, "scale signal out of range");
     Actuator& a = c.actuators[k];
     std::int8_t* fields[] = {&a.latency,      &a.edge_forward,  &a.edge_reverse,   &a.reverse_ratio,
                              &a.power,        &a.lag,           &a.scale_power,    &a.gain,
-                             &a.offset_along, &a.offset_across, &a.pair_dead_zone, &a.scale};
-    for (int i = 0; i < 12; ++i) *fields[i] = static_cast<std::int8_t>(actuators(k, i));
-    a.tabulated = actuators(k, 12) > 0;
-    a.partner = static_cast<std::int8_t>(actuators(k, 13));
-    a.across = actuators(k, 14) > 0;
-    a.mirrored = actuators(k, 15) > 0;
+                             &a.offset_along, &a.offset_across, &a.pair_dead_zone, &a.full_angle,
+                             &a.angle_offset, &a.angle_rate,    &a.scale};
+    for (int i = 0; i < 15; ++i) *fields[i] = static_cast<std::int8_t>(actuators(k, i));
+    a.tabulated = actuators(k, 15) > 0;
+    a.partner = static_cast<std::int8_t>(actuators(k, 16));
+    a.across = actuators(k, 17) > 0;
+    a.mirrored = actuators(k, 18) > 0;
+    a.steers = static_cast<std::int8_t>(actuators(k, 19));
     require(!a.tabulated || c.n_table >= 2, "a tabulated actuator needs a table");
   }
   require(
       pairs_are_whole(c),
       "a pair: two actuators, each other's partner, with the same constants and no other curve");
+  require(angles_are_whole(c),
+          "an angle turns one other actuator's thrust, and has no scale or gain");
   for (int i = 0; i < c.n_scales; ++i) c.scale_reference[i] = scale_reference(i);
   for (int i = 0; i < c.n_table; ++i) {
     c.table_command[i] = table(i, 0);
@@ -278,12 +288,13 @@ NB_MODULE(_core, m) {
       .def(
           "__init__",
           [](Chain* self, int scheme, Matrix inverse, double offset, double limit, Matrix mix,
-             IndexTable actuators, int n_constants, Vector scale_reference, Matrix table) {
+             IndexTable actuators, int n_constants, Vector scale_reference, Matrix table,
+             Matrix deflection) {
             new (self) Chain(make_chain(scheme, inverse, offset, limit, mix, actuators, n_constants,
-                                        scale_reference, table));
+                                        scale_reference, table, deflection));
           },
           "scheme"_a, "inverse"_a, "offset"_a, "limit"_a, "mix"_a, "actuators"_a, "n_constants"_a,
-          "scale_reference"_a, "table"_a);
+          "scale_reference"_a, "table"_a, "deflection"_a);
   nb::class_<Boat>(m, "Boat").def(
       "__init__",
       [](Boat* self, const Structure& structure, Vector coefficient, int integrator, double step) {

@@ -15,8 +15,9 @@ namespace {
 using namespace seatrial;
 
 /// gains: proportional, integral, derivative, authority: 4 x 3; mix: inputs x 3.
+/// guidance: time, radius, slowest, fastest, approach.
 TrackingGains make_gains(const Chain& chain, const Matrix& gains, const Matrix& mix, double limit,
-                         bool feed_forward) {
+                         bool feed_forward, const Vector& guidance) {
   const auto n = static_cast<std::size_t>(chain.allocation.n_commands);
   require(gains.shape(0) == 4 && gains.shape(1) == kAxes, "gains: 4 x 3");
   require(mix.shape(0) == n && mix.shape(1) == kAxes, "mix: one row an input, 3 columns");
@@ -30,6 +31,9 @@ TrackingGains make_gains(const Chain& chain, const Matrix& gains, const Matrix& 
   }
   g.limit = limit;
   g.feed_forward = feed_forward;
+  require(guidance.shape(0) == 5, "guidance: 5 numbers");
+  const double* given = guidance.data();
+  g.guidance = {given[0], given[1], given[2], given[3], given[4]};
   return g;
 }
 
@@ -62,8 +66,8 @@ void bind_tracking(nb::module_& m) {
       .def(
           "__init__",
           [](Tracker* self, const Boat& boat, const Chain& chain, Matrix gains, Matrix mix,
-             double limit, bool feed_forward, const Allocator* allocator) {
-            const TrackingGains g = make_gains(chain, gains, mix, limit, feed_forward);
+             double limit, bool feed_forward, const Allocator* allocator, Vector guidance) {
+            const TrackingGains g = make_gains(chain, gains, mix, limit, feed_forward, guidance);
             if (allocator == nullptr) {
               new (self) Tracker(boat.structure, boat.coefficient, chain.allocation, g);
               return;
@@ -74,11 +78,21 @@ void bind_tracking(nb::module_& m) {
             new (self) Tracker(boat.structure, boat.coefficient, *allocator, g);
           },
           "boat"_a, "chain"_a, "gains"_a, "mix"_a, "limit"_a, "feed_forward"_a,
-          "allocator"_a.none(),
-          "allocator: for inputs that are the thrusters; without it the boat's own allocation.")
+          "allocator"_a.none(), "guidance"_a,
+          "allocator: for inputs that are the thrusters; without it the boat's own allocation. "
+          "guidance: time, radius, slowest, fastest, approach; a time of 0: none.")
       .def("command", &track, "inputs"_a, "dt"_a, "eta"_a, "nu"_a, "now"_a, "ahead"_a,
            "Commands (inputs,), and the status of the call.")
       .def("forget", &Tracker::forget)
+      .def_prop_ro(
+          "drift",
+          [](const Tracker& self) {
+            const double* d = self.guidance().drift();
+            const double row[kAxes] = {d[0], d[1], self.guidance().direction()};
+            return row_of(row);
+          },
+          nb::for_getter(nb::rv_policy::move),
+          "Drift velocity that is compensated, earth-fixed [m/s], and the direction [rad].")
       .def_prop_ro(
           "integral",
           [](const Tracker& self) {

@@ -300,6 +300,57 @@ inline Chain paired_chain() {
 
 inline std::vector<double> paired_constants() { return {0.31, 0.17, -0.05, 0.15, 0.2, 0.07, 1.1}; }
 
+/// A propeller with a rudder (0, 1), which works in the flow too, and an azimuth thruster (2, 3).
+enum SteeredConstant {
+  kThrustLatency,
+  kAngleLatency,
+  kThrustEdge,
+  kThrustLag,
+  kAngleLag,  // of the azimuth thruster
+  kRudderAngle,
+  kRudderTrim,
+  kRudderRate,
+  kRudderZone,
+  kAzimuthAngle,
+  kAzimuthRate,
+  kSteeredConstants
+};
+
+inline Chain steered_chain() {
+  Chain c;
+  c.allocation.n_commands = 4;
+  c.allocation.n_actuators = 4;
+  c.n_forces = 3;
+  c.n_constants = kSteeredConstants;
+  // places (-0.6, 0.1) and (0.5, -0.2) m
+  const double mix[3][4] = {{1.0, 0.0, 0.7, 0.0}, {0.0, 1.0, 0.0, 0.7}, {-0.1, -0.6, 0.14, 0.35}};
+  for (int j = 0; j < 3; ++j) std::copy(mix[j], mix[j] + 4, c.mix[j]);
+  c.deflection[1][1] = 0.4;
+  c.deflection[2][1] = -0.24;
+  for (int k = 0; k < 4; ++k) {
+    const bool angle = k % 2 == 1;
+    Actuator& a = c.actuators[k];
+    a.latency = angle ? kAngleLatency : kThrustLatency;
+    a.lag = angle ? std::int8_t{-1} : std::int8_t{kThrustLag};
+    a.edge_forward = a.edge_reverse = angle ? std::int8_t{-1} : std::int8_t{kThrustEdge};
+    if (angle) a.steers = static_cast<std::int8_t>(k - 1);
+  }
+  Actuator& rudder = c.actuators[1];
+  rudder.full_angle = kRudderAngle;
+  rudder.angle_offset = kRudderTrim;
+  rudder.angle_rate = kRudderRate;
+  rudder.edge_forward = rudder.edge_reverse = kRudderZone;
+  Actuator& azimuth = c.actuators[3];
+  azimuth.full_angle = kAzimuthAngle;
+  azimuth.angle_rate = kAzimuthRate;
+  azimuth.lag = kAngleLag;
+  return c;
+}
+
+inline std::vector<double> steered_constants() {
+  return {0.13, 0.07, 0.06, 0.21, 0.09, 35.0, -4.0, 61.0, 0.05, 150.0, 95.0};
+}
+
 /// A piecewise-constant signal that owns its numbers.
 struct Script {
   int width = 0;

@@ -312,3 +312,47 @@ TEST_CASE("the inverse of a curve undoes it, and waits at the edge where no thru
   chain.table_thrust[4] = -0.1;  // falls
   CHECK_FALSE(ThrusterCurve(chain, q, 1, true).invertible(chain));
 }
+
+TEST_CASE("two thrusters side by side have surge and yaw") {
+  AllocatorSetup setup;
+  setup.scheme = AllocatorScheme::kMoorePenrose;
+  setup.rank[0] = 1;  // yaw first
+  setup.rank[1] = 1;
+  add_thruster(setup, -0.5, 0.4, 0.0);
+  add_thruster(setup, -0.5, -0.4, 0.0);
+  Allocator allocator(setup);
+  REQUIRE(allocator.fault() == AllocatorFault::kOk);
+  double command[kMaxActuators];
+  double given[kWrenchAxes];
+  const double wrench[kWrenchAxes] = {0.5, 0.0, 0.2};  // y = (F_u -+ F_r / 0.4) / 2
+  const long before = allocations.load();
+  Allotment out = allocator.allocate(wrench, command);
+  CHECK(allocations.load() == before);
+  CHECK_FALSE(out.limited);
+  CHECK(command[0] == doctest::Approx(0.0));
+  CHECK(command[1] == doctest::Approx(0.08 + 0.92 * 0.5));
+  const double sideways[kWrenchAxes] = {0.5, 0.3, 0.2};
+  out = allocator.allocate(sideways, command);
+  CHECK(out.limited);
+  CHECK(out.share[1] == 0.0);
+  CHECK(out.share[0] == 1.0);
+  allocator.wrench(command, given);
+  for (int i = 0; i < kWrenchAxes; ++i) CHECK(given[i] == doctest::Approx(wrench[i]));
+  const double most[kWrenchAxes] = {2.0, 0.0, 0.4};  // beside half the yaw half the surge is left
+  out = allocator.allocate(most, command);
+  CHECK(out.share[2] == 1.0);
+  CHECK(out.share[0] == doctest::Approx(0.5));
+  const double axes[3][kWrenchAxes] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  CHECK(allocator.reach(axes[0], 1e6) == doctest::Approx(2.0));
+  CHECK(allocator.reach(axes[1], 1e6) == 0.0);
+  CHECK(allocator.reach(axes[2], 1e6) == doctest::Approx(0.8));
+}
+
+TEST_CASE("without sway thrust, too: surge and yaw must be independent") {
+  AllocatorSetup setup;
+  setup.scheme = AllocatorScheme::kMoorePenrose;
+  add_thruster(setup, 0.0, 0.4, 0.0);
+  CHECK(Allocator(setup).fault() == AllocatorFault::kSize);
+  add_thruster(setup, 0.3, 0.4, 0.0);  // in line with the first
+  CHECK(Allocator(setup).fault() == AllocatorFault::kRank);
+}

@@ -169,6 +169,20 @@ TEST_CASE("sensitivities of five direct actuators with a table equal central dif
   for (const double largest : got.largest) CHECK(largest > 1e-3);
 }
 
+TEST_CASE("sensitivities of a boat with a rudder and an azimuth thruster") {
+  for (const Integrator integrator : {Integrator::kRungeKutta, Integrator::kForwardEuler}) {
+    Problem p(boats::mallard(), boats::mallard_coefficients(), boats::steered_chain(),
+              boats::steered_constants());
+    p.boat.integrator = integrator;
+    p.commands = boats::random_script(63, 40, 4, 0.4, -1.0, 1.0);
+    for (int i = 0; i < 110; ++i) p.time.push_back(0.0137 + i / 5.0);
+    const auto got = compare(p, simulated);
+    CHECK(got.value < 1e-12);
+    CHECK(got.relative < 1e-6);
+    for (const double largest : got.largest) CHECK(largest > 1e-3);
+  }
+}
+
 TEST_CASE("sensitivities hold where latencies are negative and the groups overtake each other") {
   Problem p = driven(boats::mallard(), boats::mallard_coefficients(), Scheme::kMoorePenrose, true);
   p.q[boats::kLatencyA] = -0.2117;

@@ -34,7 +34,7 @@ class Structure:
         """
 
 class Chain:
-    def __init__(self, scheme: int, inverse: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], offset: float, limit: float, mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], actuators: Annotated[NDArray[numpy.int32], dict(shape=(None, None), order='C', device='cpu', writable=False)], n_constants: int, scale_reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], table: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
+    def __init__(self, scheme: int, inverse: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], offset: float, limit: float, mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], actuators: Annotated[NDArray[numpy.int32], dict(shape=(None, None), order='C', device='cpu', writable=False)], n_constants: int, scale_reference: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], table: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], deflection: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
 
 class Boat:
     def __init__(self, structure: Structure, coefficient: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], integrator: int, longest_step: float) -> None: ...
@@ -236,15 +236,21 @@ class Allocator:
     def reach(self, direction: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], most: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
 class Tracker:
-    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool, allocator: Allocator | None) -> None:
+    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool, allocator: Allocator | None, guidance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None:
         """
-        allocator: for inputs that are the thrusters; without it the boat's own allocation.
+        allocator: for inputs that are the thrusters; without it the boat's own allocation. guidance: time, radius, slowest, fastest, approach; a time of 0: none.
         """
 
     def command(self, inputs: int, dt: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], now: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], ahead: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], int]:
         """Commands (inputs,), and the status of the call."""
 
     def forget(self) -> None: ...
+
+    @property
+    def drift(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """
+        Drift velocity that is compensated, earth-fixed [m/s], and the direction [rad].
+        """
 
     @property
     def integral(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...

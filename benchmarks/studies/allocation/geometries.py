@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What `auto` makes of thrusters here and there."""
+"""What `fewest-crossings` makes of thrusters here and there."""
 
 import msgspec
 import numpy as np
@@ -42,7 +42,7 @@ def table_of_boats() -> str:
     """Sides, those that switch, idle power and authority."""
     rows = []
     for name, places in BOATS.items():
-        allocator = seatrial.Allocator(boat(places))
+        allocator = seatrial.Allocator(boat(places), "fewest-crossings")
         sides = " ".join({1.0: "+", -1.0: "−", 0.0: "0"}[s] for s in allocator.sides.tolist())
         free = seatrial.Allocator(boat(places), "moore-penrose")
         share = 100 * allocator.reach(np.eye(3)) / free.reach(np.eye(3))

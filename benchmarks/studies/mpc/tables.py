@@ -6,6 +6,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.harness.markdown import table
+from benchmarks.studies.guidance.study import SHAPES as GUIDED_SHAPES
+from benchmarks.studies.guidance.study import SPEEDS
+from benchmarks.studies.guidance.tables import WEAK, cell
+from benchmarks.studies.mpc.guided import followed
 from benchmarks.studies.mpc.study import WALLED, at_walls, both, chosen, compiled, controller, timed
 from benchmarks.studies.tracking.loop import Outcome
 from benchmarks.studies.tracking.scenes import SCHEMES, SHAPES, truth
@@ -90,4 +94,21 @@ def walls() -> str:
     return table([*heads, "programmes unsolved"], rows)
 
 
-MAKERS: dict[str, Callable[[], str]] = {"courses": courses, "times": times, "walls": walls}
+def paths() -> str:
+    """A boat without sway thrust: RMS and 95 % of the distance from the path."""
+    rows = []
+    for shape in GUIDED_SHAPES:
+        for speed in SPEEDS:
+            own, weak = (followed(shape, speed, left=left) for left in (1.0, WEAK))
+            late = 1e3 * np.quantile(own.took, [0.5, 0.99])
+            rows.append(
+                [shape, f"{speed:g}", cell([own.outcome]), cell([weak.outcome]),
+                 f"{late[0]:.0f}, {late[1]:.0f}", str(own.unsolved + weak.unsolved)]
+            )  # fmt: skip
+    heads = ["NMPC [m]", f"left thruster at {WEAK:.0%} [m]", "a command: median, 99 % [ms]"]
+    return table(["course", "speed [m/s]", *heads, "programmes unsolved"], rows)
+
+
+MAKERS: dict[str, Callable[[], str]] = {
+    "courses": courses, "times": times, "walls": walls, "paths": paths,
+}  # fmt: skip

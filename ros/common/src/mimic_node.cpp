@@ -81,7 +81,7 @@ Diagnosis MimicNode::diagnose() const {
 /// Advice of a flag; of a limit with the commanded and the allowed value.
 std::string MimicNode::words(std::size_t flag) const {
   const Carrier& most = settings_.carrier;
-  const std::string advice = kMimicAdvice[flag];
+  std::string advice = kMimicAdvice[flag];
   if (1U << flag == kMimicSpeedLimited) {
     return advice + " (commanded " + plain(std::hypot(last_.asked[0], last_.asked[1])) + " m/s, " +
            plain(std::abs(last_.asked[2])) + " rad/s; at most " + plain(most.speed) + ", " +

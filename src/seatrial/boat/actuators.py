@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.boat.schema import ChainGroup, DeadZone, Estimate, PairEntry
+from seatrial.boat.schema import ChainGroup, DeadZone, Estimate, PairEntry, SteeredEntry
+from seatrial.boat.steering import check_steering, stages_of
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 
@@ -18,11 +19,14 @@ ESTIMATE: Final = "estimate"
 STAGES = (
     "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
     "pair_offset_along", "pair_offset_across", "pair_dead_zone",
+    "full_angle", "angle_offset", "angle_rate",
 )  # in the order of the core's Actuator  # fmt: skip
 SHORTEST_LAG = 1e-6  # [s] a smaller lag is none, as in the core
-USES = ("scale", "tabulated", "partner", "across", "mirrored")  # the core's after these
+USES = ("scale", "tabulated", "partner", "across", "mirrored", "steers")  # the core's after these
 CURVE = ("edge_forward", "edge_reverse", "reverse_ratio", "power")  # of a single actuator
-CONSTANT_UNITS = {"latency": "s", "lag": "s"}  # all others have none
+CONSTANT_UNITS = {  # all others have none
+    "latency": "s", "lag": "s", "steer_angle": "deg", "steer_offset": "deg", "steer_rate": "deg/s",
+}  # fmt: skip
 STARTS = {  # start values of estimated constants
     "latency": 0.0,  # [s]
     "lag": 0.05,  # [s]
@@ -34,6 +38,9 @@ STARTS = {  # start values of estimated constants
     "pair_offset_along": 0.0,
     "pair_offset_across": 0.0,
     "pair_dead_zone": 0.05,
+    "full_angle": 30.0,  # [deg]
+    "angle_offset": 0.0,  # [deg]
+    "angle_rate": 60.0,  # [deg/s]
 }
 
 
@@ -43,7 +50,7 @@ class Constants:
 
     names: tuple[str, ...]
     values: Array  # (n,) given values; start values of those to be estimated
-    index: NDArray[np.int32]  # (actuators, 11): STAGES -> place in `values`, -1: stage absent
+    index: NDArray[np.int32]  # (actuators, 14): STAGES -> place in `values`, -1: stage absent
     estimated: tuple[str, ...]  # names of those that the file leaves to the estimator
 
     def of_each(self, stage: str, values: Array) -> Array:
@@ -89,7 +96,7 @@ class ChainReader:
         index = np.full((len(self.actuators), len(STAGES)), -1, dtype=np.int32)
         for group in self.groups:
             for stage, name, given, members in self._stages(group):
-                for one in (stage, *_also(group, stage)):
+                for one in (stage, *_also(group, stage, name)):
                     column = STAGES.index(one)
                     if np.any(index[members, column] >= 0):
                         raise VehicleError(
@@ -102,10 +109,11 @@ class ChainReader:
         if len(set(names)) != len(names):
             raise VehicleError(f"{self.source}: chain: two groups have the same name; rename one")
         self._check_pairs(index)
+        check_steering(self.groups, self.source)
         return Constants(tuple(names), np.array(values, dtype=float), index, tuple(estimated))
 
     def rows(self, constants: Constants, scales: Sequence[str], signs: Array) -> NDArray[np.int32]:
-        """Rows (actuators, 16) as the core takes them: STAGES, then USES, -1 where absent.
+        """Rows (actuators, 20) as the core takes them: STAGES, then USES, -1 where absent.
 
         `signs` (actuators,): -1 where the reader negates the recorded command; its edges are
         exchanged.
@@ -124,6 +132,8 @@ class ChainReader:
                 rows[members, USES.index("tabulated")] = 1
             if group.pair is not None:
                 self._place_pairs(rows, group.pair, signs)
+            if group.steered is not None:
+                self._place_angles(rows, group.steered, signs)
             if group.table is not None and not _odd(group.table):
                 self._refuse_turned([k for k in members if signs[k] < 0], "a table")
         uneven = constants.index[:, STAGES.index("reverse_ratio")] >= 0
@@ -151,7 +161,14 @@ class ChainReader:
                 # offset and mirror are of the commands as the file has them
                 turned = (own in pair.mirrored) != (signs[k] < 0)
                 partner = self.place(other, "chain: pair")
-                rows[k, USES.index("partner") :] = (partner, across, turned)
+                rows[k, USES.index("partner") : USES.index("steers")] = (partner, across, turned)
+
+    def _place_angles(self, rows: NDArray[np.int32], entry: SteeredEntry, signs: Array) -> None:
+        for thrust, angle in entry.of:
+            k = self.place(angle, "chain: steered")
+            rows[k, USES.index("steers")] = self.place(thrust, "chain: steered")
+            rows[k, USES.index("scale")] = -1  # of a group of all actuators
+            self._refuse_turned([k] if signs[k] < 0 else [], "an angle")
 
     def _stages(self, group: ChainGroup) -> Iterator[tuple[str, str, float | str, list[int]]]:
         """Stage, the constant's name, value or 'estimate', and its actuators."""
@@ -165,6 +182,10 @@ class ChainReader:
             paired = [self.place(n, "chain: pair") for names in group.pair.of for n in names]
             for stage, value in _of_pair(group.pair).items():
                 yield stage, stage + suffix, value, paired
+        if group.steered is not None:
+            angles = [self.place(angle, "chain: steered") for _, angle in group.steered.of]
+            for stage, (name, given) in stages_of(group.steered).items():
+                yield stage, name + suffix, given, angles
         gains = group.gains or {}
         if gains and not np.isclose(np.mean(list(gains.values())), 1.0):
             raise VehicleError(
@@ -232,6 +253,16 @@ def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
         ends = {end: f"pair_offset_{end}" for end in ("along", "across")}
         offset = msgspec.structs.replace(group.pair.offset, **_put(group.pair.offset, here, ends))
         changes["pair"] = msgspec.structs.replace(group.pair, offset=offset, **dead)
+    if group.steered is not None:
+        keys = {
+            key: name + suffix
+            for key, name in (
+                ("angle_deg", "steer_angle"), ("offset_deg", "steer_offset"),
+                ("rate_deg", "steer_rate"), ("dead_zone", "steer_dead_zone"),
+            )
+        }  # fmt: skip
+        given = _put(group.steered, values, keys)
+        changes["steered"] = msgspec.structs.replace(group.steered, **given)
     if group.gains is not None:
         changes["gains"] = {n: values.get(f"gain.{n}", gain) for n, gain in group.gains.items()}
     single = {stage: stage for stage in ("latency", "reverse_ratio", "power", "lag")}
@@ -250,10 +281,12 @@ def _edges(given: DeadZone | Estimate) -> DeadZone:
     return DeadZone(ESTIMATE, ESTIMATE) if isinstance(given, str) else given
 
 
-def _also(group: ChainGroup, stage: str) -> tuple[str, ...]:
+def _also(group: ChainGroup, stage: str, name: str) -> tuple[str, ...]:
     """Stages that share a stage's constant."""
     zone = group.dead_zone
-    shared = isinstance(zone, DeadZone) and zone.symmetric and stage == "edge_forward"
+    of_angle = name.startswith("steer_dead_zone")
+    symmetric = of_angle or (isinstance(zone, DeadZone) and zone.symmetric)
+    shared = symmetric and stage == "edge_forward"
     return ("edge_reverse",) if shared else ()
 
 

@@ -245,8 +245,9 @@ def direct_chain(n: int) -> _core.Chain:
     """A chain without any stage: n commands are the n generalised forces."""
     rows = np.full((n, len(STAGES) + len(USES)), -1, dtype=np.int32)
     return _core.Chain(
-        0, np.eye(n), 0.0, float("inf"), np.eye(n), rows, 0, np.zeros(0), np.zeros((0, 2))
-    )
+        0, np.eye(n), 0.0, float("inf"), np.eye(n), rows, 0, np.zeros(0), np.zeros((0, 2)),
+        np.zeros((n, n)),
+    )  # fmt: skip
 
 
 def _distance(states: Array, t: Array, axis: int) -> Array:

@@ -15,6 +15,8 @@ Positive = Annotated[float, msgspec.Meta(gt=0)]
 NotNegative = Annotated[float, msgspec.Meta(ge=0)]
 Edge = Annotated[float, msgspec.Meta(ge=0, lt=1)]
 Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
+FullAngle = Annotated[float, msgspec.Meta(gt=0, le=360)]  # [deg]
+TrimAngle = Annotated[float, msgspec.Meta(ge=-180, le=180)]  # [deg]
 Length = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]  # [m] from a small boat's origin
 Delay = Annotated[float, msgspec.Meta(ge=-1, le=1)]  # [s] of a sensor; negative: stamped late
 Estimate = Literal["estimate"]  # instead of a number: the stage exists, its value is estimated
@@ -107,10 +109,11 @@ class ThrusterEntry(Strict, frozen=True):
 
 
 class ForceEntry(Strict, frozen=True):
-    """A generalised force as a weighted sum of actuators."""
+    """A generalised force as a weighted sum of actuators, and of the sines of angles."""
 
     axis: Literal["surge", "sway", "yaw"]
-    of: dict[str, float]
+    of: dict[str, float] = {}
+    deflection: dict[str, float] = {}  # angles of `steered`: their sines, a rudder in the flow
 
 
 class AllocationEntry(Strict, frozen=True):
@@ -153,6 +156,19 @@ class PairEntry(Strict, frozen=True):
     dead_zone: Edge | Estimate | None = None  # of the vector's length
 
 
+class SteeredEntry(Strict, frozen=True):
+    """Thrusters that an angle turns: rudder behind a propeller, outboard, azimuth thruster.
+
+    A thrust f and an angle a give f cos(a) in the thrust's place, f sin(a) in the angle's.
+    """
+
+    of: list[tuple[str, str]]  # actuators, thrust and angle
+    angle_deg: FullAngle | Estimate  # [deg] at command 1, from forward to the second axis
+    offset_deg: TrimAngle | Estimate | None = None  # [deg] at command 0; absent: none
+    rate_deg: Positive | Estimate | None = None  # [deg/s] rate limit; absent: none
+    dead_zone: Edge | Estimate | None = None  # of the angle's command, both ways
+
+
 class ScaleUse(Strict, frozen=True):
     """Thrust is multiplied by (signal / reference) ^ power."""
 
@@ -172,6 +188,7 @@ class ChainGroup(Strict, frozen=True):
     power: Positive | Estimate | None = None  # exponent past the edge
     table: list[tuple[float, float]] | None = None  # command, thrust; instead of edge and power
     pair: PairEntry | None = None  # instead of all these
+    steered: SteeredEntry | None = None  # thrusters that an angle turns
     lag: NotNegative | Estimate | None = None  # [s]
     scale: ScaleUse | None = None
     gains: dict[str, float] | None = None  # by actuator, mean 1

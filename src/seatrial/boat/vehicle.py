@@ -19,6 +19,7 @@ from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_mat
 from seatrial.boat.names import check_files, check_names, check_title
 from seatrial.boat.physical_library import base_terms
 from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
+from seatrial.boat.steering import angle_names
 from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.errors import VehicleError
 from seatrial.util.files import convert, expect_format, read_yaml
@@ -182,6 +183,22 @@ class Vehicle:
         return np.array([[float(i == f.name) for i in self.inputs] for f in self.forces])
 
     @cached_property
+    def deflection(self) -> Array:
+        """D (forces, actuators): F += D sin(angle), of a rudder in the flow."""
+        found = np.zeros((len(self.forces), len(self.actuators)))
+        angles = angle_names(self.file.chain)
+        for row, (name, force) in zip(found, self.file.forces.items(), strict=False):
+            flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
+            for actuator, weight in force.deflection.items():
+                if actuator not in angles:
+                    raise VehicleError(
+                        f"{self.source}: force {name}: deflection names '{actuator}'; angles of the "
+                        f"chain's steered entries are {', '.join(angles) or 'none'}"
+                    )
+                row[self._reader.place(actuator, f"force {name}")] = flip * weight
+        return found
+
+    @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:
         """Thrusters in forward-left-up axes, in the order of `actuators`."""
         given = self.file.thrusters
@@ -246,7 +263,7 @@ class Vehicle:
 
     @cached_property
     def stages(self) -> NDArray[np.int32]:
-        """Rows (actuators, 16): which constant each stage of the chain uses, as `ChainReader.rows`."""
+        """Rows (actuators, 20): which constant each stage of the chain uses, as `ChainReader.rows`."""
         return self._reader.rows(self.constants, self.scales, self.actuator_signs)
 
     @cached_property
@@ -283,6 +300,7 @@ class Vehicle:
             len(self.constants.names),
             np.array([s.reference for s in self.file.scales.values()], dtype=float),
             np.array(tables[0] if tables else [], dtype=float).reshape(-1, 2),
+            np.ascontiguousarray(self.deflection),
         )
 
     def with_chain(self, groups: list[ChainGroup]) -> "Vehicle":
@@ -335,6 +353,10 @@ class Vehicle:
     def _explicit_mix(self, forces: Mapping[str, ForceEntry]) -> Array:
         mix = np.zeros((len(forces), len(self.actuators)))
         for row, (name, force) in zip(mix, forces.items(), strict=True):
+            if not force.of and not force.deflection:
+                raise VehicleError(
+                    f"{self.source}: force '{name}' is of no actuator: give of: {{…}}"
+                )
             if not name.startswith("F_"):
                 raise VehicleError(f"{self.source}: force '{name}': names begin with F_")
             flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0

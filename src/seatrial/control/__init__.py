@@ -10,7 +10,19 @@ from seatrial.control.gains_file import (
     save_ros,
 )
 from seatrial.control.tracking.controller import Tracked, TrackingController
-from seatrial.control.tracking.courses import Circle, Course, Eight, Shape, Square, fitted
+from seatrial.control.tracking.courses import (
+    ByLength,
+    Circle,
+    Course,
+    Eight,
+    Shape,
+    Square,
+    Track,
+    at_speed,
+    fitted,
+    lawn_mower,
+    rounded_square,
+)
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tracking.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
 from seatrial.control.tuning.console import tuning_text
@@ -21,6 +33,7 @@ __all__ = [
     "CONTROLLER_RATE",
     "KNOB",
     "VEHICLE",
+    "ByLength",
     "Circle",
     "Course",
     "Eight",
@@ -29,13 +42,17 @@ __all__ = [
     "Shape",
     "Square",
     "ThrusterAllocation",
+    "Track",
     "Tracked",
     "TrackingController",
     "Tuning",
+    "at_speed",
     "fitted",
     "gains_of",
+    "lawn_mower",
     "load_gains",
     "ros_parameters",
+    "rounded_square",
     "save_gains",
     "save_ros",
     "tune",

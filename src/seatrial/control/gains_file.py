@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Gains as a file for the controller, and as ROS parameters."""
 
+from collections.abc import Sequence
+from dataclasses import astuple
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -15,7 +17,7 @@ from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.loops import Margins
 from seatrial.util.errors import ControlError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import Array
 
 GAINS_FORMAT: Final = "gains 1"
 Three = tuple[float, float, float]  # surge, sway, yaw
@@ -32,6 +34,16 @@ class AxisMargins(Strict, frozen=True):
     sensitivity: float
 
 
+class GuidanceEntry(Strict, frozen=True):
+    """Line-of-sight guidance of a boat without sway thrust; `docs/tune.md`."""
+
+    time: Positive  # [s] look-ahead distance over speed
+    radius: Positive  # [m] least look-ahead distance, and the circle of station keeping
+    slowest: Positive  # [m/s] a reference below it rests
+    fastest: Positive  # [m/s] of approach
+    approach: Positive  # [s] position error over the speed that the surge gains make of it
+
+
 class GainsFile(Strict, frozen=True):
     """The controller's parameters. Axis commands are in command units: at 1 the largest input is full."""
 
@@ -44,7 +56,7 @@ class GainsFile(Strict, frozen=True):
     proportional: Three  # command units per m, m, rad
     integral: Three  # per m s, m s, rad s; of the earth-fixed error
     derivative: Three  # per m/s, m/s, rad/s
-    authority: Three  # [m/s^2, m/s^2, rad/s^2] of an axis command of 1
+    authority: Three  # [m/s^2, m/s^2, rad/s^2] of an axis command of 1; 0: an axis without thrust
     mix: list[Three]  # by input: share of the axis commands
     lead: Annotated[float, msgspec.Meta(ge=0)]  # [s] by which the feed-forward looks ahead
     limit: Annotated[float, msgspec.Meta(gt=0)] = 1.0  # of each input
@@ -55,6 +67,7 @@ class GainsFile(Strict, frozen=True):
         default_factory=dict
     )  # of all draws of its covariance
     allocation: ThrusterAllocation | None = None  # none: the boat's own
+    guidance: GuidanceEntry | None = None  # none: the boat has sway thrust
     draws: int = 0
     seed: int = 0
     version: str = ""  # of seatrial
@@ -69,10 +82,11 @@ def gains_of(tuning: Tuning) -> GainsFile:
         model.name, "forward-left-up", list(model.vehicle.inputs), tuning.knob, tuning.action, tuning.rate,
         _three(table[:, 0]), _three(table[:, 1]), _three(table[:, 2]),
         _three(boat.authority), [_three(row) for row in _clean(boat.mix)],
-        float(tuning.delay.mean()), 1.0 if limit is None else min(limit, 1.0),
+        float(tuning.delay[list(boat.driven)].mean()), 1.0 if limit is None else min(limit, 1.0),
         _three(tuning.delay), _three(dead_zone(model, boat, tuning.allocator)),
-        _margins(tuning.nominal), _margins(tuning.worst),
+        _margins(tuning.nominal, tuning.loops), _margins(tuning.worst, tuning.loops),
         None if tuning.allocator is None else as_numbers(tuning.allocator),
+        None if tuning.guidance is None else GuidanceEntry(*astuple(tuning.guidance)),
         tuning.draws, tuning.seed, version("seatrial"),
     )  # fmt: skip
 
@@ -91,6 +105,14 @@ def load_gains(path: str | Path) -> GainsFile:
             f"{path}: mix has {len(found.mix)} rows; expected one for each of the inputs "
             f"{', '.join(found.inputs)}"
         )
+    if min(found.authority[0], found.authority[2]) <= 0.0:
+        raise ControlError(
+            f"{path}: authority {found.authority}: expected more than 0 in surge and yaw"
+        )
+    if (found.authority[1] <= 0.0) != (found.guidance is not None):
+        raise ControlError(
+            f"{path}: an authority of 0 in sway and guidance belong together: one is missing; tune it again"
+        )
     return found
 
 
@@ -99,11 +121,17 @@ def ros_parameters(tuning: Tuning) -> dict[str, Any]:
     g = gains_of(tuning)
     return {
         **_allocation_parameters(g.allocation),
+        **({} if g.guidance is None else {"guidance": guidance_numbers(g)}),
         "knob": g.knob, "action": g.action, "rate": g.rate, "lead": g.lead, "limit": g.limit,
         "proportional": list(g.proportional), "integral": list(g.integral),
         "derivative": list(g.derivative), "authority": list(g.authority),
         "mix": [x for row in g.mix for x in row],
     }  # fmt: skip
+
+
+def guidance_numbers(gains: GainsFile) -> list[float]:
+    """Time, radius, slowest, fastest, approach; zeros without guidance."""
+    return [0.0] * 5 if gains.guidance is None else list(msgspec.structs.astuple(gains.guidance))
 
 
 def save_ros(tuning: Tuning, path: str | Path, *, ros2: bool = False) -> None:
@@ -128,14 +156,14 @@ def _allocation_parameters(given: ThrusterAllocation | None) -> dict[str, Any]:
     }
 
 
-def _margins(found: Margins) -> dict[str, AxisMargins]:
+def _margins(found: Margins, loops: Sequence[str]) -> dict[str, AxisMargins]:
     degrees = np.degrees(found.phase)
     return {
         axis: AxisMargins(
             float(found.gain_up[i]) if np.isfinite(found.gain_up[i]) else None,
             float(degrees[i]), float(found.delay[i]), float(found.sensitivity[i]),
         )
-        for i, axis in enumerate(AXES)
+        for i, axis in enumerate(loops)
     }  # fmt: skip
 
 

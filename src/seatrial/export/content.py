@@ -13,8 +13,10 @@ import numpy as np
 from seatrial.boat.actuators import SHORTEST_LAG, STAGES, USES
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
+from seatrial.boat.steering import angle_names
 from seatrial.boat.structure import Structure
 from seatrial.export.spelling import line
+from seatrial.util.errors import ExportError
 from seatrial.util.frames import Array, Axes
 
 MATRIX_DECIMALS = 14  # of matrices with entries of about 1
@@ -131,8 +133,13 @@ class Content:
 
     @cached_property
     def actuators(self) -> tuple[Actuator, ...]:
-        """In the order of T's columns."""
+        """In the order of T's columns. Raises ExportError where one is an angle."""
         vehicle = self.model.vehicle
+        if angles := angle_names(vehicle.file.chain):
+            raise ExportError(
+                f"{self.model.name}: {', '.join(angles)} is an angle (chain: steered), which no export format "
+                "expresses yet. Use the model file: sim, predict and the ROS nodes read it"
+            )
         found = []
         for name, row in zip(vehicle.actuators, vehicle.stages.tolist(), strict=True):
             own = {

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The actuator chain: command -> latency -> static curve, of the actuator alone or of two together
-// (a pair) -> first-order lag -> scale -> F = T f.
+// (a pair) -> first-order lag -> scale -> F = T f. An actuator may be the angle that turns another
+// one's thrust (rudder, outboard, azimuth thruster).
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "seatrial/actuators/allocation.hpp"
+#include "seatrial/actuators/rate_limit.hpp"
 #include "seatrial/model/structure.hpp"
 
 namespace seatrial {
@@ -14,6 +17,7 @@ namespace seatrial {
 inline constexpr int kMaxConstants = 32;  // chain constants q of all actuators together
 inline constexpr int kMaxScales = 4;      // known scale signals (propeller speed, voltage)
 inline constexpr int kMaxTable = 256;     // points of a tabulated curve
+inline constexpr double kDegree = 3.14159265358979323846 / 180.0;  // [rad]
 
 /// Where the constants of one actuator stand in q; -1: stage absent (its neutral value).
 struct Actuator {
@@ -29,11 +33,16 @@ struct Actuator {
   std::int8_t offset_along = -1;    // [-] added to the first component
   std::int8_t offset_across = -1;   // [-] added to the second
   std::int8_t pair_dead_zone = -1;  // [-] of the vector's length, >= 0
-  std::int8_t scale = -1;           // which scale signal; -1: none
-  bool tabulated = false;           // the table instead of edges and power
-  std::int8_t partner = -1;         // the pair's other actuator; -1: no pair
-  bool across = false;              // the pair's second component
-  bool mirrored = false;            // its command counts with the other sign in the vector
+  // of an angle, whose level is in rad
+  std::int8_t full_angle = -1;    // [deg] at full command
+  std::int8_t angle_offset = -1;  // [deg] at no command (trim)
+  std::int8_t angle_rate = -1;    // [deg/s] rate limit, > 0
+  std::int8_t scale = -1;         // which scale signal; -1: none
+  bool tabulated = false;         // the table instead of edges and power
+  std::int8_t partner = -1;       // the pair's other actuator; -1: no pair
+  bool across = false;            // the pair's second component
+  bool mirrored = false;          // its command counts with the other sign in the vector
+  std::int8_t steers = -1;        // the actuator whose thrust this angle turns; -1: no angle
 };
 
 /// Structure of the chain; its constants q are kept apart, so that they can be estimated.
@@ -42,7 +51,8 @@ struct Chain {
   int n_forces = 0;
   int n_scales = 0;
   int n_constants = 0;
-  double mix[kMaxForces][kMaxActuators] = {};  // T: F = T f
+  double mix[kMaxForces][kMaxActuators] = {};         // T: F = T f
+  double deflection[kMaxForces][kMaxActuators] = {};  // F += D sin(angle): a rudder in the flow
   double scale_reference[kMaxScales] = {1.0, 1.0, 1.0, 1.0};
   Actuator actuators[kMaxActuators];
   int n_table = 0;
@@ -51,8 +61,6 @@ struct Chain {
 
   int n_actuators() const { return allocation.n_actuators; }
 };
-
-inline constexpr double kShortestLag = 1e-6;  // [s] a smaller one counts as none
 
 namespace detail {
 
@@ -134,12 +142,27 @@ inline double of_pair(const Chain& c, const double* q, int k, const double* thru
   return sign * own * ratio;
 }
 
+/// Angle [rad]: the single curve of its command times the full angle, and the offset.
+/// slope[i] += d / d q_i.
+inline double of_angle(const Chain& c, const double* q, int k, double command, double* slope) {
+  const Actuator& a = c.actuators[k];
+  const double full = kDegree * constant(q, a.full_angle, 0.0);
+  const double g =
+      a.tabulated ? interpolate(c, command) : edges_and_power(a, q, command, full, slope);
+  if (slope != nullptr) {
+    if (a.full_angle >= 0) slope[a.full_angle] += kDegree * g;
+    if (a.angle_offset >= 0) slope[a.angle_offset] += kDegree;
+  }
+  return full * g + kDegree * constant(q, a.angle_offset, 0.0);
+}
+
 }  // namespace detail
 
 /// Static curve of actuator k with its gain, for one row of commands to all actuators.
 /// Where `slope` is given, slope[i] += d target / d q_i (n_constants entries).
 inline double curve(const Chain& c, const double* q, int k, const double* thruster, double* slope) {
   const Actuator& a = c.actuators[k];
+  if (a.steers >= 0) return detail::of_angle(c, q, k, thruster[k], slope);
   const double gain = detail::constant(q, a.gain, 1.0);
   double g = 0.0;
   if (a.partner >= 0) {
@@ -173,6 +196,25 @@ inline bool pairs_are_whole(const Chain& c) {
   return true;
 }
 
+/// Whether every angle turns another actuator's thrust, at most one does each, and none has a stage
+/// of thrust; stages of angles belong to angles.
+inline bool angles_are_whole(const Chain& c) {
+  bool turned[kMaxActuators] = {};
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    const Actuator& a = c.actuators[k];
+    if (a.steers < 0) {
+      if (a.full_angle >= 0 || a.angle_offset >= 0 || a.angle_rate >= 0) return false;
+      continue;
+    }
+    const bool another = a.steers < c.n_actuators() && a.steers != k;
+    const bool thrusts = a.partner >= 0 || a.gain >= 0 || a.scale >= 0;
+    if (!another || thrusts || a.full_angle < 0 || turned[a.steers]) return false;
+    if (c.actuators[a.steers].steers >= 0 || c.actuators[a.steers].partner >= 0) return false;
+    turned[a.steers] = true;
+  }
+  return true;
+}
+
 /// Multiplier (s / s_ref)^p of actuator k; 1 without a scale signal.
 inline double multiplier(const Chain& c, const double* q, int k, const double* scale,
                          double* slope) {
@@ -191,12 +233,27 @@ inline double decay(const Chain& c, const double* q, int k, double h) {
   return lag > kShortestLag ? std::exp(-h / lag) : 0.0;
 }
 
+/// Rate limit of actuator k's level [1/s]; 0: none.
+inline double rate_limit(const Chain& c, const double* q, int k) {
+  return kDegree * detail::constant(q, c.actuators[k].angle_rate, 0.0);
+}
+
+/// Whether actuator k's level jumps to its target: neither lag nor rate limit.
+inline bool follows_at_once(const Chain& c, const double* q, int k) {
+  return !(detail::constant(q, c.actuators[k].lag, 0.0) > kShortestLag) &&
+         c.actuators[k].angle_rate < 0;
+}
+
 /// What a lag leaves, over one step, of an actuator's distance to its target, by the nodes of the
 /// step: such that its velocity and its position both have the exact integrals of what is left.
 struct LagDecay {
   double end = 0.0;     // as it is there
   double middle = 0.0;  // like exp(-x / 2) where the lag is long beside the step
   double begin = 0.0;   // like 1
+  // of an actuator with a rate limit, which has these instead
+  double rate = 0.0;  // [1/s] of its level; 0: none
+  double lag = 0.0;   // [s]
+  double step = 0.0;  // [s]
 };
 
 namespace detail {
@@ -239,22 +296,92 @@ inline LagDecay lag_decay(double x, LagDecay* slope = nullptr) {
 
 /// Thrust at one instant: level, target and multiplier of each actuator.
 struct Thrust {
-  double level[kMaxActuators] = {};       // after the lag
+  double level[kMaxActuators] = {};       // after the lag and the rate limit; [rad] of an angle
   double target[kMaxActuators] = {};      // what the level tends to
   double multiplier[kMaxActuators] = {};  // of the known scale signal
 };
 
-/// Level of actuator k after h [s] with a constant target: exact.
-inline double level_after(const Chain& c, const double* q, const Thrust& f, int k, double h) {
-  return f.target[k] + (f.level[k] - f.target[k]) * decay(c, q, k, h);
+inline constexpr double kArrived = 1e-9;  // [rad] beyond the end of the rate limit: rounding
+
+/// [s] until actuator k's rate limit no longer holds it back; infinite where it does not now.
+inline double time_limited(const Chain& c, const double* q, const Thrust& f, int k) {
+  const double rate = rate_limit(c, q, k);
+  if (!(rate > 0.0)) return std::numeric_limits<double>::infinity();
+  const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
+  const double past = std::abs(f.level[k] - f.target[k]) - (lag > kShortestLag ? rate * lag : 0.0);
+  return past > kArrived ? past / rate : std::numeric_limits<double>::infinity();
 }
 
-/// F = T f, with f_k = multiplier_k level_k.
+/// Of `length` [s] from here the part in which no actuator reaches the end of its rate limit: the
+/// thrust is smooth over it.
+inline double smooth_part(const Chain& c, const double* q, const Thrust& f, double length) {
+  for (int k = 0; k < c.n_actuators(); ++k) length = std::min(length, time_limited(c, q, f, k));
+  return length;
+}
+
+/// Level of actuator k after h [s] with a constant target: exact.
+inline double level_after(const Chain& c, const double* q, const Thrust& f, int k, double h) {
+  const double away = f.level[k] - f.target[k];
+  const double rate = rate_limit(c, q, k);
+  if (rate > 0.0) {
+    const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
+    return f.target[k] + rate_limited(away, rate, lag, h).left;
+  }
+  return f.target[k] + away * decay(c, q, k, h);
+}
+
+/// Sine and cosine of the angle that actuator k is.
+struct Turn {
+  double cos, sin;
+};
+
+inline Turn turn_of(const double* f, int k) { return {std::cos(f[k]), std::sin(f[k])}; }
+
+/// F = T f + D sin(angle), with f_k = multiplier_k level_k. A thrust f that an angle turns is
+/// f cos(angle) in its own place and f sin(angle) in the angle's.
 inline void mix_forces(const Chain& c, const double* f, double* force) {
+  double output[kMaxActuators];
+  double sine[kMaxActuators] = {};
+  for (int k = 0; k < c.n_actuators(); ++k) output[k] = f[k];
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    const int turned = c.actuators[k].steers;
+    if (turned < 0) continue;
+    const Turn t = turn_of(f, k);
+    output[turned] = f[turned] * t.cos;
+    output[k] = f[turned] * t.sin;
+    sine[k] = t.sin;
+  }
   for (int j = 0; j < c.n_forces; ++j) {
     double sum = 0.0;
-    for (int k = 0; k < c.n_actuators(); ++k) sum += c.mix[j][k] * f[k];
+    for (int k = 0; k < c.n_actuators(); ++k) {
+      sum += c.mix[j][k] * output[k] + c.deflection[j][k] * sine[k];
+    }
     force[j] = sum;
+  }
+}
+
+/// Derivatives of `mix_forces` at f by those of f, for n parameters: df[k] and dforce[j] are rows.
+template <class Rows, class Forces>
+inline void mix_slopes(const Chain& c, const double* f, const Rows& df, int n, Forces& dforce) {
+  bool turned[kMaxActuators] = {};
+  for (int k = 0; k < c.n_actuators(); ++k) {
+    if (c.actuators[k].steers >= 0) turned[c.actuators[k].steers] = true;
+  }
+  for (int j = 0; j < c.n_forces; ++j) {
+    for (int p = 0; p < n; ++p) dforce[j][p] = 0.0;
+    for (int k = 0; k < c.n_actuators(); ++k) {
+      const int own = c.actuators[k].steers;
+      if (turned[k]) continue;  // with its angle
+      if (own < 0) {
+        for (int p = 0; p < n; ++p) dforce[j][p] += c.mix[j][k] * df[k][p];
+        continue;
+      }
+      const Turn t = turn_of(f, k);
+      const double to_thrust = c.mix[j][own] * t.cos + c.mix[j][k] * t.sin;
+      const double to_angle =
+          f[own] * (c.mix[j][k] * t.cos - c.mix[j][own] * t.sin) + c.deflection[j][k] * t.cos;
+      for (int p = 0; p < n; ++p) dforce[j][p] += to_thrust * df[own][p] + to_angle * df[k][p];
+    }
   }
 }
 

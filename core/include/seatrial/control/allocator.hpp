@@ -20,8 +20,8 @@ enum class AllocatorScheme : std::uint8_t {
 
 enum class AllocatorFault : std::uint8_t {
   kOk,
-  kSize,           // 3 to 8 thrusters
-  kRank,           // surge, sway and yaw can't be had independently
+  kSize,           // fewer thrusters than axes with thrust, or more than 8
+  kRank,           // the axes with thrust, two at least, can't be had independently
   kCurve,          // a curve that does not rise outside its dead zone, or a propeller's pair
   kDeadZone,       // no room between dead zone, or idle command, and limit
   kAlwaysForward,  // forward thrusts do not cancel: Table I is for MallARD's kind of geometry
@@ -84,12 +84,19 @@ class Allocator {
       out.number = false;
       return out;
     }
+    double asked[kWrenchAxes];
+    for (int j = 0; j < kWrenchAxes; ++j) {
+      asked[j] = idle_axis_[j] ? 0.0 : wrench[j];
+      if (asked[j] == wrench[j]) continue;
+      out.share[j] = 0.0;
+      out.limited = true;
+    }
     double y[kMaxActuators];
     if (setup_.scheme == AllocatorScheme::kAlwaysForward) {
-      always_forward(wrench, out, y);
+      always_forward(asked, out, y);
     } else {
       double within[kWrenchAxes];
-      limit(wrench, out, within);
+      limit(asked, out, within);
       least_effort(within, out, y);
     }
     for (int k = 0; k < n; ++k) y[k] = std::abs(y[k]) < kRounding ? 0.0 : y[k];
@@ -129,6 +136,9 @@ class Allocator {
 
   /// The largest multiple of a wrench (3), up to `most`, that is given with all axes alike.
   double reach(const double* wrench, double most) const {
+    for (int j = 0; j < kWrenchAxes; ++j) {
+      if (idle_axis_[j] && wrench[j] != 0.0) return 0.0;
+    }
     if (setup_.scheme == AllocatorScheme::kAlwaysForward) {
       double y[kMaxActuators];
       start_forward(y);
@@ -141,7 +151,10 @@ class Allocator {
  private:
   AllocatorFault prepare() {
     const Effectiveness& t = setup_.effectiveness;
-    if (t.n < kWrenchAxes || t.n > kMaxActuators) return AllocatorFault::kSize;
+    const int axes = t.driven();
+    if (t.n < axes || t.n > kMaxActuators) return AllocatorFault::kSize;
+    if (axes < kWrenchAxes - 1) return AllocatorFault::kRank;
+    for (int j = 0; j < kWrenchAxes; ++j) idle_axis_[j] = t.idle(j);
     if (!invert_geometry()) return AllocatorFault::kRank;
     for (int k = 0; k < t.n; ++k) {
       if (setup_.inverted && setup_.chain.actuators[k].partner >= 0) return AllocatorFault::kCurve;
@@ -152,7 +165,7 @@ class Allocator {
     return choose_sides();
   }
 
-  /// T+ = T' (T T')^-1; false where the rank is below 3.
+  /// T+ = T' (T T')^-1 of the axes with thrust; false where they depend on each other.
   bool invert_geometry() {
     const Effectiveness& t = setup_.effectiveness;
     double gram[kWrenchAxes][kWrenchAxes] = {};
@@ -161,6 +174,7 @@ class Allocator {
         for (int j = 0; j < kWrenchAxes; ++j) gram[i][j] += t.column[k][i] * t.column[k][j];
       }
     }
+    for (int j = 0; j < kWrenchAxes; ++j) gram[j][j] = idle_axis_[j] ? 1.0 : gram[j][j];
     double adjoint[kWrenchAxes][kWrenchAxes];
     for (int i = 0; i < kWrenchAxes; ++i) {
       detail::cross3(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
@@ -227,6 +241,7 @@ class Allocator {
       if (std::abs(g) > kSame) return AllocatorFault::kAlwaysForward;
     }
     for (int j = 0; j < 2 * kWrenchAxes; ++j) {
+      if (idle_axis_[j / 2]) continue;
       double axis[kWrenchAxes] = {};
       axis[j / 2] = j % 2 == 0 ? 1.0 : -1.0;
       double y[kMaxActuators] = {};
@@ -308,7 +323,7 @@ class Allocator {
 
   void note_share(int rank, double alpha, Allotment& out) const {
     for (int j = 0; j < kWrenchAxes; ++j) {
-      if (setup_.rank[j] == rank) out.share[j] = alpha;
+      if (setup_.rank[j] == rank && !idle_axis_[j]) out.share[j] = alpha;
     }
     out.limited = out.limited || alpha < 1.0;
   }
@@ -360,6 +375,7 @@ class Allocator {
   AllocatorSetup setup_;
   AllocatorFault fault_ = AllocatorFault::kOk;
   double inverse_[kMaxActuators][kWrenchAxes] = {};  // T+
+  bool idle_axis_[kWrenchAxes] = {};                 // without thrust
   ThrusterCurve curve_[kMaxActuators];
   ThrustRange range_;
   Idle idle_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Which wrenches thrusters between bounds can give: the zonotope {T y : low <= y <= high}, by the
-// planes of its faces. Every face is spanned by two thrusters (McMullen 1971).
+// planes of its faces. Every face is spanned by two thrusters (McMullen 1971); where an axis has no
+// thrust, by one thruster and that axis, which is then without limits.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -12,11 +13,26 @@ namespace seatrial {
 
 inline constexpr int kWrenchAxes = 3;  // surge, sway, yaw
 inline constexpr int kMaxFaces = kMaxActuators * (kMaxActuators - 1) / 2;
+static_assert(kMaxFaces >= kMaxActuators);
 
 /// T (3 x n): what unit thrust of each thruster gives, in command units.
 struct Effectiveness {
   int n = 0;
   double column[kMaxActuators][kWrenchAxes] = {};
+
+  /// Whether no thruster pushes along an axis.
+  bool idle(int axis) const {
+    for (int k = 0; k < n; ++k) {
+      if (column[k][axis] != 0.0) return false;
+    }
+    return true;
+  }
+
+  int driven() const {
+    int axes = 0;
+    for (int j = 0; j < kWrenchAxes; ++j) axes += idle(j) ? 0 : 1;
+    return axes;
+  }
 
   void wrench(const double* thrust, double* out) const {
     for (int j = 0; j < kWrenchAxes; ++j) out[j] = 0.0;
@@ -52,8 +68,15 @@ class Reach {
   Reach() = default;
 
   Reach(const Effectiveness& t, const Bounds& bounds) {
+    for (int axis = 0; axis < kWrenchAxes; ++axis) {
+      if (!t.idle(axis)) continue;
+      double unit[kWrenchAxes] = {};
+      unit[axis] = 1.0;
+      for (int i = 0; i < t.n; ++i) add_face(t, bounds, i, i, unit);
+      return;
+    }
     for (int i = 0; i < t.n; ++i) {
-      for (int j = i + 1; j < t.n; ++j) add_face(t, bounds, i, j);
+      for (int j = i + 1; j < t.n; ++j) add_face(t, bounds, i, j, t.column[j]);
     }
   }
 
@@ -152,9 +175,10 @@ class Reach {
     *b = line.bound * line.q + t * line.p;
   }
 
-  void add_face(const Effectiveness& t, const Bounds& bounds, int i, int j) {
+  /// Spanned by thruster i and a second vector: of thruster j, or an axis without thrust (j = i).
+  void add_face(const Effectiveness& t, const Bounds& bounds, int i, int j, const double* second) {
     double* normal = normal_[n_];
-    detail::cross3(t.column[i], t.column[j], normal);
+    detail::cross3(t.column[i], second, normal);
     const double length = std::sqrt(detail::dot3(normal, normal));
     if (length < kParallel) return;  // two thrusters in line span no face
     double low = 0.0;

@@ -18,9 +18,9 @@ class AxisCommands {
  public:
   using Mix = double[kMaxCommands][kAxes];  // inputs by axis commands
 
-  /// `limit`: of each input.
-  AxisCommands(const Allocation& allocation, const Mix& mix, double limit)
-      : allocation_(allocation), limit_(std::min(limit, allocation.limit)) {
+  /// `limit`: of each input. `yaw_first`: at the limits yaw is served first, not all axes alike.
+  AxisCommands(const Allocation& allocation, const Mix& mix, double limit, bool yaw_first = false)
+      : allocation_(allocation), limit_(std::min(limit, allocation.limit)), yaw_first_(yaw_first) {
     std::copy(&mix[0][0], &mix[0][0] + sizeof(Mix) / sizeof(double), &mix_[0][0]);
   }
 
@@ -49,11 +49,25 @@ class AxisCommands {
       const Allotment given = allocator_->allocate(wrench, values);
       return given.number && !given.limited;
     }
-    for (int k = 0; k < size(); ++k) values[k] = detail::dot3(mix_[k], axis);
-    return limit(values);
+    const double share = yaw_first_ ? beside_yaw(axis) : 1.0;
+    const double given[kAxes] = {share * axis[0], share * axis[1], axis[2]};
+    for (int k = 0; k < size(); ++k) values[k] = detail::dot3(mix_[k], given);
+    return limit(values) && share >= 1.0;
   }
 
  private:
+  /// The share of surge and sway that the limits leave beside the whole of yaw.
+  double beside_yaw(const double* axis) const {
+    double share = 1.0;
+    for (int k = 0; k < size(); ++k) {
+      const double turn = mix_[k][2] * axis[2];
+      const double rest = mix_[k][0] * axis[0] + mix_[k][1] * axis[1];
+      const double room = std::max(0.0, rest > 0.0 ? limit_ - turn : limit_ + turn);
+      if (std::abs(rest) > room) share = std::min(share, room / std::abs(rest));
+    }
+    return share;
+  }
+
   /// Scales commands to what inputs and thrusters can; false where that was needed.
   bool limit(double* values) const {
     const int n = size();
@@ -70,6 +84,7 @@ class AxisCommands {
 
   Allocation allocation_;
   double limit_ = 1.0;
+  bool yaw_first_ = false;
   Mix mix_ = {};
   std::optional<Allocator> allocator_;
   double wrench_[kWrenchAxes][kAxes] = {};  // by axis commands, in command units

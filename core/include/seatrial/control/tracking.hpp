@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: MIT
 // The tracking controller: a reference and the boat's motion in, commands out. Feed-forward through
 // the model, PID on what is left; commands are limited with their direction kept, or as an
-// allocator's priorities say. No heap, no exceptions.
+// allocator's priorities say. For a boat without sway thrust a guidance law makes of the reference
+// what surge and yaw can follow. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
 #include "seatrial/control/axis_commands.hpp"
+#include "seatrial/control/guidance.hpp"
 #include "seatrial/model/dynamics.hpp"
 #include "seatrial/model/frames.hpp"
 
@@ -18,17 +20,11 @@ struct TrackingGains {
   double proportional[kAxes] = {};      // axis commands per m, m, rad
   double integral[kAxes] = {};          // per m s, m s, rad s
   double derivative[kAxes] = {};        // per m/s, m/s, rad/s
-  double authority[kAxes] = {1, 1, 1};  // [m/s^2, m/s^2, rad/s^2] by an axis command of 1
+  double authority[kAxes] = {1, 1, 1};  // [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: none
   AxisCommands::Mix mix = {};           // inputs by axis commands
   double limit = 1.0;                   // of each input, and of what the integral asks for
   bool feed_forward = true;
-};
-
-/// Where the boat is to be, earth-fixed.
-struct Reference {
-  double eta[kAxes] = {};           // x, y [m], psi [rad]
-  double rate[kAxes] = {};          // [m/s, m/s, rad/s]
-  double acceleration[kAxes] = {};  // [m/s^2, m/s^2, rad/s^2]
+  GuidanceSettings guidance;  // on: for a boat without sway thrust
 };
 
 /// Status of a call.
@@ -46,7 +42,8 @@ class Tracker {
 
   Tracker(const Structure& structure, const double* coefficient, const Allocation& allocation,
           const TrackingGains& gains)
-      : Tracker(structure, coefficient, AxisCommands(allocation, gains.mix, gains.limit), gains) {}
+      : Tracker(structure, coefficient,
+                AxisCommands(allocation, gains.mix, gains.limit, gains.guidance.on()), gains) {}
 
   /// For a boat whose inputs are its thrusters; within the allocator's limits.
   Tracker(const Structure& structure, const double* coefficient, const Allocator& allocator,
@@ -59,35 +56,40 @@ class Tracker {
                   const Reference& ahead, double* values) {
     std::fill(values, values + commands_.size(), 0.0);
     if (!numbers(dt, eta, nu, now, ahead)) return Tracked::kNotNumber;
-    const double off[kAxes] = {now.eta[0] - eta[0], now.eta[1] - eta[1], wrap(now.eta[2] - eta[2])};
-    double error[kAxes];
-    double past[kAxes];  // its integral
-    double wanted[kAxes];
-    earth_to_body(eta[2], off, error);
+    const Guided go =
+        gains_.guidance.on() ? guided(dt, eta, nu, now, ahead) : straight(eta, now, ahead);
+    double off[kAxes];   // the error, earth-fixed
+    double past[kAxes];  // its integral, in body axes
+    body_to_earth(eta[2], go.error, off);
     earth_to_body(eta[2], integral_, past);
-    earth_to_body(eta[2], now.rate, wanted);
     double axis[kAxes] = {};
-    if (gains_.feed_forward) ahead_of(eta[2] + wrap(ahead.eta[2] - now.eta[2]), ahead, axis);
+    if (gains_.feed_forward) held(go, axis);
     for (int i = 0; i < kAxes; ++i) {
-      axis[i] += gains_.proportional[i] * error[i] + gains_.integral[i] * past[i] +
-                 gains_.derivative[i] * (wanted[i] - nu[i]);
+      axis[i] += gains_.proportional[i] * go.error[i] + gains_.integral[i] * past[i] +
+                 gains_.derivative[i] * (go.rate[i] - nu[i]);
     }
     const bool limited = !commands_.command(axis, values);
-    integrate(std::clamp(dt, 0.0, kLongestStep), eta[2], off, error, limited ? axis : nullptr);
+    integrate(std::clamp(dt, 0.0, kLongestStep), eta[2], off, go.error, limited ? axis : nullptr,
+              go.near);
+    guidance_.hold(limited);
     return limited ? Tracked::kLimited : Tracked::kFollowing;
   }
 
   /// Without memory of errors.
-  void forget() { std::fill(integral_, integral_ + kAxes, 0.0); }
+  void forget() {
+    std::fill(integral_, integral_ + kAxes, 0.0);
+    guidance_.forget();
+  }
 
   /// Integral of the pose error, earth-fixed [m s, m s, rad s].
   const double* integral() const { return integral_; }
   const TrackingGains& gains() const { return gains_; }
+  const Guidance& guidance() const { return guidance_; }
 
  private:
   Tracker(const Structure& structure, const double* coefficient, const AxisCommands& commands,
           const TrackingGains& gains)
-      : structure_(structure), commands_(commands), gains_(gains) {
+      : structure_(structure), commands_(commands), gains_(gains), guidance_(gains.guidance) {
     std::copy(coefficient, coefficient + structure.n_coefficients, coefficient_);
   }
 
@@ -101,27 +103,50 @@ class Tracker {
     return std::isfinite(sum);
   }
 
-  /// The inverse of Eq. (12): axis commands under which the boat, at heading psi, moves as the
-  /// reference does.
-  void ahead_of(double psi, const Reference& reference, double* axis) const {
-    double nu[kAxes];
-    double rate[kAxes];
-    earth_to_body(psi, reference.rate, nu);
-    earth_to_body(psi, reference.acceleration, rate);
-    rate[0] += nu[2] * nu[1];  // nu_dot = R' eta_ddot - r S nu
-    rate[1] -= nu[2] * nu[0];
+  /// A boat that can go sideways: the reference itself, and its motion ahead.
+  static Guided straight(const double* eta, const Reference& now, const Reference& ahead) {
+    Guided out;
+    const double off[kAxes] = {now.eta[0] - eta[0], now.eta[1] - eta[1], wrap(now.eta[2] - eta[2])};
+    earth_to_body(eta[2], off, out.error);
+    earth_to_body(eta[2], now.rate, out.rate);
+    const double psi = eta[2] + wrap(ahead.eta[2] - now.eta[2]);
+    earth_to_body(psi, ahead.rate, out.nu);
+    earth_to_body(psi, ahead.acceleration, out.nu_dot);
+    out.nu_dot[0] += out.nu[2] * out.nu[1];  // nu_dot = R' eta_ddot - r S nu
+    out.nu_dot[1] -= out.nu[2] * out.nu[0];
+    return out;
+  }
+
+  Guided guided(double dt, const double* eta, const double* nu, const Reference& now,
+                const Reference& ahead) {
+    return guidance_.guide(dt, eta, nu, now, ahead, [this](const double* motion) {
+      double free[kAxes] = {};
+      if (gains_.feed_forward) unforced(motion, free);
+      return free[1];
+    });
+  }
+
+  void unforced(const double* nu, double* rate) const {
     const double none[kMaxForces] = {};
+    acceleration(structure_, coefficient_, nu, none, rate);
+  }
+
+  /// The inverse of Eq. (12): axis commands under which the boat moves so.
+  void held(const Guided& go, double* axis) const {
     double free[kAxes];
-    acceleration(structure_, coefficient_, nu, none, free);
-    for (int i = 0; i < kAxes; ++i) axis[i] = (rate[i] - free[i]) / gains_.authority[i];
+    unforced(go.nu, free);
+    for (int i = 0; i < kAxes; ++i) {
+      const double full = gains_.authority[i];
+      axis[i] = full > 0.0 ? (go.nu_dot[i] - free[i]) / full : 0.0;
+    }
   }
 
   /// Where commands are limited, only what takes back is integrated; the integral alone never asks
   /// for more than the limit.
   void integrate(double dt, double psi, const double* off, const double* error,
-                 const double* limited) {
+                 const double* limited, bool near) {
     const auto adds = [&](int i) { return gains_.integral[i] * error[i] * limited[i]; };
-    const bool plane = limited == nullptr || adds(0) + adds(1) <= 0.0;
+    const bool plane = near && (limited == nullptr || adds(0) + adds(1) <= 0.0);
     const bool turn = limited == nullptr || adds(2) <= 0.0;
     for (int i = 0; i < kAxes; ++i) integral_[i] += (i < 2 ? plane : turn) ? dt * off[i] : 0.0;
     double past[kAxes];
@@ -138,6 +163,7 @@ class Tracker {
   Structure structure_;
   AxisCommands commands_;
   TrackingGains gains_;
+  Guidance guidance_;
   double coefficient_[kMaxCoefficients] = {};
   double integral_[kAxes] = {};
 };

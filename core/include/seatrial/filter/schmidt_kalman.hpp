@@ -52,7 +52,7 @@ inline void retarget(const Chain& c, const double* q, const PrincipalErrors& d, 
                      double target, const double* slope, ThrustErrors& e) {
   const Actuator& a = c.actuators[k];
   const double lag = detail::constant(q, a.lag, 0.0);
-  const bool lags = lag > kShortestLag;
+  const bool lags = !follows_at_once(c, q, k);
   Loadings fresh = {};
   detail::add_constants(d, slope, c.n_constants, fresh);
   for (int i = 0; i < kMostConsidered; ++i) {
@@ -60,8 +60,10 @@ inline void retarget(const Chain& c, const double* q, const PrincipalErrors& d, 
     e.target[k][i] = fresh[i];
   }
   if (a.latency < 0) return;
-  detail::add_loadings((old - target) / (lags ? lag : detail::kImpulse), d.constant[a.latency],
-                       e.away[k]);
+  const double rate = rate_limit(c, q, k);
+  double speed = (old - target) / (lag > kShortestLag ? lag : detail::kImpulse);  // [1/s]
+  if (rate > 0.0) speed = std::clamp(speed, -rate, rate);
+  detail::add_loadings(speed, d.constant[a.latency], e.away[k]);
 }
 
 /// `lag_decays` with the decay of errors and derivatives to the lag.
@@ -75,7 +77,13 @@ struct ErrorDecay {
 inline void error_decays(const Chain& c, const double* q, double h, LagDecay* decays,
                          ErrorDecay* out) {
   for (int k = 0; k < c.n_actuators(); ++k) {
-    if (k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag) {
+    const double rate = rate_limit(c, q, k);
+    if (rate > 0.0) {
+      decays[k] = {0.0, 0.0, 0.0, rate, detail::constant(q, c.actuators[k].lag, 0.0), h};
+      out[k] = ErrorDecay{};
+      continue;
+    }
+    if (k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag && decays[k - 1].rate == 0.0) {
       decays[k] = decays[k - 1];
       out[k] = out[k - 1];
       continue;
@@ -96,29 +104,62 @@ inline void error_decays(const Chain& c, const double* q, double h, LagDecay* de
   }
 }
 
+namespace detail {
+
+/// An actuator with a rate limit: mean level over a step, its mean error (moved), and e.away at the
+/// step's end.
+inline double limited_errors(const Actuator& a, const PrincipalErrors& d, const LagDecay& step,
+                             double target, double start, int k, ThrustErrors& e, Loadings& moved) {
+  const Distance middle = rate_limited(start, step.rate, step.lag, 0.5 * step.step);
+  const Distance end = rate_limited(start, step.rate, step.lag, step.step);
+  const auto mean = [](double begin, double half, double full) {
+    return (begin + 4.0 * half + full) / 6.0;
+  };
+  const Loadings& rate = d.constant[a.angle_rate];
+  const Loadings none = {};
+  const Loadings& lag = a.lag >= 0 ? d.constant[a.lag] : none;
+  for (int i = 0; i < kMostConsidered; ++i) {
+    moved[i] = e.target[k][i] + e.away[k][i] * mean(1.0, middle.dstart, end.dstart) +
+               kDegree * rate[i] * mean(0.0, middle.drate, end.drate) +
+               lag[i] * mean(0.0, middle.dlag, end.dlag);
+    e.away[k][i] = e.away[k][i] * end.dstart + kDegree * rate[i] * end.drate + lag[i] * end.dlag;
+  }
+  return target + mean(start, middle.left, end.left);
+}
+
+}  // namespace detail
+
 /// Mean errors of the generalised forces over a step; the thrusters' errors move to its end. To be
 /// called before the thrust itself is moved.
 inline void force_errors(const Chain& c, const PrincipalErrors& d, const LagDecay* decays,
                          const ErrorDecay* lag_decays, const Thrust& f, ThrustErrors& e,
                          Loadings force[kMaxForces]) {
-  for (int j = 0; j < c.n_forces; ++j) std::fill(force[j], force[j] + kMostConsidered, 0.0);
   const Loadings none = {};
+  double mean[kMaxActuators];
+  Loadings output[kMaxActuators];
   for (int k = 0; k < c.n_actuators(); ++k) {
     const std::int8_t own = c.actuators[k].lag;
     const Loadings& lag = own >= 0 ? d.constant[own] : none;
     const double away = f.level[k] - f.target[k];
     const LagDecay& left = decays[k];
-    const double level = f.target[k] + away * (left.begin + 4.0 * left.middle + left.end) / 6.0;
-    Loadings output;
-    for (int i = 0; i < kMostConsidered; ++i) {
-      const double moved = e.target[k][i] + e.away[k][i] * lag_decays[k].mean +
-                           away * lag_decays[k].mean_slope * lag[i];
-      output[i] = f.multiplier[k] * moved + e.multiplier[k][i] * level;
-      e.away[k][i] =
-          e.away[k][i] * lag_decays[k].left.end + away * lag_decays[k].end_slope * lag[i];
+    double level = f.target[k] + away * (left.begin + 4.0 * left.middle + left.end) / 6.0;
+    Loadings moved;
+    if (left.rate > 0.0) {
+      level = detail::limited_errors(c.actuators[k], d, left, f.target[k], away, k, e, moved);
+    } else {
+      for (int i = 0; i < kMostConsidered; ++i) {
+        moved[i] = e.target[k][i] + e.away[k][i] * lag_decays[k].mean +
+                   away * lag_decays[k].mean_slope * lag[i];
+        e.away[k][i] =
+            e.away[k][i] * lag_decays[k].left.end + away * lag_decays[k].end_slope * lag[i];
+      }
     }
-    for (int j = 0; j < c.n_forces; ++j) detail::add_loadings(c.mix[j][k], output, force[j]);
+    mean[k] = f.multiplier[k] * level;
+    for (int i = 0; i < kMostConsidered; ++i) {
+      output[k][i] = f.multiplier[k] * moved[i] + e.multiplier[k][i] * level;
+    }
   }
+  mix_slopes(c, mean, output, kMostConsidered, force);
 }
 
 /// Accelerations by the principal errors in a step's middle, at a given velocity.

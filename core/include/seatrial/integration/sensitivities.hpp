@@ -165,13 +165,7 @@ struct StepForces {
 inline void mix_node(const Chain& c, const Columns& columns, const double* output,
                      const double doutput[kMaxActuators][kMaxConstants], int node, StepForces& to) {
   mix_forces(c, output, to.force[node]);
-  for (int j = 0; j < c.n_forces; ++j) {
-    for (int p = 0; p < columns.n_constants; ++p) {
-      double sum = 0.0;
-      for (int k = 0; k < c.n_actuators(); ++k) sum += c.mix[j][k] * doutput[k][p];
-      to.dforce[node][j][p] = sum;
-    }
-  }
+  mix_slopes(c, output, doutput, columns.n_constants, to.dforce[node]);
 }
 
 /// The remaining distance to the target after `h`, and its derivatives.
@@ -202,6 +196,22 @@ inline double level_sensitivities(const Columns& columns, const Thrust& f,
   return f.target[k] + away * remains;
 }
 
+/// The level of an actuator with a rate limit after h [s], and its derivatives.
+inline double limited_sensitivities(const Chain& c, const double* q, const Columns& columns,
+                                    const Thrust& f, const ThrustSensitivities& df, int k, double h,
+                                    const double* dh, double* dlevel) {
+  const Actuator& a = c.actuators[k];
+  const Distance d =
+      rate_limited(f.level[k] - f.target[k], rate_limit(c, q, k), constant(q, a.lag, 0.0), h);
+  for (int p = 0; p < columns.n_constants; ++p) {
+    const double daway = df.level[k][p] - df.target[k][p];
+    dlevel[p] = df.target[k][p] + d.dstart * daway + d.dtime * dh[p];
+    if (columns.constant[p] == a.angle_rate) dlevel[p] += kDegree * d.drate;
+    if (columns.constant[p] == a.lag) dlevel[p] += d.dlag;
+  }
+  return f.target[k] + d.left;
+}
+
 /// output = multiplier level, with derivatives.
 inline double output_sensitivities(const Columns& columns, const Thrust& f,
                                    const ThrustSensitivities& df, int k, double level,
@@ -210,6 +220,24 @@ inline double output_sensitivities(const Columns& columns, const Thrust& f,
     doutput[p] = df.multiplier[k][p] * level + f.multiplier[k] * dlevel[p];
   }
   return f.multiplier[k] * level;
+}
+
+/// Outputs of an actuator with a rate limit at begin, middle and end of a step; its level moves
+/// to the end.
+inline void limited_nodes(const Chain& c, const double* q, const Columns& columns, double h,
+                          const double* dh, int k, Thrust& f, ThrustSensitivities& df,
+                          double output[3][kMaxActuators],
+                          double doutput[3][kMaxActuators][kMaxConstants]) {
+  double level = 0.0;
+  double dlevel[kMaxConstants];
+  double dpart[kMaxConstants];
+  for (int node = 0; node < 3; ++node) {
+    scaled(dh, columns.n_constants, 0.5 * node, dpart);
+    level = limited_sensitivities(c, q, columns, f, df, k, 0.5 * node * h, dpart, dlevel);
+    output[node][k] = output_sensitivities(columns, f, df, k, level, dlevel, doutput[node][k]);
+  }
+  f.level[k] = level;
+  std::copy(dlevel, dlevel + columns.n_constants, df.level[k]);
 }
 
 }  // namespace detail
@@ -224,9 +252,15 @@ inline void step_forces_sensitivities(const Chain& c, const double* q, const Col
   LagDecay decays;
   LagDecay slope;
   double dx[kMaxConstants];
+  int last = -1;  // whose lag the decays are of
   for (int k = 0; k < c.n_actuators(); ++k) {
+    if (rate_limit(c, q, k) > 0.0) {
+      detail::limited_nodes(c, q, columns, h, dh, k, f, df, output, doutput);
+      continue;
+    }
     const std::int8_t own = c.actuators[k].lag;
-    if (k == 0 || own != c.actuators[k - 1].lag) {
+    if (last < 0 || own != c.actuators[last].lag) {
+      last = k;
       const double lag = detail::constant(q, own, 0.0);
       lags = lag > kShortestLag;
       slope = LagDecay{};

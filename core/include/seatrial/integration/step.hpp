@@ -70,9 +70,29 @@ inline int steps_for(double length, double longest) {
 inline void lag_decays(const Chain& c, const double* q, double h, LagDecay* decays) {
   for (int k = 0; k < c.n_actuators(); ++k) {
     const double lag = detail::constant(q, c.actuators[k].lag, 0.0);
-    const bool same = k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag;
+    const double rate = rate_limit(c, q, k);
+    if (rate > 0.0) {
+      decays[k] = {0.0, 0.0, 0.0, rate, lag, h};
+      continue;
+    }
+    const bool same =
+        k > 0 && c.actuators[k].lag == c.actuators[k - 1].lag && decays[k - 1].rate == 0.0;
     decays[k] = same ? decays[k - 1] : (lag > kShortestLag ? lag_decay(h / lag) : LagDecay{});
   }
+}
+
+/// Distance to the target at begin, middle and end of a step: exact at these with a rate limit,
+/// which bounds what Simpson's rule misses.
+inline void distances(const LagDecay& d, double away, double left[3]) {
+  if (d.rate > 0.0) {
+    left[0] = away;
+    left[1] = rate_limited(away, d.rate, d.lag, 0.5 * d.step).left;
+    left[2] = rate_limited(away, d.rate, d.lag, d.step).left;
+    return;
+  }
+  left[0] = away * d.begin;
+  left[1] = away * d.middle;
+  left[2] = away * d.end;
 }
 
 /// Forces at begin, middle and end of a step without a break; the levels move to its end.
@@ -80,32 +100,47 @@ inline void step_forces(const Chain& c, const LagDecay* decays, Thrust& f,
                         double force[3][kMaxForces]) {
   double output[3][kMaxActuators];
   for (int k = 0; k < c.n_actuators(); ++k) {
-    const double away = f.level[k] - f.target[k];
-    const double end = f.target[k] + away * decays[k].end;
-    output[0][k] = f.multiplier[k] * (f.target[k] + away * decays[k].begin);
-    output[1][k] = f.multiplier[k] * (f.target[k] + away * decays[k].middle);
-    output[2][k] = f.multiplier[k] * end;
-    f.level[k] = end;
+    double left[3];
+    distances(decays[k], f.level[k] - f.target[k], left);
+    for (int node = 0; node < 3; ++node) {
+      output[node][k] = f.multiplier[k] * (f.target[k] + left[node]);
+    }
+    f.level[k] = f.target[k] + left[2];
   }
   for (int node = 0; node < 3; ++node) mix_forces(c, output[node], force[node]);
 }
 
-/// Boat and thrusters over `length` [s] without a break of the input. False where it diverged.
-inline bool advance(const Structure& s, const double* coefficient, const Chain& c, const double* q,
-                    double length, double longest, Thrust& f, double* x) {
-  if (!(length > 0.0)) return true;
+namespace detail {
+
+/// Boat and thrusters over `length` [s] in which the thrust is smooth. False where it diverged.
+inline bool advance_smooth(const Structure& s, const double* coefficient, const Chain& c,
+                           const double* q, double length, double longest, Thrust& f, double* x) {
   const int n = steps_for(length, longest);
   const double h = length / n;
   LagDecay decays[kMaxActuators];
   double force[3][kMaxForces];
   lag_decays(c, q, h, decays);
-  // without a lag the level has jumped to its target
-  for (int k = 0; k < c.n_actuators(); ++k) f.level[k] = level_after(c, q, f, k, 0.0);
   for (int i = 0; i < n; ++i) {
     step_forces(c, decays, f, force);
     if (!runge_kutta_step(s, coefficient, h, force, x)) return false;
   }
   return bounded(x);
+}
+
+}  // namespace detail
+
+/// Boat and thrusters over `length` [s] without a break of the input. False where it diverged.
+inline bool advance(const Structure& s, const double* coefficient, const Chain& c, const double* q,
+                    double length, double longest, Thrust& f, double* x) {
+  if (!(length > 0.0)) return true;
+  // without a lag the level has jumped to its target
+  for (int k = 0; k < c.n_actuators(); ++k) f.level[k] = level_after(c, q, f, k, 0.0);
+  while (length > 0.0) {
+    const double part = smooth_part(c, q, f, length);
+    if (!detail::advance_smooth(s, coefficient, c, q, part, longest, f, x)) return false;
+    length -= part;
+  }
+  return true;
 }
 
 }  // namespace seatrial

@@ -19,7 +19,8 @@ struct Held {
   const double* row(int i) const { return value + static_cast<std::ptrdiff_t>(i) * width; }
 };
 
-/// Thrust between breaks. A break is where a (delayed) command or a scale signal changes.
+/// Thrust between breaks. A break is where a (delayed) command or a scale signal changes, or an
+/// actuator reaches the end of its rate limit.
 class ThrustTrace {
  public:
   /// The first row of each signal is taken to have held for ever before.
@@ -53,10 +54,8 @@ class ThrustTrace {
 
   /// Derivative of a break's time to the chosen constants: 1 for its own latency.
   void time_sensitivities(int i, double sign, double* dtime) const {
-    const int own = moved_by_[static_cast<std::size_t>(i)];
-    for (int p = 0; p < columns_.n_constants; ++p) {
-      if (own >= 0 && columns_.constant[p] == own) dtime[p] += sign;
-    }
+    const double* row = moved_.data() + static_cast<std::ptrdiff_t>(i) * columns_.n_constants;
+    for (int p = 0; p < columns_.n_constants; ++p) dtime[p] += sign * row[p];
   }
 
   /// Thrust at t [s], in the interval that follows break i.
@@ -67,7 +66,9 @@ class ThrustTrace {
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       const bool same = k > 0 && chain_.actuators[k].lag == chain_.actuators[k - 1].lag;
       if (!same) remains = decay(chain_, q_, k, length);
-      f.level[k] = f.target[k] + (f.level[k] - f.target[k]) * remains;
+      f.level[k] = chain_.actuators[k].angle_rate >= 0
+                       ? level_after(chain_, q_, f, k, length)
+                       : f.target[k] + (f.level[k] - f.target[k]) * remains;
     }
   }
 
@@ -126,8 +127,10 @@ class ThrustTrace {
     rescale(f, df);
     std::copy(f.target, f.target + kMaxActuators, f.level);
     df = start(df);
-    store(-std::numeric_limits<double>::infinity(), -1, f, df);
+    const double still[kMaxConstants] = {0.0};
+    store(-std::numeric_limits<double>::infinity(), still, f, df);
     for (const Change& change : changes_) {
+      arrive(change.time, f, df);
       const int before = breaks() - 1;
       double dt[kMaxConstants] = {0.0};
       for (int p = 0; p < columns_.n_constants; ++p) {
@@ -143,10 +146,44 @@ class ThrustTrace {
             aim(commands.row(change.row), k, f, df);
         }
       }
-      store(change.time, change.latency, f, df);
+      store(change.time, dt, f, df);
     }
+    arrive(std::numeric_limits<double>::infinity(), f, df);
     changes_.clear();
     changes_.shrink_to_fit();
+  }
+
+  /// Breaks after the last one and before `end` [s] where actuators reach the end of their rate
+  /// limit. f, df: thrust at the last break.
+  void arrive(double end, Thrust& f, ThrustSensitivities& df) {
+    while (true) {
+      int first = 0;
+      for (int k = 1; k < chain_.n_actuators(); ++k) {
+        if (time_limited(chain_, q_, f, k) < time_limited(chain_, q_, f, first)) first = k;
+      }
+      const int before = breaks() - 1;
+      const double t = time(before) + time_limited(chain_, q_, f, first);
+      if (!std::isfinite(t) || !(t < end)) return;
+      double dt[kMaxConstants] = {0.0};
+      time_sensitivities(before, 1.0, dt);
+      arrival_sensitivities(first, f, df, dt);
+      at(before, t, dt, f, df);
+      store(t, dt, f, df);
+    }
+  }
+
+  /// dt += derivatives of `time_limited`: (|away| - rate lag) / rate.
+  void arrival_sensitivities(int k, const Thrust& f, const ThrustSensitivities& df,
+                             double* dt) const {
+    const Actuator& a = chain_.actuators[k];
+    const double away = f.level[k] - f.target[k];
+    const double rate = rate_limit(chain_, q_, k);
+    const bool lags = detail::constant(q_, a.lag, 0.0) > kShortestLag;
+    for (int p = 0; p < columns_.n_constants; ++p) {
+      dt[p] += std::copysign(1.0, away) * (df.level[k][p] - df.target[k][p]) / rate;
+      if (columns_.constant[p] == a.angle_rate) dt[p] -= kDegree * std::abs(away) / (rate * rate);
+      if (lags && columns_.constant[p] == a.lag) dt[p] -= 1.0;
+    }
   }
 
   static ThrustSensitivities start(const ThrustSensitivities& df) {
@@ -182,6 +219,12 @@ class ThrustTrace {
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       double dremains[kMaxConstants];
       double dlevel[kMaxConstants];
+      if (rate_limit(chain_, q_, k) > 0.0) {
+        f.level[k] =
+            detail::limited_sensitivities(chain_, q_, columns_, f, df, k, length, dlength, dlevel);
+        std::copy(dlevel, dlevel + columns_.n_constants, df.level[k]);
+        continue;
+      }
       const double remains =
           detail::decay_sensitivities(chain_, q_, columns_, k, length, dlength, dremains);
       f.level[k] = detail::level_sensitivities(columns_, f, df, k, remains, dremains, dlevel);
@@ -189,9 +232,10 @@ class ThrustTrace {
     }
   }
 
-  void store(double t, int latency, const Thrust& f, const ThrustSensitivities& df) {
+  /// dt: derivative of the break's time to the chosen constants.
+  void store(double t, const double* dt, const Thrust& f, const ThrustSensitivities& df) {
     time_.push_back(t);
-    moved_by_.push_back(latency);
+    moved_.insert(moved_.end(), dt, dt + columns_.n_constants);
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       value_.insert(value_.end(), {f.level[k], f.target[k], f.multiplier[k]});
       for (const auto* block : {&df.level, &df.target, &df.multiplier}) {
@@ -229,7 +273,7 @@ class ThrustTrace {
   double scale_[kMaxScales] = {};
   std::vector<Change> changes_;
   std::vector<double> time_;
-  std::vector<int> moved_by_;
+  std::vector<double> moved_;  // derivatives of the breaks' times
   std::vector<double> value_;
   std::vector<double> sensitivities_;
 };

@@ -226,8 +226,7 @@ class OutOfSequenceBuffer {
         retarget(m_.chain, m_.q, considered(), k, before, now.thrust.target[k], slope,
                  now.thrust_errors);
       }
-      const double lag = detail::constant(m_.q, m_.chain.actuators[k].lag, 0.0);
-      if (lag <= kShortestLag) now.thrust.level[k] = now.thrust.target[k];
+      if (follows_at_once(m_.chain, m_.q, k)) now.thrust.level[k] = now.thrust.target[k];
     }
   }
 

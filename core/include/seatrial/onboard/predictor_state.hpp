@@ -253,8 +253,10 @@ inline void update_by_pose(const OnboardModel& m, const PoseSample& pose, Predic
   if (!plausible(now.state)) reset_diverged(m, before, now);
 }
 
-/// Prediction over `length` [s] in which no input changes. It leaves `time` to the caller.
-inline void propagate(const OnboardModel& m, double length, PredictorState& now) {
+namespace detail {
+
+/// Prediction over `length` [s] in which the thrust is smooth.
+inline void propagate_smooth(const OnboardModel& m, double length, PredictorState& now) {
   const Chain& c = m.chain;
   const PrincipalErrors& considered = m.boat.considered;
   // after repeated resets the process noise is larger
@@ -287,6 +289,18 @@ inline void propagate(const OnboardModel& m, double length, PredictorState& now)
       now.votes = 0;
     }
   }
+}
+
+}  // namespace detail
+
+/// Prediction over `length` [s] in which no input changes. It leaves `time` to the caller.
+inline void propagate(const OnboardModel& m, double length, PredictorState& now) {
+  double part = smooth_part(m.chain, m.q, now.thrust, length);
+  for (; part < length; part = smooth_part(m.chain, m.q, now.thrust, length)) {
+    detail::propagate_smooth(m, part, now);
+    length -= part;
+  }
+  detail::propagate_smooth(m, length, now);
 }
 
 /// An estimate as it is published.

@@ -134,9 +134,7 @@ class Plant {
     double thruster[kMaxActuators];
     allocate(chain_.allocation, command, thruster);
     f_.target[k] = curve(chain_, q_, k, thruster, nullptr);
-    if (detail::constant(q_, chain_.actuators[k].lag, 0.0) <= kShortestLag) {
-      f_.level[k] = f_.target[k];
-    }
+    if (follows_at_once(chain_, q_, k)) f_.level[k] = f_.target[k];
   }
 
   Structure structure_;

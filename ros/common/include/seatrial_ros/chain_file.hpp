@@ -26,7 +26,7 @@ class ChainReader {
 
   void read(const Value& group) {
     group.only({"name", "actuators", "latency", "dead_zone", "reverse_ratio", "power", "table",
-                "pair", "lag", "scale", "gains"});
+                "pair", "steered", "lag", "scale", "gains"});
     const std::optional<Value> name = group.find("name");
     suffix_ = name && !name->text().empty() ? "." + name->text() : "";
     const std::vector<int> all = members(group);
@@ -48,6 +48,7 @@ class ChainReader {
     single(group, "lag", "lag", &Actuator::lag, all);
     if (const auto scale = group.find("scale")) read_scale(*scale, all);
     if (const auto pair = group.find("pair")) read_pair(*pair);
+    if (const auto steered = group.find("steered")) read_steered(*steered);
     if (const auto gains = group.find("gains")) read_gains(*gains);
   }
 
@@ -192,6 +193,32 @@ class ChainReader {
     single(pair, "dead_zone", "pair_dead_zone", &Actuator::pair_dead_zone, whose);
   }
 
+  /// Thrusters that an angle turns; constants in the order of the Python reader.
+  void read_steered(const Value& steered) {
+    steered.only({"of", "angle_deg", "offset_deg", "rate_deg", "dead_zone"});
+    std::vector<int> angles;
+    for (const Value& two : steered.at("of").items()) {
+      const std::vector<Value> names = two.items();
+      if (names.size() != 2) two.refuse("expected two actuators: thrust, angle");
+      const int angle = place(names[1]);
+      if (signs_[static_cast<std::size_t>(angle)] < 0.0) {
+        two.refuse("the angle's input has the opposite sign in these axes; give it another name");
+      }
+      Actuator& a = chain_.actuators[angle];
+      if (a.steers >= 0) two.refuse("an angle turns two thrusts");
+      a.steers = static_cast<std::int8_t>(place(names[0]));
+      a.scale = -1;
+      angles.push_back(angle);
+    }
+    if (const auto zone = steered.find("dead_zone")) {
+      add(*zone, "steer_dead_zone", &Actuator::edge_forward, angles);
+      share(*zone, angles);
+    }
+    add(steered.at("angle_deg"), "steer_angle", &Actuator::full_angle, angles);
+    single(steered, "offset_deg", "steer_offset", &Actuator::angle_offset, angles);
+    single(steered, "rate_deg", "steer_rate", &Actuator::angle_rate, angles);
+  }
+
   void read_gains(const Value& gains) {
     for (const auto& [name, gain] : gains.entries()) {
       const int at = place_of(name, actuators_);
@@ -222,6 +249,9 @@ inline Words read_chain(const Value& groups, const Words& actuators, const Words
     groups.refuse(
         "a pair stands instead of dead_zone, power, reverse_ratio and table; all of a pair's "
         "constants are for both of its actuators");
+  }
+  if (!angles_are_whole(to)) {
+    groups.refuse("steered: an angle turns one other actuator's thrust, and has no gain or scale");
   }
   return reader.names();
 }

@@ -31,6 +31,8 @@ namespace detail {
 /// In the order of AllocatorScheme.
 inline const Words kAllocatorSchemes = {"moore-penrose", "always-forward", "null-space",
                                         "sign-pattern", "auto"};
+/// Another name of the last one.
+inline constexpr const char* kAutomaticName = "fewest-crossings";
 inline constexpr std::size_t kThrusterNumbers = kWrenchAxes + 3;
 
 inline std::vector<double> numbers_of(const Value& list) {
@@ -74,10 +76,11 @@ inline GivenAllocation allocation_by_parameters(const TrackingSettings& s) {
 }
 
 inline AllocatorScheme scheme_of(const std::string& name) {
+  if (name == kAutomaticName) return AllocatorScheme::kAutomatic;
   const auto found = std::find(kAllocatorSchemes.begin(), kAllocatorSchemes.end(), name);
   if (found == kAllocatorSchemes.end()) {
-    throw std::runtime_error("allocation is '" + name + "'; expected " + kVehicleAllocation +
-                             " or " + joined(kAllocatorSchemes));
+    throw std::runtime_error("allocation is '" + name + "'; expected " + kVehicleAllocation + ", " +
+                             joined(kAllocatorSchemes) + " or " + kAutomaticName);
   }
   return static_cast<AllocatorScheme>(std::distance(kAllocatorSchemes.begin(), found));
 }

@@ -41,6 +41,13 @@ inline void read_mix(const Value& file, const Words& inputs, TrackingGains& g) {
   for (std::size_t k = 0; k < rows.size(); ++k) read_three(rows[k], g.mix[k]);
 }
 
+/// Of a boat without sway thrust.
+inline GuidanceSettings read_guidance(const Value& file) {
+  file.only({"time", "radius", "slowest", "fastest", "approach"});
+  return {file.at("time").positive(), file.at("radius").positive(), file.at("slowest").positive(),
+          file.at("fastest").positive(), file.at("approach").positive()};
+}
+
 inline BoardGains read_gains(const Value& file, const Words& inputs) {
   const auto format = file.find("seatrial");
   if (!format || format->text() != "gains 1") {
@@ -49,7 +56,7 @@ inline BoardGains read_gains(const Value& file, const Words& inputs) {
   file.only({"seatrial", "model",        "axes",     "inputs",     "knob",      "action",
              "rate",     "proportional", "integral", "derivative", "authority", "mix",
              "lead",     "limit",        "delay",    "dead_zone",  "margins",   "worst",
-             "draws",    "seed",         "version",  "allocation"});
+             "draws",    "seed",         "version",  "allocation", "guidance"});
   file.at("axes").choice({"forward-left-up"});
   BoardGains out;
   TrackingGains& g = out.gains;
@@ -62,6 +69,7 @@ inline BoardGains read_gains(const Value& file, const Words& inputs) {
   out.rate = file.at("rate").positive();
   out.lead = file.at("lead").not_negative();
   if (const auto own = file.find("allocation")) out.given = read_allocation(*own);
+  if (const auto own = file.find("guidance")) g.guidance = read_guidance(*own);
   return out;
 }
 
@@ -91,6 +99,13 @@ inline BoardGains gains_by_parameters(const TrackingSettings& s, std::size_t n_i
   g.limit = s.limit;
   out.rate = s.rate;
   out.lead = s.lead;
+  if (!s.guidance.empty()) {
+    double own[5];
+    take_list("guidance", s.guidance, 5, own);
+    const bool positive = std::all_of(own, own + 5, [](double x) { return x > 0.0; });
+    if (!positive) throw std::runtime_error("parameter guidance: expected five numbers above 0");
+    g.guidance = {own[0], own[1], own[2], own[3], own[4]};
+  }
   if (!s.allocation_thrusters.empty()) out.given = allocation_by_parameters(s);
   return out;
 }
@@ -131,13 +146,31 @@ inline void push_of(const OnboardModel& m, const TrackingGains& gains, int axis,
   push_by(m, given, push);
 }
 
+/// An axis that the gains drive: all but the sway of a boat with guidance.
+inline bool drives(const TrackingGains& gains, int axis) {
+  return axis != 1 || !gains.guidance.on();
+}
+
+/// Throws std::runtime_error where an axis has no authority, or sway and guidance contradict.
+inline void expect_authority(const TrackingGains& gains) {
+  for (int axis = 0; axis < kAxes; ++axis) {
+    if ((gains.authority[axis] > 0.0) == drives(gains, axis)) continue;
+    throw std::runtime_error("authority is " + plain(gains.authority[axis]) + " in " +
+                             kAxisNames[static_cast<std::size_t>(axis)] +
+                             "; expected more than 0, and 0 in sway with guidance: tune it");
+  }
+}
+
 /// Throws std::runtime_error where the gains were tuned for another boat.
 inline void expect_belong(const OnboardModel& m, const TrackingGains& gains) {
   constexpr double kSame = 1e-6;  // by which two authorities may differ
+  expect_authority(gains);
   for (int axis = 0; axis < kAxes; ++axis) {
+    if (!drives(gains, axis)) continue;
     double push[kAxes];
     push_of(m, gains, axis, push);
     for (int i = 0; i < kAxes; ++i) {
+      if (!drives(gains, i)) continue;
       const double wanted = i == axis ? gains.authority[i] : 0.0;
       if (std::abs(push[i] - wanted) <= kSame * std::abs(gains.authority[i])) continue;
       throw std::runtime_error("the gains are for a boat that a full command in " +
@@ -160,6 +193,7 @@ inline void expect_gives(const OnboardModel& m, const AllocatorSetup& setup,
   const auto allocator = std::make_unique<Allocator>(plain_setup);
   AxisCommands commands(*allocator, gains.mix);
   for (int axis = 0; axis < kAxes; ++axis) {
+    if (!drives(gains, axis)) continue;
     double asked[kAxes] = {};
     asked[axis] = kSome;
     double command[kMaxCommands];
@@ -169,6 +203,7 @@ inline void expect_gives(const OnboardModel& m, const AllocatorSetup& setup,
     double push[kAxes];
     push_by(m, thrust, push);
     for (int i = 0; i < kAxes; ++i) {
+      if (!drives(gains, i)) continue;
       const double wanted = gains.authority[i] * asked[i];
       if (std::abs(push[i] - wanted) <= kSame * std::abs(gains.authority[i])) continue;
       throw std::runtime_error("the allocation is for another boat's thrusters: in " +

@@ -43,7 +43,7 @@ inline std::optional<double> as_number(const std::string& word) {
 }
 
 /// A value and its place, for instance `vehicle.pose.topic`. Throws std::runtime_error.
-class Value {
+class Value {  // NOLINT(bugprone-exception-escape): YAML::Node is copied where it is moved
  public:
   Value(const YAML::Node& node, std::string place) : node_(node), place_(std::move(place)) {}
 

@@ -132,7 +132,7 @@ class VehicleReader {
   /// Forces as weighted sums of the inputs.
   void read_forces(const Value& forces) {
     for (const auto& [name, force] : forces.entries()) {
-      force.only({"axis", "of"});
+      force.only({"axis", "of", "deflection"});
       if (out_.forces.size() == kMaxForces) {
         forces.refuse("more than " + std::to_string(kMaxForces) + " forces");
       }
@@ -140,16 +140,29 @@ class VehicleReader {
       const int axis = force.at("axis").choice(kAxisNames);
       const double flip = out_.from_right_down && axis > 0 ? -1.0 : 1.0;
       double* row = out_.chain.mix[out_.forces.size()];
-      for (const auto& [actuator, weight] : force.at("of").entries()) {
-        const int k = place_of(actuator, actuators_);
-        if (k < 0) {
-          weight.refuse("no actuator '" + actuator + "'; there are " + joined(actuators_));
-        }
+      for (const auto& [k, weight] : weights(force, "of")) {
         // a wrench input has been turned itself when it was read
-        row[k] = flip * weight.number() * signs_[static_cast<std::size_t>(k)];
+        row[k] = flip * weight * signs_[static_cast<std::size_t>(k)];
       }
+      double* sines = out_.chain.deflection[out_.forces.size()];
+      for (const auto& [k, weight] : weights(force, "deflection")) sines[k] = flip * weight;
       out_.forces.push_back({name, axis});
     }
+  }
+
+  /// Actuators and weights of one key of a force; none without the key.
+  std::vector<std::pair<int, double>> weights(const Value& force, const std::string& key) const {
+    std::vector<std::pair<int, double>> found;
+    const auto given = force.find(key);
+    if (!given) return found;
+    for (const auto& [actuator, weight] : given->entries()) {
+      const int k = place_of(actuator, actuators_);
+      if (k < 0) {
+        weight.refuse("no actuator '" + actuator + "'; there are " + joined(actuators_));
+      }
+      found.emplace_back(k, weight.number());
+    }
+    return found;
   }
 
   void read_thrusters() {

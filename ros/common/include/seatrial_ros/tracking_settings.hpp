@@ -24,6 +24,7 @@ struct TrackingSettings {
   std::vector<double> derivative;
   std::vector<double> authority;
   std::vector<double> mix;
+  std::vector<double> guidance;
   double lead = 0.0;
   double limit = 1.0;
   std::string allocation;
@@ -58,6 +59,10 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, TrackingSettings>> e
   visit(Parameter{"derivative", "per m/s, m/s, rad/s"}, s.derivative);
   visit(Parameter{"authority", "[m/s^2, m/s^2, rad/s^2] by an axis command of 1"}, s.authority);
   visit(Parameter{"mix", "an input's shares of the axis commands, three each"}, s.mix);
+  visit(Parameter{"guidance",
+                  "of a boat without sway thrust: time [s], radius [m], slowest, fastest [m/s], "
+                  "approach [s]; empty: none"},
+        s.guidance);
   visit(Parameter{"lead", "by which feed-forward looks ahead [s]", 0.0, 10.0}, s.lead);
   visit(Parameter{"limit", "of each input, 1: full", 1e-6, 1.0}, s.limit);
   visit(Parameter{"allocation",

@@ -19,6 +19,8 @@ PRIORITY: Final = "yaw, surge+sway"
 # [command units] from a dead zone's edge to the idle command, as in MallARD's F_os
 IDLE_MARGIN: Final = 0.04
 HYSTERESIS: Final = 0.02  # [command units] of wrench, before a thruster switches its side
+DEMANDS = 200  # wrenches over which `auto` compares schemes
+ERROR_DIGITS = 9  # [command units] in which two wrench errors differ
 REACH_LIMIT = 1e6  # times a direction: the search for the largest wrench ends there
 
 
@@ -29,12 +31,17 @@ class AllocatorScheme(str, Enum):
     AF = "always-forward"
     NULL_SPACE = "null-space"
     SIGN_PATTERN = "sign-pattern"
-    AUTO = "auto"
+    FEWEST = "fewest-crossings"  # null-space for as many thrusters as possible, sign-pattern for the rest
+    AUTO = "auto"  # the least wrench error of these, then the least power
 
     @property
     def code(self) -> int:
-        """The core's number for it."""
-        return list(AllocatorScheme).index(self)
+        """The core's number for it; of `auto`, as in gains files before there was a choice, the bias."""
+        return min(list(AllocatorScheme).index(self), 4)
+
+
+# what `auto` chooses from; at equal error and power the first
+CHOICES = (AllocatorScheme.MP, AllocatorScheme.SIGN_PATTERN, AllocatorScheme.FEWEST)
 
 
 class Allocator:
@@ -54,8 +61,13 @@ class Allocator:
         margin: float | None = None,
         hysteresis: float = HYSTERESIS,
         limits: float | Mapping[str, float] | None = None,
+        demands: ArrayLike | None = None,
     ) -> None:
         """Set up once; about 10 ms with eight thrusters.
+
+        `scheme`: auto takes the one with the least wrench error over `demands` (m, 3), then the least power.
+        Without demands these are wrenches of random thrusts. With the curves inverted a dead zone costs no
+        wrench, and the null-space bias costs authority: auto takes the bias only without the inversion.
 
         `priority`: axes in the order in which they are served at the limits; those joined by + are
         scaled by one factor. `invert`: False sends thrusts as commands, as the paper does. `margin`: from the
@@ -71,7 +83,10 @@ class Allocator:
         self.limits = frozen_array(_limits(self.boat, limits))
         self.edges = frozen_array(self._edges())
         self.idle_commands = frozen_array(self._idle_commands(margin))  # (2, n) forward, astern
-        self._core = self._checked_core(self.asked_scheme)
+        self.core_scheme = self.asked_scheme
+        if self.asked_scheme is AllocatorScheme.AUTO:
+            self.core_scheme = self._least_error(demands)
+        self._core = self._checked_core(self.core_scheme)
         self.sides = frozen_array(self._core.sides)
         self.idle_power = float(self._core.idle_power)
         self.idle = frozen_array(self._core.allocate(np.zeros((1, 3)))[0][0])
@@ -85,30 +100,35 @@ class Allocator:
     @property
     def scheme(self) -> AllocatorScheme:
         """The scheme in use: for `auto`, the one that was chosen."""
-        if self.asked_scheme is not AllocatorScheme.AUTO:
-            return self.asked_scheme
+        if self.core_scheme is not AllocatorScheme.FEWEST:
+            return self.core_scheme
         every = len(self.switching) == len(self.thrusters)
         return (
             AllocatorScheme.SIGN_PATTERN if every
-            else AllocatorScheme.AUTO if self.switching
+            else AllocatorScheme.FEWEST if self.switching
             else AllocatorScheme.NULL_SPACE
         )  # fmt: skip
 
     @property
     def why(self) -> str:
         """Why the thrusters stay outside their dead zones, as text."""
+        chosen = "least wrench error, then least power: "
+        return (chosen if self.asked_scheme is AllocatorScheme.AUTO else "") + self._why
+
+    @property
+    def _why(self) -> str:
         sides = {1.0: "forward", -1.0: "astern"}
         kept = ", ".join(
             f"{n} {sides[s]}" for n, s in zip(self.thrusters, self.sides, strict=True) if s != 0
         )
-        if self.asked_scheme is AllocatorScheme.MP:
+        if self.core_scheme is AllocatorScheme.MP:
             return "least thrust; every thruster crosses its dead zone"
-        if self.asked_scheme is AllocatorScheme.AF:
+        if self.core_scheme is AllocatorScheme.AF:
             return f"Table I: {kept}"
         switching = ", ".join(self.switching)
         if not self.switching:
             return f"a bias in T's null space keeps them out: {kept}"
-        if self.asked_scheme is AllocatorScheme.SIGN_PATTERN:
+        if self.core_scheme is AllocatorScheme.SIGN_PATTERN:
             return f"sides switch with hysteresis, no idle thrust: {switching}"
         some = f"{kept} by a bias; " if kept else ""
         return f"{some}no bias within the limits keeps out {switching}: their sides switch with hysteresis"
@@ -127,7 +147,7 @@ class Allocator:
             requested = rows[over[0]]
             share = float(self._core.reach(requested[None, :], 1.0)[0])
             raise AllocationError(
-                f"wrench {', '.join(f'{x:g}' for x in requested)}: {self.asked_scheme.value} reaches "
+                f"wrench {', '.join(f'{x:g}' for x in requested)}: {self.scheme.value} reaches "
                 f"{share:.3g} of it within the limits; reduce the wrench, or allow saturation"
             )
         return commands[0] if single else commands
@@ -176,6 +196,25 @@ class Allocator:
         """Set the thrusters that switch to their forward side."""
         self._core.reset()
 
+    def _least_error(self, demands: ArrayLike | None) -> AllocatorScheme:
+        """Of the schemes that every geometry has, with the least wrench error by the true curves, then power."""
+        judge = self._build(AllocatorScheme.MP, self.limits, self.idle_commands, invert=True)
+        if judge.fault:
+            self._checked_core(AllocatorScheme.MP)
+        rows = self._some_demands(judge) if demands is None else _as_rows(demands, 3, "demands")[0]
+        found = []
+        for scheme in CHOICES:
+            core = self._checked_core(scheme)
+            given, power = judge.wrench(np.asarray(core.allocate(rows)[0]))
+            error = float(np.sqrt(np.mean((np.asarray(given) - rows) ** 2)))
+            found.append((round(error, ERROR_DIGITS), float(np.mean(power))))
+        return CHOICES[found.index(min(found))]
+
+    def _some_demands(self, judge: _core.Allocator) -> Array:
+        """Wrenches (m, 3) of thrusts drawn evenly between the limits; the same each time."""
+        share = np.random.default_rng(0).uniform(-1.0, 1.0, (DEMANDS, len(self.thrusters)))
+        return np.ascontiguousarray(judge.wrench(np.ascontiguousarray(share * self.limits))[0])
+
     def _checked_core(self, scheme: AllocatorScheme) -> _core.Allocator:
         core = self._build(scheme, self.limits, self.idle_commands)
         if core.fault:
@@ -184,10 +223,12 @@ class Allocator:
             )
         return core
 
-    def _build(self, scheme: AllocatorScheme, limits: Array, idle: Array) -> _core.Allocator:
+    def _build(
+        self, scheme: AllocatorScheme, limits: Array, idle: Array, *, invert: bool | None = None
+    ) -> _core.Allocator:
         return _core.Allocator(
             self.boat.vehicle.chain, self.boat.constants, np.ascontiguousarray(self.boat.T),
-            np.vstack([limits, idle]), scheme.code, self._invert, self.hysteresis,
+            np.vstack([limits, idle]), scheme.code, self._invert if invert is None else invert, self.hysteresis,
             np.array(self.rank, dtype=np.int32),
         )  # fmt: skip
 
@@ -230,8 +271,8 @@ class Allocator:
         names = ", ".join(self.thrusters)
         return (
             "",
-            f"{len(self.thrusters)} thrusters ({names}); the allocator takes 3 to 8",
-            f"{names} can't actuate surge, sway and yaw independently (rank below 3); "
+            f"{len(self.thrusters)} thrusters ({names}); the allocator takes 3 to 8, or 2 without sway thrust",
+            f"{names} can't actuate {', '.join(AXES[i] for i in self.boat.driven)} independently; "
             "check positions and angles",
             "a thruster's curve can't be inverted: a propeller's pair, or thrust that does not rise "
             "with the command outside the dead zone; check its chain",
@@ -239,7 +280,7 @@ class Allocator:
             "always-forward needs thrusters whose wrenches cancel at equal thrust, as MallARD's "
             "four; use null-space, or auto",
             f"{scheme.value}: T's null space has no bias within the limits that keeps all of "
-            f"{names} outside their dead zones; use auto, or sign-pattern",
+            f"{names} outside their dead zones; use fewest-crossings, or auto",
         )[code]
 
 

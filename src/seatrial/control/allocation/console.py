@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.vehicle import WRENCH
-from seatrial.control.allocation.schemes import AllocationComparison, Drive, Row
+from seatrial.control.allocation.schemes import AllocationComparison, Drive, Row, yaw_beside_surge
 from seatrial.util.frames import AXES
 
 WIDTH = 21  # [characters] of a scheme's name
@@ -15,7 +15,7 @@ WIDTH = 21  # [characters] of a scheme's name
 
 def allocation_text(found: AllocationComparison) -> str:
     """The boat, a table of authority and idle power by scheme, and one for every recording."""
-    lines = [_boat(found), *_thrusters(found), "", *_authority(found)]
+    lines = [_boat(found), *_thrusters(found), "", *_authority(found), *_differential(found)]
     drives = max((row.drives for row in found.rows), key=len, default=())
     for place, drive in enumerate(drives):
         lines += ["", *_drive_lines(found, place, drive)]
@@ -96,10 +96,11 @@ def _boat(found: AllocationComparison) -> str:
 
 def _thrusters(found: AllocationComparison) -> list[str]:
     own, T = found.allocator, found.boat.T
-    head = "".join(f"{axis:>8}" for axis in AXES)
+    axes = list(found.boat.driven)
+    head = "".join(f"{AXES[i]:>8}" for i in axes)
     lines = [f"  {'thruster':<16}{head}   {'dead zone':<18}limit"]
     for k, name in enumerate(own.thrusters):
-        given = "".join(f"{x:8.3f}" for x in T[:, k])
+        given = "".join(f"{x:8.3f}" for x in T[axes, k])
         astern, ahead = own.edges[1, k], own.edges[0, k]
         zone = f"{-astern:.3f} to {ahead:.3f}" if astern or ahead else "none known"
         lines.append(f"  {name:<16}{given}   {zone:<18}{own.limits[k]:.2f}")
@@ -107,17 +108,29 @@ def _thrusters(found: AllocationComparison) -> list[str]:
 
 
 def _authority(found: AllocationComparison) -> list[str]:
-    head = "".join(f"{axis:>15}" for axis in AXES)
+    axes = list(found.boat.driven)
+    head = "".join(f"{AXES[i]:>15}" for i in axes)
     lines = [f"  {'most of one axis':<{WIDTH}}{head}   idle power"]
     for row in found.rows:
         if row.authority is not None:
             ends = "".join(
-                f"{f'{-b:.2f} to {a:.2f}':>15}" for a, b in np.asarray(row.authority).tolist()
+                f"{f'{-b:.2f} to {a:.2f}':>15}" for a, b in np.asarray(row.authority)[axes].tolist()
             )
             lines.append(f"  {row.name:<{WIDTH}}{ends}   {row.idle_power:10.3f}")
         elif row.allocator is None and not row.drives:
             lines.append(f"  {row.name:<{WIDTH}} not possible: {row.why}")
     return lines
+
+
+def _differential(found: AllocationComparison) -> list[str]:
+    """Of a boat without sway thrust: the yaw that is left beside surge."""
+    if len(found.boat.driven) == 3:
+        return []
+    left = ", ".join(
+        f"{0.0 - least:.2f} to {most:.2f} at {surge:.2f}"
+        for surge, least, most in yaw_beside_surge(found.allocator).tolist()
+    )
+    return ["", f"  no sway thrust; yaw that is left at a surge of: {left}"]
 
 
 def _drive_lines(found: AllocationComparison, place: int, drive: Drive) -> Sequence[str]:

@@ -19,9 +19,10 @@ PLAIN = "moore-penrose, plain"  # thrusts sent as commands, the curve left out
 RECORDED = "as recorded"
 SCHEME_ORDER = (
     AllocatorScheme.MP, AllocatorScheme.AF, AllocatorScheme.NULL_SPACE,
-    AllocatorScheme.SIGN_PATTERN, AllocatorScheme.AUTO,
+    AllocatorScheme.SIGN_PATTERN, AllocatorScheme.FEWEST,
 )  # fmt: skip
 COMMAND_ROUNDING = 1e-9  # [command units]
+BISECTIONS = 40
 
 
 @dataclass(frozen=True)
@@ -111,15 +112,16 @@ def compare_schemes(
     # Thrusters of the boat, and the requested scheme: it scores the others
     own = effectiveness(boat)
     options = Options(priority=priority, margin=margin, hysteresis=hysteresis)
-    chosen = Allocator(own, scheme, **options)
+    demands = [own.requested_wrench(recording) for recording in recordings]
+    chosen = Allocator(own, scheme, demands=np.vstack(demands) if demands else None, **options)
     # The recorded commands, and the baseline without the thrusters' curves
     rows = [_recorded(own, chosen, recordings)] if recordings else []
     plain = Allocator(own, "moore-penrose", invert=False, **options)
     rows.append(_row(PLAIN, plain, chosen, recordings))
     # Every scheme that the geometry allows; the reason where it does not
     for one in SCHEME_ORDER:
-        if one is AllocatorScheme.AUTO and Allocator(own, "auto", **options).scheme is not one:
-            continue  # auto chose one of the others
+        if one is AllocatorScheme.FEWEST and Allocator(own, one.value, **options).scheme is not one:
+            continue  # it is one of the others
         try:
             allocator = Allocator(own, one.value, **options)
         except AllocationError as error:
@@ -148,6 +150,33 @@ def authority(allocator: Allocator) -> Array:
     """(3, 2) largest wrench in surge, sway and yaw, one axis at a time, positive and negative [command units]."""
     both = np.vstack([np.eye(3), -np.eye(3)])
     return allocator.reach(both).reshape(2, 3).T
+
+
+def yaw_beside_surge(allocator: Allocator) -> Array:
+    """(m, 3) surge from full astern to full ahead, and the largest yaw to the right and to the left beside it.
+
+    The differential limits of two thrusters, all in command units.
+    """
+    (ahead, astern) = authority(allocator)[0]
+    rows = []
+    for surge in (-astern, -0.5 * astern, 0.0, 0.5 * ahead, ahead):
+        sides = [
+            _most_beside(allocator, np.array([surge, 0.0, 0.0]), np.array([0.0, 0.0, sign]))
+            for sign in (-1.0, 1.0)
+        ]
+        rows.append([surge, *sides])
+    return np.array(rows)
+
+
+def _most_beside(allocator: Allocator, base: Array, direction: Array) -> float:
+    """The largest multiple of a direction (3,) that is attained beside a wrench (3,)."""
+    low, high = 0.0, float(allocator.reach(direction[None, :])[0])
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        wrench = base + middle * direction
+        inside = float(allocator.reach(wrench[None, :])[0]) >= 1.0 - COMMAND_ROUNDING
+        low, high = (middle, high) if inside else (low, middle)
+    return high
 
 
 def _row(name: str, allocator: Allocator, judge: Allocator, recordings: Sequence[Recording]) -> Row:

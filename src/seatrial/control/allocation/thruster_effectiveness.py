@@ -8,6 +8,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.allocation import thruster_matrix
 from seatrial.boat.model import Model
+from seatrial.boat.steering import refuse_angles
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import AllocationError
@@ -20,9 +21,14 @@ class Effectiveness:
 
     vehicle: Vehicle
     constants: Array  # (m,) of the actuator chain
-    T: Array  # (3, n) rows surge, sway, yaw; of norm 1
+    T: Array  # (3, n) rows surge, sway, yaw; of norm 1, or 0 where an axis has no thrust
     scale: Array  # (3,) norms of the rows before; [m/s^2, m/s^2, rad/s^2] where identified
     identified: bool  # T is from coefficients, not from positions and directions
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """Axes with thrust: all three, or surge and yaw."""
+        return tuple(int(i) for i in np.flatnonzero(self.scale))
 
     @property
     def thrusters(self) -> tuple[str, ...]:
@@ -56,23 +62,29 @@ def effectiveness(boat: Model | Vehicle) -> Effectiveness:
     """T of a boat. Raises AllocationError where it can't be determined.
 
     A vehicle's thrusters have a position and a direction. Without these, T follows from a model's
-    coefficients, and a vehicle must have one force on each axis.
+    coefficients, and a vehicle must have one force on each axis. A boat whose thrusters do not actuate sway
+    independently is allocated in surge and yaw.
     """
     vehicle = boat.vehicle if isinstance(boat, Model) else boat
+    refuse_angles(vehicle.file.chain, vehicle.source, AllocationError, "the allocator")
     constants = boat.constants if isinstance(boat, Model) else _stated(vehicle)
     if vehicle.file.thrusters:
         T, scale = thruster_matrix(vehicle.thrusters)
         return Effectiveness(vehicle, constants, T, scale, identified=False)
     identified = isinstance(boat, Model) and bool(vehicle.file.forces)
     rows = _of_model(boat) if isinstance(boat, Model) and identified else _of_forces(vehicle)
+    if np.linalg.matrix_rank(rows) < 3:
+        rows = rows * np.array([[1.0], [0.0], [1.0]])
     scale = np.linalg.norm(rows, axis=1)
-    if (idle := [AXES[j] for j in range(3) if scale[j] == 0.0]) or np.linalg.matrix_rank(rows) < 3:
+    if np.linalg.matrix_rank(rows) < 2:
+        idle = [AXES[j] for j in (0, 2) if scale[j] == 0.0]
         raise AllocationError(
-            f"{vehicle.source}: these actuators can't actuate surge, sway and yaw independently"
+            f"{vehicle.source}: these actuators can't actuate surge and yaw independently"
             + (f" (no force in {', '.join(idle)})" if idle else "")
             + "; check forces and structure"
         )
-    return Effectiveness(vehicle, constants, rows / scale[:, None], scale, identified=identified)
+    unit = np.divide(rows, scale[:, None], out=np.zeros_like(rows), where=scale[:, None] > 0.0)
+    return Effectiveness(vehicle, constants, unit, scale, identified=identified)
 
 
 def _stated(vehicle: Vehicle) -> Array:
@@ -97,11 +109,13 @@ def _of_model(model: Model) -> Array:
 
 
 def _of_forces(vehicle: Vehicle) -> Array:
-    """A vehicle's own weights, where each axis has one force."""
+    """A vehicle's own weights, where each axis, or surge and yaw, has one force."""
     axes = [force.axis for force in vehicle.forces]
-    if not vehicle.file.forces or sorted(axes) != [0, 1, 2]:
+    if not vehicle.file.forces or sorted(axes) not in ([0, 1, 2], [0, 2]):
         raise AllocationError(
             f"{vehicle.source}: has neither thrusters with positions nor one force on each of surge, "
-            "sway and yaw; give thrusters, or a model, whose coefficients weight the forces"
+            "sway and yaw, or surge and yaw; give thrusters, or a model, whose coefficients weight the forces"
         )
-    return vehicle.mix[[axes.index(axis) for axis in range(3)]]
+    rows = np.zeros((3, len(vehicle.actuators)))
+    rows[axes] = vehicle.mix
+    return rows

@@ -10,9 +10,16 @@ from numpy.typing import ArrayLike
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
-from seatrial.control.mpc.problem import MOTION_SIZE, POSE_SIZE, Grid, Weights
+from seatrial.control.mpc.problem import (
+    MOTION_SIZE,
+    PATH_FOLLOWING,
+    PATH_GRID,
+    POSE_SIZE,
+    Grid,
+    Weights,
+)
 from seatrial.control.mpc.step import Layout, step_function
-from seatrial.control.mpc.thrusters import by_thrusters, thrusters_of
+from seatrial.control.mpc.thrusters import by_thrusters, sways, thrusters_of
 from seatrial.export.casadi import casadi_module
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array, frozen_array
@@ -31,6 +38,9 @@ NO_WALLS = (np.inf, np.inf)
 class Nmpc:
     """Follows a reference with every thruster on its own side of its dead zone.
 
+    A boat without sway thrust follows the reference's path: heading and sway are free, and grid and weights
+    are `PATH_GRID` and `PATH_FOLLOWING` unless given.
+
     The boat is `self.model`: that of the argument with its thrusters' commands as inputs; a predictor
     or simulator for this controller uses the same one. Call `command` with the predictor's
     state `latency` [s] from now, when the command takes effect. pool: (2,) its length and width [m],
@@ -45,8 +55,8 @@ class Nmpc:
         *,
         pool: Sequence[float] = NO_WALLS,
         clearance: float = 0.0,
-        grid: Grid = Grid(),  # noqa: B008 frozen
-        weights: Weights = Weights(),  # noqa: B008 frozen
+        grid: Grid | None = None,
+        weights: Weights | None = None,
     ) -> None:
         size = np.array(pool, dtype=float)
         if size.shape != (2,) or not (size > 2.0 * clearance).all() or not clearance >= 0.0:
@@ -57,10 +67,13 @@ class Nmpc:
         axis_physics(model)
         self.model = by_thrusters(model)
         self.thrusters = thrusters_of(self.model)
-        self.grid, self.layout = grid, Layout(len(self.thrusters.lag), grid.stages)
+        guided = not sways(self.thrusters)
+        self.grid = grid or (PATH_GRID if guided else Grid())
+        self.weights = weights or (PATH_FOLLOWING if guided else Weights())
+        self.layout = Layout(len(self.thrusters.lag), self.grid.stages)
         self.reach = frozen_array(size / 2 - clearance)  # (2,) of |x| and |y| [m]
         walls = np.repeat(self.reach, 2)
-        self.function = step_function(self.model, self.thrusters, grid, weights, walls)
+        self.function = step_function(self.model, self.thrusters, self.grid, self.weights, walls)
         self._call: casadi.Function = self.function
         self.forget()
 

@@ -32,9 +32,11 @@ HESSIAN_REGULARISATION = 1e-6
 class Weights:
     """Weights of the cost: one over the error of unit cost, term by term."""
 
-    position: float = 1 / 0.02  # [1/m]
+    position: float = 1 / 0.02  # [1/m] across the path, whose direction is the reference's heading
+    along: float = 1 / 0.02  # [1/m] along the path
     heading: float = 1 / 0.05  # [1/rad]
-    velocity: float = 1 / 0.10  # [s/m]
+    velocity: float = 1 / 0.10  # [s/m] surge
+    sway: float = 1 / 0.10  # [s/m]
     yaw_rate: float = 1 / 0.20  # [s/rad]
     thrust: float = 1 / 2.0  # [-] from idle, of full thrust
     change: float = 1 / 1.0  # [-] from stage to stage
@@ -42,6 +44,12 @@ class Weights:
     def price(self, stages: int) -> float:
         """Penalty on a wall's violation [1/m]: above the gradient of all stages' position errors."""
         return self.position**2 * LARGEST_ERROR * stages
+
+
+# Of a boat without sway thrust: it follows the path, sway and heading are what the path takes in wind and current
+PATH_FOLLOWING = Weights(
+    position=1 / 0.05, along=1 / 0.30, heading=0.0, velocity=1 / 0.20, sway=0.0, yaw_rate=1 / 0.50
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,11 @@ class Grid:
     def times(self) -> Array:
         """Ends (stages,) of the stages [s]."""
         return np.asarray(self.length * np.arange(1, self.stages + 1))
+
+
+PATH_GRID = Grid(
+    stages=15, length=0.3
+)  # for `PATH_FOLLOWING`: sway settles by the hull's drag alone
 
 
 def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":

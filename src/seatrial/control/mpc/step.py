@@ -150,10 +150,22 @@ def _linearised(
 
 
 def _errors(z: Symbol, reference: Symbol, weights: Weights) -> list[Symbol]:
-    """Weighted errors of pose and velocity at a stage's end."""
+    """Weighted errors of pose and velocity at a stage's end; the position's along and across the path."""
+    ca = casadi_module()
+    off = z[:2] - reference[:2]
+    if weights.along == weights.position:  # whatever the path's direction
+        position = [weights.position * off]
+    else:
+        c, s = ca.cos(reference[2]), ca.sin(reference[2])
+        position = [
+            weights.along * (c * off[0] + s * off[1]),
+            weights.position * (c * off[1] - s * off[0]),
+        ]
+    speed = z[POSE_SIZE:MOTION_SIZE] - reference[POSE_SIZE:MOTION_SIZE]
     return [
-        weights.position * (z[:2] - reference[:2]),
+        *position,
         weights.heading * (z[2] - reference[2]),
-        weights.velocity * (z[POSE_SIZE : POSE_SIZE + 2] - reference[POSE_SIZE : POSE_SIZE + 2]),
-        weights.yaw_rate * (z[POSE_SIZE + 2] - reference[POSE_SIZE + 2]),
+        weights.velocity * speed[0],
+        weights.sway * speed[1],
+        weights.yaw_rate * speed[2],
     ]

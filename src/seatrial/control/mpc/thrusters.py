@@ -13,6 +13,8 @@ from seatrial.control.allocation import Allocator
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array, frozen_array
 
+SWAY = 1  # axis
+
 
 @dataclass(frozen=True)
 class Thrusters:
@@ -46,7 +48,7 @@ def thrusters_of(model: Model) -> Thrusters:
     A thruster that the allocator's null-space bias keeps on one side of its dead zone is bounded by its idle
     command there; the others have both directions.
     """
-    allocator, constants = Allocator(model), model.vehicle.constants
+    allocator, constants = Allocator(model, "fewest-crossings"), model.vehicle.constants
     limits, (forward, astern) = allocator.limits, allocator.idle_commands
     full, reverse = allocator.thrust(limits), allocator.thrust(-limits)
     sides = allocator.sides
@@ -61,12 +63,17 @@ def thrusters_of(model: Model) -> Thrusters:
 
 
 def by_thrusters(model: Model) -> Model:
-    """The same boat with its thrusters' commands as inputs, instead of its allocation."""
+    """The same boat with its thrusters' commands as inputs, instead of its allocation.
+
+    One whose file states forces has these inputs already. Raises ControlError where neither is stated.
+    """
     file = model.vehicle.file
+    if file.forces:
+        return model
     if not file.thrusters:
         raise ControlError(
-            f"{model.name}: its vehicle names no thrusters, so their limits are unknown; add "
-            "thrusters: with position and direction of each to the vehicle file"
+            f"{model.name}: its vehicle names no thrusters and no forces, so limits of thrusters are unknown; "
+            "add thrusters: with position and direction of each, or forces:, to the vehicle file"
         )
     inputs: dict[str, str | msgspec.Struct] = {name: name for name in file.thrusters}
     direct = msgspec.structs.replace(
@@ -75,3 +82,8 @@ def by_thrusters(model: Model) -> Model:
         commands=msgspec.structs.replace(file.commands, inputs=inputs),
     )
     return replace(model, vehicle=replace(model.vehicle, file=direct))
+
+
+def sways(thrusters: Thrusters) -> bool:
+    """Whether the boat has sway thrust of its own, beside surge and yaw."""
+    return SWAY in thrusters.allocator.boat.driven

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
-from seatrial.control.gains_file import GainsFile, gains_of, load_gains
+from seatrial.control.gains_file import GainsFile, gains_of, guidance_numbers, load_gains
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.linear import linearise
@@ -33,6 +33,9 @@ class Tracked(enum.IntEnum):
 
 class TrackingController:
     """Feed-forward by the inverse model, PID on the error, in body axes.
+
+    Of a boat without sway thrust the reference's position is followed, bow first, by line-of-sight guidance;
+    about a reference at rest it keeps station within `gains.guidance.radius`.
 
     gains: a Tuning, a GainsFile or the path of one. model: the model of the gains, or its path; a Tuning
     has it. feed_forward: False for PID only.
@@ -62,6 +65,7 @@ class TrackingController:
             np.array([g.proportional, g.integral, g.derivative, g.authority]),
             np.array(g.mix), g.limit, feed_forward,
             None if g.allocation is None else g.allocation.core(self.model),
+            np.array(guidance_numbers(g)),
         )  # fmt: skip
         self._last: float | None = None
         self.outcome = Tracked.FOLLOWING
@@ -99,6 +103,11 @@ class TrackingController:
     def integral(self) -> Array:
         """Integral (3,) of the pose error, earth-fixed [m s, m s, rad s]."""
         return self._core.integral
+
+    @property
+    def drift(self) -> Array:
+        """Drift velocity (2,) [m/s] that the guidance compensates, earth-fixed."""
+        return np.asarray(self._core.drift[:2])
 
     def _check(self) -> None:
         inputs = list(self.model.vehicle.inputs)

@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
-"""Feasible reference courses: circles, figures of eight, squares.
+"""Feasible reference courses: circles, figures of eight, squares, tracks with rounded corners.
 
 A course is a shape, smooth in a parameter s, and a timetable s(t) that starts and ends at rest with
 continuous acceleration. `fitted` finds the shortest duration within thrust and identified speeds.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,10 @@ from seatrial.util.frames import Array
 Jet = tuple[float, float, float]  # a value and its first two derivatives
 DEMAND_SHARE = 0.6  # of thrust and identified speeds that a course uses; the rest is for feedback
 COURSE_SAMPLES = 600  # of a course, at which its demand is computed
+PEAK_BEND = 1.875  # largest bend of a corner over its mean: the peak of 30 z^2 (1 - z)^2
+SHARPEST_CORNER = np.radians(150.0)  # [rad] of a track
+QUADRATURE_POINTS = 20  # Gauss-Legendre, of a corner
+TABLE_POINTS = 4001  # of a shape's arc length
 LONGEST_COURSE = 1e4  # [s] a longer course is refused
 
 
@@ -116,6 +121,164 @@ class Square(Shape):
 
 
 @dataclass(frozen=True)
+class ByLength(Shape):
+    """A shape along which s is the arc length [m], so that a steady timetable is a steady speed."""
+
+    shape: Shape
+
+    @cached_property
+    def _table(self) -> tuple[Array, Array]:
+        """Parameters of the shape, and the lengths [m] up to them."""
+        s = np.linspace(0.0, self.shape.length, TABLE_POINTS)
+        speed = np.array([np.hypot(*self.shape.at(float(x))[1, :2]) for x in s])
+        steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(s)
+        return s, np.concatenate([[0.0], np.cumsum(steps)])
+
+    @property
+    def length(self) -> float:
+        """[m]."""
+        return float(self._table[1][-1])
+
+    def at(self, s: float) -> Array:
+        """At s [m]."""
+        own, lengths = self._table
+        pose, first, second = self.shape.at(float(np.interp(s, lengths, own)))
+        speed = float(np.hypot(*first[:2]))
+        rate = 1.0 / speed
+        change = -float(first[:2] @ second[:2]) / speed**4
+        return np.array([pose, first * rate, second * rate**2 + first * change])
+
+
+@dataclass(frozen=True)
+class Track(Shape):
+    """Straight legs between points, bow first, the corners rounded; s is the arc length [m].
+
+    In a corner the heading is a polynomial of the arc length, with continuous bend and its slope; `radius` [m]
+    is the tightest. Raises ControlError where a leg is too short for its corners.
+    """
+
+    points: Sequence[tuple[float, float]]  # [m]
+    radius: float  # [m]
+
+    def __post_init__(self) -> None:
+        if not (len(self.points) > 1 and np.isfinite(self.radius) and self.radius > 0.0):
+            raise ControlError(
+                f"track of {len(self.points)} points with a radius of {self.radius:g} m: expected two points "
+                "or more, and a radius above 0"
+            )
+        object.__setattr__(self, "points", tuple(self.points))
+        short = [k for k, part in enumerate(self._parts) if part.length < 0.0]
+        if short:
+            raise ControlError(
+                f"track: leg {short[0] // 2 + 1} is shorter than its corners of {self.radius:g} m; lengthen it, "
+                "or lower the radius"
+            )
+
+    @cached_property
+    def _parts(self) -> "tuple[_Part, ...]":
+        """Legs and corners in turn."""
+        points = np.array(self.points, dtype=float)
+        legs = np.diff(points, axis=0)
+        headings = np.unwrap(np.arctan2(legs[:, 1], legs[:, 0]))
+        turns = np.diff(headings)
+        cut = [0.0, *(_corner_cut(float(turn), self.radius) for turn in turns), 0.0]
+        parts: list[_Part] = []
+        begin = 0.0
+        for k, (leg, heading) in enumerate(zip(legs, headings, strict=True)):
+            along = leg / np.hypot(*leg)
+            straight = float(np.hypot(*leg)) - cut[k] - cut[k + 1]
+            parts.append(_Part(begin, straight, points[k] + cut[k] * along, float(heading), 0.0))
+            begin += straight
+            if k < len(turns):
+                bend = PEAK_BEND * abs(float(turns[k])) * self.radius
+                parts.append(
+                    _Part(
+                        begin,
+                        bend,
+                        points[k + 1] - cut[k + 1] * along,
+                        float(heading),
+                        float(turns[k]),
+                    )
+                )
+                begin += bend
+        return tuple(parts)
+
+    @property
+    def length(self) -> float:
+        """[m]."""
+        return self._parts[-1].begin + self._parts[-1].length
+
+    def at(self, s: float) -> Array:
+        """At s [m]."""
+        part = next((p for p in self._parts if s < p.begin + p.length), self._parts[-1])
+        return part.at(s - part.begin)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A leg, or a corner, of a track."""
+
+    begin: float  # [m] of the arc length
+    length: float  # [m]
+    start: Array  # (2,) [m]
+    heading: float  # [rad] at its start
+    turn: float  # [rad]; 0: a leg
+
+    def at(self, s: float) -> Array:
+        """Rows (3, 3) as of `Shape.at`, s [m] after its start."""
+        psi, bend, change = self._bent(s)
+        c, k = np.cos(psi), np.sin(psi)
+        if self.turn == 0.0:
+            x, y = self.start + s * np.array([c, k])
+        else:
+            at, weight = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
+            angles = np.array([self._bent(0.5 * s * (1.0 + q))[0] for q in at])
+            x, y = self.start + 0.5 * s * np.array(
+                [weight @ np.cos(angles), weight @ np.sin(angles)]
+            )
+        return np.array([[x, y, psi], [c, k, bend], [-k * bend, c * bend, change]])
+
+    def _bent(self, s: float) -> Jet:
+        """Heading with its first two derivatives to s."""
+        if self.turn == 0.0:
+            return self.heading, 0.0, 0.0
+        z, per = s / self.length, self.turn / self.length
+        share = z**3 * (10.0 - 15.0 * z + 6.0 * z**2)
+        slope = 30.0 * z**2 * (1.0 - z) ** 2
+        change = 60.0 * z * (1.0 - z) * (1.0 - 2.0 * z)
+        return self.heading + self.turn * share, per * slope, per * change / self.length
+
+
+def _corner_cut(turn: float, radius: float) -> float:
+    """Length [m] that a rounded corner takes of each of its legs."""
+    if turn == 0.0:
+        return 0.0
+    if abs(turn) > SHARPEST_CORNER:
+        raise ControlError(
+            f"track: a corner of {np.degrees(abs(turn)):.0f} degrees; expected at most "
+            f"{np.degrees(SHARPEST_CORNER):.0f}: make it of two"
+        )
+    bend = _Part(0.0, PEAK_BEND * abs(turn) * radius, np.zeros(2), 0.0, turn)
+    end = bend.at(bend.length)[0]
+    return float(end[1] / np.sin(turn))
+
+
+def rounded_square(side: float, radius: float, laps: int = 1) -> Track:
+    """Counter-clockwise along a square with a corner at the origin, bow first, from the middle of a side on."""
+    corners = [(side, 0.0), (side, side), (0.0, side), (0.0, 0.0)] * laps
+    return Track(((0.5 * side, 0.0), *corners, (0.5 * side, 0.0)), radius)
+
+
+def lawn_mower(length: float, spacing: float, lanes: int, radius: float) -> Track:
+    """Lanes of a length [m] beside each other, to and fro, from the origin along x."""
+    points = []
+    for lane in range(lanes):
+        ends = (0.0, length) if lane % 2 == 0 else (length, 0.0)
+        points += [(x, lane * spacing) for x in ends]
+    return Track(tuple(points), radius)
+
+
+@dataclass(frozen=True)
 class Course:
     """A shape and its timetable."""
 
@@ -161,6 +324,12 @@ def timetable(x: float, ramp: float) -> Jet:
     return top * ramp * height, top * speed, top * change / ramp
 
 
+def at_speed(shape: Shape, speed: float, ramp: float) -> Course:
+    """A shape whose s is the arc length at a speed [m/s], reached and left within `ramp` [s]."""
+    duration = shape.length / speed + ramp
+    return Course(shape, duration, min(ramp / duration, 0.5))
+
+
 def fitted(shape: Shape, model: Model, share: float = DEMAND_SHARE) -> Course:
     """The quickest course within `share` of thrust and identified speeds.
 
@@ -195,7 +364,7 @@ def _demand(course: Course, model: Model, boat: LinearBoat, most: Array) -> floa
     free = _core.accelerations(
         model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
     )
-    commands = ((nu_dot - free) / boat.authority) @ boat.mix.T
+    commands = ((nu_dot - free) * boat.per_authority) @ boat.mix.T
     size = np.abs(commands).max(axis=1)
     # the allocation's limit: the share of the command that remains when its largest input is 1
     full = commands / np.maximum(size, 1e-12)[:, None]

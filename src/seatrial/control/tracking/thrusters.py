@@ -94,7 +94,7 @@ def as_numbers(allocator: Allocator) -> ThrusterAllocation:
     """An allocator as the entry of a gains file."""
     surge, sway, yaw = allocator.rank
     return ThrusterAllocation(
-        allocator.asked_scheme.value, (surge, sway, yaw), allocator.hysteresis,
+        allocator.core_scheme.value, (surge, sway, yaw), allocator.hysteresis,
         [_row(column) for column in allocator.boat.T.T], allocator.limits.tolist(),
         allocator.idle_commands[0].tolist(), allocator.idle_commands[1].tolist(),
     )  # fmt: skip

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A tuning as text."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from seatrial.control.tuning.dead_zone import dead_zone
@@ -22,10 +24,11 @@ def tuning_text(tuning: Tuning) -> str:
             f"{tuning.rate:g} Hz, for commands of at most 1",
             *allocation_line(tuning),
             gains_table(tuning),
+            *guidance_lines(tuning),
             "Margins, each loop with the others closed, the worst of rest and the fastest motions:",
-            margins_table(tuning.nominal),
+            margins_table(tuning.nominal, tuning.loops),
             f"The same, {drawn if tuning.draws else nominal} (sensitivity at most {SENSITIVITY_LIMIT:g}):",
-            margins_table(tuning.worst),
+            margins_table(tuning.worst, tuning.loops),
             *remarks(tuning),
         ]
     )
@@ -38,20 +41,35 @@ def allocation_line(tuning: Tuning) -> list[str]:
     return [f"Allocation {tuning.allocator.asked_scheme.value}: {tuning.allocator.why}"]
 
 
-def gains_table(tuning: Tuning) -> str:
-    """A row an axis."""
-    rows = [
-        (f"{axis} [1/{unit}]", *(f"{x:.4g}" for x in row), f"{full:.3g} {unit}/s^2", f"{delay:.3g}")
-        for axis, unit, row, full, delay in zip(
-            AXES, POSE_UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
-        )
+def guidance_lines(tuning: Tuning) -> list[str]:
+    """What a boat without sway thrust can do, with the guidance's constants."""
+    g = tuning.guidance
+    if g is None:
+        return []
+    return [
+        "No sway thrust: follows a path by line of sight with drift compensation, and keeps station "
+        f"within {g.radius:.2g} m with the bow in the drift; sideways and at a heading of its own it can't.",
+        f"Guidance: look-ahead {g.time:.3g} s times the speed, at least {g.radius:.2g} m; paths from "
+        f"{g.slowest:.2g} m/s on, approach at up to {g.fastest:.2g} m/s.",
     ]
+
+
+def gains_table(tuning: Tuning) -> str:
+    """A row for each axis with thrust."""
+    full, table_, delay = tuning.boat.authority, tuning.table(), tuning.delay
+    rows = [
+        (
+            f"{AXES[i]} [1/{POSE_UNITS[i]}]", *(f"{x:.4g}" for x in table_[i]),
+            f"{full[i]:.3g} {POSE_UNITS[i]}/s^2", f"{delay[i]:.3g}",
+        )
+        for i in tuning.boat.driven
+    ]  # fmt: skip
     head = ("axis", "proportional", "integral [1/s]", "derivative [s]", "full command", "delay [s]")
     return table(head, rows)
 
 
-def margins_table(found: Margins) -> str:
-    """A row an axis."""
+def margins_table(found: Margins, loops: Sequence[str] = AXES) -> str:
+    """A row a loop."""
     rows = [
         (
             axis,
@@ -59,7 +77,7 @@ def margins_table(found: Margins) -> str:
             f"{np.degrees(found.phase[i]):.0f}", f"{found.delay[i]:.2g}",
             f"{found.sensitivity[i]:.2f}", f"{found.crossover[i]:.2g}",
         )
-        for i, axis in enumerate(AXES)
+        for i, axis in enumerate(loops)
     ]  # fmt: skip
     head = ("axis", "gain, factor", "phase [deg]", "delay [s]", "sensitivity", "crossover [rad/s]")
     return table(head, rows)
@@ -67,14 +85,16 @@ def margins_table(found: Margins) -> str:
 
 def remarks(tuning: Tuning) -> list[str]:
     """Error at full command, and error within the dead zone."""
-    p = tuning.table()[:, 0]
-    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, POSE_UNITS, strict=True))
-    found = [f"A single error of {reach} (surge, sway, yaw) results in full command."]
-    dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)
+    axes = list(tuning.boat.driven)
+    p, units = tuning.table()[axes, 0], [POSE_UNITS[i] for i in axes]
+    reach = ", ".join(f"{1.0 / x:.2g} {unit}" for x, unit in zip(p, units, strict=True))
+    names = ", ".join(AXES[i] for i in axes)
+    found = [f"A single error of {reach} ({names}) results in full command."]
+    dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)[axes]
     if not dead.any():
         return found
     size = ", ".join(f"{x:.2g}" for x in dead)
-    error = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, POSE_UNITS, strict=True))
+    error = ", ".join(f"{d / x:.2g} {unit}" for d, x, unit in zip(dead, p, units, strict=True))
     effect = (
         f"station keeping is a slow limit cycle of about {error}"
         if tuning.action == "pid"

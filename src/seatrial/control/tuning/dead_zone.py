@@ -20,7 +20,7 @@ def dead_zone(model: Model, boat: LinearBoat, allocator: Allocator | None = None
     allocator: used instead of the boat's own allocation.
     """
     found = np.zeros(3)
-    for axis in range(3):
+    for axis in boat.driven:
         for sign in (1.0, -1.0):
             at = np.linspace(0.0, sign, COMMAND_STEPS + 1)
             commands = np.outer(at, np.eye(3)[axis])
@@ -47,5 +47,5 @@ def acceleration(
     thrust = np.column_stack(
         [_core.curve(chain, q, k, thrusters) for k in range(thrusters.shape[1])]
     )
-    pushed = (thrust / chords(model)) @ boat.actuators.push.T / boat.authority
+    pushed = (thrust / chords(model)) @ boat.actuators.push.T * boat.per_authority
     return np.asarray(pushed[1:] - pushed[0])

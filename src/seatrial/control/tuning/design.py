@@ -1,18 +1,26 @@
 # SPDX-License-Identifier: MIT
 """Gains by internal model control, with margins about steady motions and over the covariance."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.boat.steering import refuse_angles
 from seatrial.control.allocation import Allocator
 from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
+from seatrial.control.tuning.guidance import (
+    AXES_GUIDED,
+    Guidance,
+    guidance_for,
+    guided_motions,
+    with_bend,
+)
 from seatrial.control.tuning.linear import LinearBoat, linearise, steepest
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_of, worst_of
-from seatrial.control.tuning.rules import Gains, pd_gains, pid_gains
+from seatrial.control.tuning.rules import NO_GAINS, Gains, pd_gains, pid_gains
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.progress import stage
@@ -43,6 +51,17 @@ class Tuning:
     draws: int  # 0: the model states no covariance
     seed: int
     allocator: Allocator | None = None  # None: the boat's own allocation
+    guidance: Guidance | None = None  # of a boat without sway thrust
+
+    @property
+    def loops(self) -> tuple[str, ...]:
+        """Names of the three loops that the margins are of."""
+        return AXES if self.guidance is None else AXES_GUIDED
+
+    @property
+    def slowest(self) -> float:
+        """Time constant [s] of the slowest loop: the knob, or the guidance's."""
+        return self.knob if self.guidance is None else max(self.knob, self.guidance.time)
 
     @property
     def hold(self) -> float:
@@ -57,7 +76,7 @@ class Tuning:
     def table(self) -> Array:
         """Gains (3 axes, P I D) in command units of each axis per m, m s, m/s (rad in yaw)."""
         rows = [(g.proportional, g.integral, g.derivative) for g in self.gains]
-        return np.asarray(np.array(rows) / self.boat.authority[:, None])
+        return np.asarray(np.array(rows) * self.boat.per_authority[:, None])
 
 
 def tune(
@@ -73,45 +92,57 @@ def tune(
 ) -> Tuning:
     """Gains for tracking with the closed-loop time constant `knob` [s].
 
+    A boat without sway thrust gets a speed and a heading controller, and line-of-sight guidance.
+
     rate [Hz]: of the controller. extra [s]: delay beyond the model's, as of a network.
     allocation: "vehicle", or a scheme of `seatrial.Allocator` for a boat whose inputs are its thrusters;
     margins are those without it, at the steepest slope of the thrusters' curve.
 
-    Raises ControlError where an axis has no thrust, drag has the wrong sign, or the delay does not
+    Raises ControlError where surge or yaw has no thrust, drag has the wrong sign, or the delay does not
     permit the knob; the message states the smallest that it permits. AllocationError as the Allocator.
     """
     # The request and the thrusters
     _check_request(knob, rate, extra)
+    refuse_angles(model.vehicle.file.chain, model.name, ControlError, "the tracking controller")
     allocator = allocator_for(model, allocation)
     # Linear plant about rest and the fastest steady motions
     boat = linearise(model)
+    if len(boat.driven) < 3:
+        boat = linearise(model, guided_motions(model))
     _check_drag(model, boat)
     # Gains of each axis by internal model control, from its delay and its least drag
     hold = 0.5 / rate + extra
     gains = gains_for(boat, knob, hold, action)
+    guidance = guidance_for(boat, hold, gains)
+    if guidance is not None:
+        boat = with_bend(model, boat, guidance)
     # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
     boats = draws_of(boat, model, draws, seed)
     strength = steepest(model)
     with stage("margins of draws", 0.9):
-        spread = worst_of(boats, gains, knob, hold, strength)
+        spread = worst_of(boats, gains, knob, hold, strength, guidance=guidance)
     if not permitted(spread):
         raise ControlError(_refusal(model, boats, spread, (knob, hold, action, strength)))
     # Margins of the nominal model
-    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold)
-    nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold)).worst()
+    slow = 0.0 if guidance is None else guidance.time
+    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold, slow=slow)
+    nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold, guidance)).worst()
     return Tuning(
         model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed,
-        allocator,
+        allocator, guidance,
     )  # fmt: skip
 
 
 def gains_for(
     boat: LinearBoat, knob: float, hold: float, action: Action
 ) -> tuple[Gains, Gains, Gains]:
-    """Gains of the three axes, each by its delay and its least drag."""
+    """Gains of the three axes, each by its delay and its least drag; none where there is no thrust."""
     rule = pid_gains if action == "pid" else pd_gains
     delay, drag = boat.actuators.delay + hold, boat.drag.min(axis=0)
-    surge, sway, yaw = (rule(knob, float(t), float(d)) for t, d in zip(delay, drag, strict=True))
+    surge, sway, yaw = (
+        rule(knob, float(delay[i]), float(drag[i])) if i in boat.driven else NO_GAINS
+        for i in range(3)
+    )
     return surge, sway, yaw
 
 
@@ -152,7 +183,8 @@ def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Req
     knob, hold, _, _ = request
     smallest = smallest_knob(boats, found, request)
     delay = boats[0].actuators.delay + hold
-    axis = int(np.argmax(found.sensitivity.max(axis=0)))
+    axis = int(np.argmax(found.sensitivity[..., list(boats[0].driven)].max(axis=0)))
+    axis = boats[0].driven[axis]
     why = f"with a delay of {delay[axis]:.3g} s in {AXES[axis]} and the model's standard errors"
     if smallest is None:
         return f"{model.name}: no knob up to {LARGEST_KNOB:g} s is robust {why}; identify it with more driving"
@@ -166,12 +198,15 @@ def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Req
 def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> float | None:
     """The smallest knob [s], rounded up to two digits, that is robust over all draws; None: there is none."""
     _, hold, action, strength = request
+    if len(boats[0].driven) < 3:  # the bend is that of the look-ahead of another knob
+        boats = [replace(boat, speeds=boat.speeds[:-1], slopes=boat.slopes[:-1]) for boat in boats]
     largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
     worst = [boats[0], *(boats[i] for i in np.argsort(-largest)[:WORST_DRAWS])]
 
     def robust(knob: float, among: list[LinearBoat]) -> bool:
         gains = gains_for(boats[0], knob, hold, action)
-        return permitted(worst_of(among, gains, knob, hold, strength))
+        guidance = guidance_for(boats[0], hold, gains)
+        return permitted(worst_of(among, gains, knob, hold, strength, guidance=guidance))
 
     low = high = request[0]
     while not robust(high, worst):

@@ -44,7 +44,9 @@ class Actuators:
     def delay(self) -> Array:
         """First-order term (3,) [s] of each axis' own response: latency and lag alike."""
         own = np.einsum("ik,ki->ik", self.push, self.share)
-        weight = own / own.sum(axis=1, keepdims=True)
+        total = own.sum(axis=1, keepdims=True)
+        driven = np.abs(self.share).max(axis=0)[:, None] > 0.0
+        weight = np.divide(own, total, out=np.zeros_like(own), where=driven)
         return np.asarray(weight @ (self.latency + self.lag))
 
 
@@ -53,7 +55,9 @@ class LinearBoat:
     """A boat about steady motions."""
 
     mix: Array  # (inputs, 3) commands per axis command; at an axis command of 1 the largest input is 1
-    authority: Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1
+    authority: (
+        Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: an axis without thrust
+    )
     actuators: Actuators
     speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]; the first is rest
     slopes: Array  # (m, 3, 3) d nu_dot / d nu there
@@ -62,6 +66,18 @@ class LinearBoat:
     def __post_init__(self) -> None:
         for name in ("mix", "authority", "speeds", "slopes"):
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
+
+    @property
+    def driven(self) -> tuple[int, ...]:
+        """The axes with thrust: all three, or surge and yaw."""
+        return tuple(int(i) for i in np.flatnonzero(self.authority))
+
+    @cached_property
+    def per_authority(self) -> Array:
+        """(3,) axis command per acceleration; 0 where there is no thrust."""
+        found = np.zeros(3)
+        found[list(self.driven)] = 1.0 / self.authority[list(self.driven)]
+        return found
 
     @cached_property
     def drag(self) -> Array:
@@ -72,21 +88,30 @@ class LinearBoat:
 def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
     """The model about rest and its fastest steady motions, or about `speeds` (m, 3).
 
-    Raises ControlError where the model's commands do not actuate every axis.
+    Raises ControlError where the model's commands do not actuate surge and yaw independently.
     """
     B, G = _force_effect(model), _allocated(model)
     push = B @ model.vehicle.mix @ np.diag(chords(model))
-    effect = push @ G  # (3, inputs) at rest
-    _check_actuated(model, effect)
-    inverse = np.linalg.pinv(effect)
-    authority = 1.0 / np.abs(inverse).max(axis=0)
-    mix = inverse * authority
+    mix, authority = axis_commands(model, push @ G)
     constants = model.vehicle.constants
     latency, lag = (constants.of_each(stage, model.constants) for stage in ("latency", "lag"))
     # A latency below 0 is a clock offset; a causal loop has none
     actuators = Actuators(push, G @ mix, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
     points = steady_motions(model) if speeds is None else speeds
     return LinearBoat(mix, authority, actuators, points, slopes_at(model, points), steepest(model))
+
+
+def axis_commands(model: Model, effect: Array) -> tuple[Array, Array]:
+    """The mix (inputs, 3) and authority (3,) of `effect` (3, inputs): accelerations at rest by inputs.
+
+    A boat whose inputs do not actuate sway independently has none of it in both. Raises ControlError.
+    """
+    driven = _driven(model, effect)
+    inverse = np.zeros((effect.shape[1], 3))
+    inverse[:, driven] = np.linalg.pinv(effect[driven])
+    authority = np.zeros(3)
+    authority[driven] = 1.0 / np.abs(inverse[:, driven]).max(axis=0)
+    return inverse * authority, authority
 
 
 def redrawn(boat: LinearBoat, model: Model) -> LinearBoat:
@@ -125,7 +150,7 @@ def _reached(model: Model) -> Array:
     """Steady speed (3,) of each axis at full command, by its own equation."""
     B, G = _force_effect(model), _allocated(model)
     push = B @ model.vehicle.mix @ np.diag(chords(model))
-    full = 1.0 / np.abs(np.linalg.pinv(push @ G)).max(axis=0)
+    _, full = axis_commands(model, push @ G)
     speed, step = np.zeros(3), RUN_UP_TIME / 4000
     for _ in range(4000):
         rate = np.diag(_accelerations(model, np.diag(speed))) + full
@@ -188,22 +213,20 @@ def chords(model: Model) -> Array:
     return np.array([_core.curve(chain, q, k, np.eye(n)[k : k + 1])[0] for k in range(n)])
 
 
-def _check_actuated(model: Model, effect: Array) -> None:
-    weakest = np.linalg.svd(effect, compute_uv=False)[-1] if effect.shape[1] >= 3 else 0.0
+def _driven(model: Model, effect: Array) -> list[int]:
+    """All axes, or surge and yaw where sway is not independent of them. Raises ControlError."""
     strong = np.abs(effect).max()
-    if weakest > LEAST_AUTHORITY * strong:
-        return
-    idle = [
-        axis
-        for axis, row in zip(AXES, effect, strict=True)
-        if np.abs(row).max() <= LEAST_AUTHORITY * strong
-    ]
+    for axes in ([0, 1, 2], [0, 2]):
+        values = np.linalg.svd(effect[axes], compute_uv=False)
+        if len(values) == len(axes) and values[-1] > LEAST_AUTHORITY * strong:
+            return axes
+    idle = [AXES[axis] for axis in (0, 2) if np.abs(effect[axis]).max() <= LEAST_AUTHORITY * strong]
     raise ControlError(
-        f"{model.name}: no command actuates {_joined(idle)}; the controller needs a force in surge, "
-        "sway and yaw: add a term like Y_F * F_v to the structure and identify again"
+        f"{model.name}: no command actuates {_joined(idle)}; the controller needs a force in surge and yaw: add "
+        "a term like X_F * F_u or N_F * F_r to the structure and identify again"
         if idle
-        else f"{model.name}: its {effect.shape[1]} commands can't actuate surge, sway and yaw independently; "
-        "the controller needs three independent forces"
+        else f"{model.name}: its {effect.shape[1]} commands can't actuate surge and yaw independently; "
+        "the controller needs two independent forces"
     )
 
 

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.control.tuning.guidance import Guidance
 from seatrial.control.tuning.linear import LinearBoat, redrawn
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.tuning.rules import Gains
@@ -41,12 +42,19 @@ def _timing_only(model: Model, off: Array) -> Array:
 
 
 def worst_of(
-    boats: Sequence[LinearBoat], gains: Sequence[Gains], knob: float, hold: float, strength: float
+    boats: Sequence[LinearBoat],
+    gains: Sequence[Gains],
+    knob: float,
+    hold: float,
+    strength: float,
+    *,
+    guidance: Guidance | None = None,
 ) -> Margins:
     """Margins (boats, ...) of each boat, the worst of its motions."""
     longest = float(boats[0].actuators.delay.max()) + hold
-    omega = frequencies(knob, longest, DRAW_FREQUENCIES)
-    feedback = Feedback(gains, boats[0].speeds, omega, hold)
+    slow = 0.0 if guidance is None else guidance.time
+    omega = frequencies(knob, longest, DRAW_FREQUENCIES, slow)
+    feedback = Feedback(gains, boats[0].speeds, omega, hold, guidance)
     found = [margins(boat, feedback, strength).worst() for boat in over(boats)]
     return Margins(*(np.array([getattr(m, f.name) for m in found]) for f in fields(Margins)))
 

@@ -19,6 +19,9 @@ class Gains:
     derivative: float
 
 
+NO_GAINS = Gains(0.0, 0.0, 0.0)  # of an axis without thrust
+
+
 def pd_gains(knob: float, delay: float, drag: float) -> Gains:
     """Without integral action. knob lambda [s], delay theta [s] and drag d [1/s], all >= 0.
 

@@ -47,6 +47,10 @@ CHAIN_BOUNDS = {  # lowest and highest value of the estimated constants of the c
     "pair_offset_along": (-0.5, 0.5),
     "pair_offset_across": (-0.5, 0.5),
     "pair_dead_zone": (0.0, 0.6),
+    "steer_angle": (3.0, 180.0),  # [deg]
+    "steer_offset": (-45.0, 45.0),  # [deg]
+    "steer_rate": (3.0, 1000.0),  # [deg/s]
+    "steer_dead_zone": (0.0, 0.6),
 }
 CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is far from linear
     "latency": 0.1,  # [s]
@@ -57,6 +61,10 @@ CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is f
     "power": 0.5,
     "scale_power": 0.5,
     "gain": 0.5,
+    "steer_angle": 10.0,  # [deg]
+    "steer_offset": 10.0,  # [deg]
+    "steer_rate": 20.0,  # [deg/s]
+    "steer_dead_zone": 0.1,
     **dict.fromkeys(DELAY_NAMES, 0.3),  # [s]
 }
 

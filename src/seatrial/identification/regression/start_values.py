@@ -26,6 +26,7 @@ PIECE_DURATION = 100.0  # [s] of the pieces that longer recordings are represent
 UNEVEN_STAMPS = 0.5
 LATENCY_GRID = (-0.5, -0.2, 0.1, 0.4, 0.8)  # [s]
 LAG_GRID = (0.02, 0.1, 0.2, 0.4, 0.8)  # [s] where the latency is given
+RATE_GRID = (15.0, 40.0, 100.0)  # [deg/s] of an angle
 DEAD_ZONE_GRID = (0.0, 0.08, 0.16, 0.3)  # of full command
 START_CHAIN_STEPS = 2  # Gauss-Newton steps
 STEP_SHARES = (1.0, 0.3)  # of a Gauss-Newton step that are tried
@@ -56,6 +57,10 @@ CONSTANT_RANGES = {
     "edge_forward": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
     "edge_reverse": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
     "pair_dead_zone": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
+    "steer_rate": ConstantRange(2.0, 20.0, 3.0, 1000.0, RATE_GRID),  # [deg/s]
+    "steer_angle": ConstantRange(2.0, 10.0, 3.0, 180.0, ()),  # [deg]
+    "steer_offset": ConstantRange(1.0, 5.0, -45.0, 45.0, ()),  # [deg]
+    "steer_dead_zone": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
     "pair_offset_along": ConstantRange(0.02, 0.08, -0.5, 0.5, ()),
     "pair_offset_across": ConstantRange(0.02, 0.08, -0.5, 0.5, ()),
 }

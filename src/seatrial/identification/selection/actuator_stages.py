@@ -233,7 +233,7 @@ def _stated(vehicle: Vehicle) -> dict[str, bool]:
 
 def _has_curve(vehicle: Vehicle) -> bool:
     """Whether the file states where thrust begins; a power alone does not."""
-    return any(g.table or g.dead_zone or g.pair for g in vehicle.file.chain)
+    return any(g.table or g.dead_zone or g.pair or g.steered for g in vehicle.file.chain)
 
 
 def _dead_zones(

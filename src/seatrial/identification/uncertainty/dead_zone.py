@@ -14,7 +14,7 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.frames import Array
 
-DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone")
+DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone", "steer_dead_zone")
 UNPROBED_EDGE = 1e-3  # twice the standard error of an edge: hardly any command comes so near to it
 # [standard errors] from the maximum, where the likelihood is compared with a parabola
 PARABOLA_PROBE = 2.0

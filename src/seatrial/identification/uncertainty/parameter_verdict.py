@@ -21,7 +21,8 @@ LISTED_PARTNERS = 3  # correlated parameters that are listed with one
 TYPICAL_SIZES = {
     "latency": 0.1, "lag": 0.1,  # [s]
     "edge_forward": 0.1, "edge_reverse": 0.1, "pair_dead_zone": 0.1,
-    "pair_offset_along": 0.1, "pair_offset_across": 0.1,
+    "pair_offset_along": 0.1, "pair_offset_across": 0.1, "steer_dead_zone": 0.1,
+    "steer_offset": 5.0,  # [deg]
 }  # fmt: skip
 
 

@@ -111,11 +111,15 @@ def _drawn(model: Model) -> Array:
     kinds = [name.partition(".")[0] for name in model.vehicle.constants.names]
     low = np.array(
         [
-            -np.inf if k in ("latency", "scale_power") or k.startswith("pair_offset") else 0.0
+            -np.inf
+            if k in ("latency", "scale_power", "steer_offset") or k.startswith("pair_offset")
+            else 0.0
             for k in kinds
         ]
     )
-    high = np.array([0.9 if k.startswith(("edge", "pair_dead")) else np.inf for k in kinds])
+    high = np.array(
+        [0.9 if k.startswith(("edge", "pair_dead", "steer_dead")) else np.inf for k in kinds]
+    )
     return np.vstack([own, np.clip(moved, low, high)])
 
 

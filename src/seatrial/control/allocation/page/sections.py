@@ -25,12 +25,13 @@ def verdict(found: AllocationComparison) -> Section:
         if found.boat.identified
         else "positions and directions, rows divided by their norms"
     )
-    head = ("thruster", *AXES, "dead zone", "limit")
+    axes = list(found.boat.driven)
+    head = ("thruster", *(AXES[i] for i in axes), "dead zone", "limit")
     rows: list[list[Cell]] = []
     for k, name in enumerate(own.thrusters):
         ahead, astern = own.edges[:, k].tolist()
         zone = Interval(-astern, ahead) if ahead or astern else NOTHING
-        given = [Number(x, 3) for x in found.boat.T[:, k].tolist()]
+        given = [Number(x, 3) for x in found.boat.T[axes, k].tolist()]
         rows.append([Text(name), *given, zone, Number(float(own.limits[k]), 3)])
     table = Table("thrusters", "Wrench of each thruster's unit thrust", head, rows)
     html = f"""<header><h1>{escape(found.boat.vehicle.name)}</h1>
@@ -44,9 +45,10 @@ def verdict(found: AllocationComparison) -> Section:
 
 def authority(found: AllocationComparison) -> Section:
     """Attainable wrenches: slices, and one axis at a time."""
-    head = ("scheme", *AXES)
+    axes = list(found.boat.driven)
+    head = ("scheme", *(AXES[i] for i in axes))
     rows: list[list[Cell]] = [
-        [Text(row.name), *(Interval(-b, a) for a, b in np.asarray(row.authority).tolist())]
+        [Text(row.name), *(Interval(-b, a) for a, b in np.asarray(row.authority)[axes].tolist())]
         for row in found.rows
         if row.authority is not None
     ]
@@ -54,6 +56,8 @@ def authority(found: AllocationComparison) -> Section:
     figures: dict[str, Figure] = {}
     drawn = ""
     for first, second in PLANES:
+        if not {first, second} <= set(axes):
+            continue
         name = f"reach-{AXES[first]}-{AXES[second]}"
         figures[name] = draw.slices(found, first, second)
         label = f"attainable {AXES[first]} and {AXES[second]}, the other axis at rest"

@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: MIT
 """The page's sections."""
 
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 
 from seatrial.control import Tuning
-from seatrial.control.tuning.console import POSE_UNITS, remarks
+from seatrial.control.tuning.console import POSE_UNITS, guidance_lines, remarks
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.control.tuning.loops import Margins
 from seatrial.control.tuning.page import draw
@@ -21,6 +22,8 @@ MARGINS = """Each loop with the other two closed, the worst of rest, of the fast
 ways, and of a turn at speed. Gain margin: factor by which thrust may exceed the model's. Delay: additional
 delay that keeps the loop stable. Sensitivity: largest |S|, the worst amplification of a disturbance. The limit
 $limit guarantees a phase margin of 29° and a gain margin of 2."""
+GUIDED = """This boat has no sway thrust. The second loop is the cross-track one of the guidance: heading and speed
+closed, about rest, the slowest and the fastest motion ahead, and a turn at speed."""
 STEPS = """Without feed-forward, at rest, for errors so small that no thruster saturates. A controller with
 integral action overshoots a step. It does not overshoot a feasible reference with feed-forward. Shaded: draws of
 the model's covariance."""
@@ -30,19 +33,20 @@ BODE = """The loop of each axis with the other two closed, at rest, with exact d
 
 def gains(tuning: Tuning) -> Section:
     """Gains in command units."""
+    full, delay = tuning.boat.authority, tuning.delay
     rows: list[list[Cell]] = [
         [
-            Text(axis), *(Number(float(x)) for x in row),
-            Text(f"1/{unit}, 1/({unit} s), s/{unit}"),
-            Number(float(full), 3), Text(f"{unit}/s²"), Number(float(delay), 3),
+            Text(AXES[i]), *(Number(float(x)) for x in tuning.table()[i]),
+            Text(f"1/{POSE_UNITS[i]}, 1/({POSE_UNITS[i]} s), s/{POSE_UNITS[i]}"),
+            Number(float(full[i]), 3), Text(f"{POSE_UNITS[i]}/s²"), Number(float(delay[i]), 3),
         ]
-        for axis, unit, row, full, delay in zip(
-            AXES, POSE_UNITS, tuning.table(), tuning.boat.authority, tuning.delay, strict=True
-        )
+        for i in tuning.boat.driven
     ]  # fmt: skip
     head = ("axis", "P", "I", "D", "unit", "full command", "", "delay [s]")
     table = Table("gains", "Gains in command units", head, rows)
-    lines = "".join(f"<p>{sentence(text)}</p>" for text in remarks(tuning))
+    lines = "".join(
+        f"<p>{sentence(text)}</p>" for text in (*guidance_lines(tuning), *remarks(tuning))
+    )
     html = f"""<header><h1>{escape(tuning.model.name)}</h1>
 <p class="subtitle">{tuning.action.upper()} tracking controller by internal model control, knob
 {tuning.knob:g}&nbsp;s, {tuning.rate:g}&nbsp;Hz</p></header>
@@ -61,9 +65,9 @@ def safety(tuning: Tuning) -> Section:
     )
     rows: list[list[Cell]] = [
         [Text("The model")],
-        *_rows(tuning.nominal),
+        *_rows(tuning.nominal, tuning.loops),
         [Text(drawn)],
-        *_rows(tuning.worst),
+        *_rows(tuning.worst, tuning.loops),
     ]
     head = (
         "axis",
@@ -74,19 +78,20 @@ def safety(tuning: Tuning) -> Section:
         "crossover [rad/s]",
     )
     table = Table("margins", "Margins", head, rows)
+    guided = "" if tuning.guidance is None else f'<p class="note">{GUIDED}</p>'
     html = f"""<section id="margins"><h2>Margins</h2>
-{table.html()}<p class="note">{MARGINS.replace("$limit", f"{SENSITIVITY_LIMIT:g}")}</p></section>"""
+{table.html()}<p class="note">{MARGINS.replace("$limit", f"{SENSITIVITY_LIMIT:g}")}</p>{guided}</section>"""
     return Section("margins", "Margins", html, tables=(table,))
 
 
-def _rows(found: Margins) -> list[list[Cell]]:
+def _rows(found: Margins, loops: Sequence[str]) -> list[list[Cell]]:
     return [
         [
             Text(axis), known(float(found.gain_up[i]), 3), Number(float(np.degrees(found.phase[i])), 3),
             Number(float(found.delay[i]), 3), Number(float(found.sensitivity[i]), 3),
             Number(float(found.crossover[i]), 3),
         ]
-        for i, axis in enumerate(AXES)
+        for i, axis in enumerate(loops)
     ]  # fmt: skip
 
 
@@ -95,11 +100,13 @@ def steps(tuning: Tuning, curves: Responses) -> Section:
     html = f"""<section id="steps"><h2>Step of the reference</h2>
 <p class="note">{STEPS}</p>
 {three(ALL, "step", "pose after a step of the reference", "middle")}</section>"""
-    figures = {f"step-{s}": draw.step(curves.step, i, tuning.knob) for i, s in enumerate(SYMBOLS)}
+    figures = {
+        f"step-{s}": draw.step(curves.step, i, tuning.loops[i]) for i, s in enumerate(SYMBOLS)
+    }
     return Section("steps", "Steps", html, {ALL: figures})
 
 
-def bode(curves: Responses) -> Section:
+def bode(tuning: Tuning, curves: Responses) -> Section:
     """Bode plots and sensitivity."""
     html = f"""<section id="bode"><h2>Frequency response</h2>
 <p class="note">{BODE}</p>
@@ -108,9 +115,9 @@ def bode(curves: Responses) -> Section:
 {three(ALL, "sensitivity", "sensitivity", "middle")}</section>"""
     figures = {}
     for i, s in enumerate(SYMBOLS):
-        figures[f"gain-{s}"] = draw.gain(curves.gain, i)
-        figures[f"phase-{s}"] = draw.phase(curves.phase, i)
-        figures[f"sensitivity-{s}"] = draw.sensitivity(curves.sensitivity, i)
+        figures[f"gain-{s}"] = draw.gain(curves.gain, i, tuning.loops[i])
+        figures[f"phase-{s}"] = draw.phase(curves.phase, i, tuning.loops[i])
+        figures[f"sensitivity-{s}"] = draw.sensitivity(curves.sensitivity, i, tuning.loops[i])
     return Section("bode", "Frequency response", html, {ALL: figures})
 
 

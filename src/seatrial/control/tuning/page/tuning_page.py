@@ -13,7 +13,13 @@ from seatrial.util.files import write_text
 def tuning_report(tuning: Tuning) -> str:
     """The page as HTML text; the same tuning gives the same text."""
     curves = responses(tuning)
-    found = [gains(tuning), safety(tuning), steps(tuning, curves), bode(curves), provenance(tuning)]
+    found = [
+        gains(tuning),
+        safety(tuning),
+        steps(tuning, curves),
+        bode(tuning, curves),
+        provenance(tuning),
+    ]
     return page(f"{tuning.model.name}: controller tuned by seatrial", found)
 
 

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: MIT
+"""Controllers: poses as they arrive in, commands to both thrusters out."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from benchmarks.studies.guidance.boat import SETTLING, TICK
+from seatrial import Odometer
+from seatrial.control import Course, TrackingController, Tuning
+from seatrial.util.frames import Array, body_velocity
+
+NS = 1_000_000_000
+SMOOTHING = 0.4  # [s] of differenced poses
+TRACK_STEP = 0.05  # [s]
+INTEGRAL = 0.2  # [1/s] of the hand-tuned controllers, times their proportional gain
+
+
+def wrapped(angle: float) -> float:
+    """In (-pi, pi]."""
+    return float(np.angle(np.exp(1j * angle)))
+
+
+class Pilot(ABC):
+    """Steers one run."""
+
+    @abstractmethod
+    def pose(self, stamp: float, eta: Array) -> None:
+        """A pose of time stamp [s] arrives."""
+
+    @abstractmethod
+    def command(self, t: float, course: Course) -> Array:
+        """At t [s]."""
+
+
+class Tuned(Pilot):
+    """`seatrial.TrackingController` on our odometry."""
+
+    def __init__(self, tuning: Tuning) -> None:
+        self.odometer, self.controller = Odometer(tuning.model), TrackingController(tuning)
+
+    def pose(self, stamp: float, eta: Array) -> None:
+        """To the odometer."""
+        self.odometer.pose(round(stamp * NS), eta)
+
+    def command(self, t: float, course: Course) -> Array:
+        """As the controller has it."""
+        now = self.odometer.look(round(t * NS))
+        ahead = course.at(t - SETTLING + self.controller.gains.lead)
+        values = self.controller.command(t, now.pose, now.velocity, course.at(t - SETTLING), ahead)
+        self.odometer.command(round(t * NS), values)
+        return values
+
+
+@dataclass(frozen=True)
+class HandGains:
+    """In command units."""
+
+    heading: tuple[float, float]  # per rad, rad/s
+    speed: float  # per m/s
+    ahead: float  # [m] look-ahead distance
+
+
+class ByHand(Pilot):
+    """PID of the heading, PI of the speed, plain line of sight to the nearest point of the course.
+
+    On the newest pose and its filtered difference, as on many boats.
+    """
+
+    def __init__(self, gains: HandGains) -> None:
+        self.gains = gains
+        self.stamp, self.eta, self.rate = -np.inf, np.zeros(3), np.zeros(3)
+        self.sums = np.zeros(2)  # of the heading's and the speed's error
+
+    def pose(self, stamp: float, eta: Array) -> None:
+        """One more."""
+        dt = stamp - self.stamp
+        if np.isfinite(dt) and dt > 0.0:
+            step = eta - self.eta
+            step[2] = wrapped(step[2])
+            self.rate = self.rate + (step / dt - self.rate) * -np.expm1(-dt / SMOOTHING)
+        self.stamp, self.eta = stamp, eta
+
+    def command(self, t: float, course: Course) -> Array:
+        """The along-track error adds 0.3 of itself a second to the wanted speed."""
+        g, wanted = self.gains, course.at(t - SETTLING)
+        speed = float(np.hypot(*wanted.rate[:2]))
+        near = nearest(course, t - SETTLING, self.eta)
+        c, s = np.cos(near[2]), np.sin(near[2])
+        across = c * (self.eta[1] - near[1]) - s * (self.eta[0] - near[0])
+        along = c * (wanted.eta[0] - near[0]) + s * (wanted.eta[1] - near[1])
+        turn = wrapped(near[2] - np.arctan(across / g.ahead) - self.eta[2])
+        surge = speed + 0.3 * along - body_velocity(self.eta[2:], self.rate[None])[0, 0]
+        self.sums = np.clip(self.sums + TICK * INTEGRAL * np.array([turn, surge]), -0.5, 0.5)
+        yaw = g.heading[0] * (turn + self.sums[0]) - g.heading[1] * self.rate[2]
+        thrust = g.speed * (surge + self.sums[1])
+        yaw = float(np.clip(yaw, -1.0, 1.0))
+        thrust = float(np.clip(thrust, abs(yaw) - 1.0, 1.0 - abs(yaw)))
+        return np.array([thrust - yaw, thrust + yaw])
+
+
+def nearest(course: Course, t: float, eta: Array, around: float = 3.0) -> Array:
+    """The pose (3,) of the course, within `around` [s] of now, that is nearest to a point."""
+    times = np.clip(np.arange(t - around, t + around, TRACK_STEP), 0.0, course.duration)
+    poses = track(course)[np.round(times / TRACK_STEP).astype(int)]
+    return np.asarray(poses[int(np.argmin(np.hypot(*(poses[:, :2] - eta[:2]).T)))])
+
+
+@cache
+def track(course: Course) -> Array:
+    """Poses (n, 3) every `TRACK_STEP`."""
+    times = np.arange(0.0, course.duration + 0.1, TRACK_STEP)
+    return np.array([course.at(float(t)).eta for t in times])

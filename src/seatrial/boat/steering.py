@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""Angles as actuators: rudder, outboard, azimuth thruster. Their entry of a chain group, checked."""
+
+from collections.abc import Sequence
+
+from seatrial.boat.schema import ChainGroup, SteeredEntry
+from seatrial.util.errors import SeatrialError, VehicleError
+
+THRUST_STAGES = ("reverse_ratio", "gain", "scale_power")  # that an angle can't have
+
+
+def steered_entries(groups: Sequence[ChainGroup]) -> list[SteeredEntry]:
+    """The steered entries of a chain."""
+    return [group.steered for group in groups if group.steered is not None]
+
+
+def angle_names(groups: Sequence[ChainGroup]) -> list[str]:
+    """Actuators that are angles."""
+    return [angle for entry in steered_entries(groups) for _, angle in entry.of]
+
+
+def stages_of(entry: SteeredEntry) -> dict[str, tuple[str, float | str]]:
+    """By stage of the core's actuator: name of the constant, and its value or 'estimate'."""
+    given = {
+        "edge_forward": ("steer_dead_zone", entry.dead_zone),
+        "full_angle": ("steer_angle", entry.angle_deg),
+        "angle_offset": ("steer_offset", entry.offset_deg),
+        "angle_rate": ("steer_rate", entry.rate_deg),
+    }
+    return {s: (name, value) for s, (name, value) in given.items() if value is not None}
+
+
+def refuse_angles(
+    groups: Sequence[ChainGroup], source: str, error: type[SeatrialError], what: str
+) -> None:
+    """Raise `error` where a chain has angles: `what` takes thrust that is linear in its commands."""
+    if angles := angle_names(groups):
+        raise error(
+            f"{source}: {', '.join(angles)} is an angle (chain: steered); {what} takes thrusters in fixed "
+            "directions. Commands identify, predict and sim, and the odometry node, work with it"
+        )
+
+
+def check_steering(groups: Sequence[ChainGroup], source: str) -> None:
+    """Every actuator is in one steered pair at most, and none of them in a `pair`. Raises VehicleError."""
+    names = [name for entry in steered_entries(groups) for two in entry.of for name in two]
+    if any(not entry.of for entry in steered_entries(groups)):
+        raise VehicleError(
+            f"{source}: chain: steered: no actuator named; of: [[thrust, angle]] names two of the inputs"
+        )
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise VehicleError(
+            f"{source}: chain: steered: {', '.join(twice)} named twice; one angle turns one thrust"
+        )
+    paired = {name for g in groups if g.pair for two in g.pair.of for name in two}
+    if both := sorted(paired & set(names)):
+        raise VehicleError(
+            f"{source}: chain: {', '.join(both)} is in a pair and steered; give one of the two"
+        )
+    for group in groups:
+        scaled = set(angle_names(groups)) & set(group.actuators or [])
+        gains = set(angle_names(groups)) & set(group.gains or {})
+        if gains or (scaled and group.scale is not None):
+            raise VehicleError(
+                f"{source}: chain: {', '.join(sorted(gains or scaled))} is an angle, which has no gain "
+                "and no scale; angle_deg is its size"
+            )

@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: MIT
+"""Line-of-sight guidance of a boat without sway thrust: its constants, by the same rule as the gains.
+
+About a straight path at speed U the cross-track error y obeys y_dot = U sin(course error): an integrator
+behind the heading loop. SIMC for e^(-theta s) / s with the closed-loop time constant tau_c is a
+proportional gain of 1/T and an integral time of 4 T, T = tau_c + theta (Skogestad 2003, table 1). The
+gain is the look-ahead distance U T of line-of-sight guidance (Fossen 2021, chapter 12), the integral
+time its drift compensation. Derived in docs/tune.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from seatrial.boat.model import Model
+from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
+from seatrial.control.tuning.rules import Gains
+from seatrial.util.frames import Array
+
+SLOWEST_SHARE = 0.1  # of the fastest speed: a slower reference rests, station keeping begins
+RADIUS_SHARE = 2.0  # of the look-ahead distance at the slowest speed
+STRAIGHT = 0.5  # [rad] of turn in the time T: the drift is learned up to it
+TURN_SHARE = 0.7  # of the fastest speed and yaw rate, in a bend
+AXES_GUIDED = ("surge", "cross-track", "yaw")  # loops of a boat without sway thrust
+
+
+@dataclass(frozen=True)
+class Guidance:
+    """Constants of `core/include/seatrial/control/guidance.hpp`."""
+
+    time: float  # [s] T: look-ahead distance over speed
+    radius: float  # [m] least look-ahead distance, and the circle of station keeping
+    slowest: float  # [m/s] a reference below it rests
+    fastest: float  # [m/s] of approach
+    approach: float  # [s] position error over the speed that the surge gains make of it
+
+    def coupling(self, speed: float, turn: float = 0.0) -> tuple[float, float]:
+        """Heading per cross-track error [rad/m] and per its integral [rad/(m s)].
+
+        speed [m/s]; turn [rad/s] of the path: no drift is learned in a bend.
+        """
+        if speed < self.slowest:
+            return 0.0, 0.0
+        near = 1.0 / max(self.radius, speed * self.time)
+        bend = abs(turn) * self.time > STRAIGHT
+        return near, 0.0 if bend else 1.0 / (4.0 * self.time**2 * speed)
+
+
+def guided_motions(model: Model) -> Array:
+    """Rest, the slowest and the fastest motion ahead (m, 3)."""
+    most = np.abs(steady_motions(model)).max(axis=0)
+    found = np.zeros((3, 3))
+    found[1, 0], found[2, 0] = SLOWEST_SHARE * most[0], most[0]
+    return found
+
+
+def with_bend(model: Model, boat: LinearBoat, guidance: Guidance) -> LinearBoat:
+    """The boat about a bend, too, whose radius is the look-ahead distance, at most at its turning rate."""
+    most = np.abs(steady_motions(model)).max(axis=0)
+    bend = [TURN_SHARE * most[0], 0.0, min(TURN_SHARE * most[2], 1.0 / guidance.time)]
+    return linearise(model, np.vstack([boat.speeds, [bend]]))
+
+
+def guidance_for(
+    boat: LinearBoat, hold: float, gains: tuple[Gains, Gains, Gains]
+) -> Guidance | None:
+    """Of a boat without sway thrust; None: it has some. `boat` is about `guided_motions`.
+
+    tau_c is that of the heading loop: its delay, and its slow time constant (D + d) / P at the largest yaw drag,
+    which is the knob where the drag is the least one that the gains are for. theta is as much, and the lag of
+    the course behind the heading: in a turn v = -(A_vr / A_vv) r, so that the course lags by
+    tau_v = A_vr / (A_vv u) at speed u.
+    """
+    if len(boat.driven) == 3:
+        return None
+    surge, _, yaw = gains
+    heading = (yaw.derivative + float(boat.drag[:, 2].max())) / yaw.proportional
+    time = 2.0 * (heading + float(boat.actuators.delay[2]) + hold) + course_lag(boat)
+    fastest = float(boat.speeds[:, 0].max())
+    slowest = SLOWEST_SHARE * fastest
+    approach = (surge.derivative + float(boat.drag[:, 0].min())) / surge.proportional
+    return Guidance(time, RADIUS_SHARE * slowest * time, slowest, fastest, approach)
+
+
+def course_lag(boat: LinearBoat) -> float:
+    """tau_v [s]: of the course behind the heading, the largest of the straight motions ahead."""
+    straight = (boat.speeds[:, 0] > 0.0) & (boat.speeds[:, 2] == 0.0)
+    A, u = boat.slopes[straight], boat.speeds[straight, 0]
+    return float(np.maximum(A[:, 1, 2] / (np.minimum(A[:, 1, 1], -1e-9) * u), 0.0).max())

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: MIT
+"""The ROS tracking node without ROS beside Python's controller: the same gains file, the same commands."""
+
+import dataclasses
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import make_model
+from cpp_tools import built
+from survey_boat import LAG, LATENCY, TRUTH, boat
+from tune_tools import mallard
+
+import seatrial
+from seatrial.control import (
+    Reference,
+    TrackingController,
+    at_speed,
+    ros_parameters,
+    rounded_square,
+    save_gains,
+    tune,
+)
+
+pytestmark = pytest.mark.system
+BEGIN = 1_000_000_000_000  # [ns]
+COURSE = at_speed(rounded_square(6.0, 1.5), 0.25, 4.0)
+GOAL = np.array([1.0, 4.0, 0.3])
+FOLLOWING = {"0", "1"}  # Conduct: follows, limited
+# of the vehicle's command topic: the survey boat has columns, a bag's topic here
+TOPIC = {"left": "axes[0]", "right": "axes[1]"}
+
+
+def survey(dead_zone=0.0):
+    """Two thrusters astern, commanded by a joypad's axes."""
+    chain = {
+        "latency": LATENCY,
+        "lag": LAG,
+        "dead_zone": {"forward": dead_zone, "reverse": dead_zone},
+    }
+    own = boat([chain])
+    content = own.to_mapping()
+    content["pose"] = {
+        "topic": "/pose",
+        "x": "pose.position.x",
+        "y": "pose.position.y",
+        "psi": "pose.orientation",
+    }
+    content["commands"] = {
+        "topic": "/joy",
+        "inputs": {name: {"field": f} for name, f in TOPIC.items()},
+    }
+    model = make_model(seatrial.boat.vehicle.vehicle_from(content, "survey"), TRUTH)
+    return dataclasses.replace(model, covariance=np.zeros_like(model.covariance))
+
+
+CASES = {
+    "two thrusters": lambda: tune(survey(), 1.0),
+    "two thrusters by an allocator": lambda: tune(survey(0.08), 1.0, allocation="auto"),
+    "three axes": lambda: tune(mallard(spread=0.0), 1.0),
+}
+
+
+@pytest.fixture(scope="module")
+def program() -> Path:
+    """The node, under the sanitizers."""
+    return built("tracking")
+
+
+@pytest.fixture(scope="module", params=CASES)
+def written(request, tmp_path_factory):
+    """A tuning, and the folder of its model and gains file."""
+    tuning = CASES[request.param]()
+    folder = tmp_path_factory.mktemp("tracking")
+    seatrial.save(tuning.model, folder / "model.yaml")
+    save_gains(tuning, folder / "gains.yaml")
+    return tuning, folder
+
+
+def turn(psi):
+    """From body to earth."""
+    c, s = np.cos(psi), np.sin(psi)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def motions(ticks: int):
+    """Seconds, pose and velocity of a boat somewhere about the course, then about the goal."""
+    rng = np.random.default_rng(3)
+    off = np.cumsum(rng.normal(size=(ticks, 3)), axis=0) * [0.02, 0.02, 0.03]
+    for i in range(ticks):
+        t = 0.02 * i
+        near = COURSE.at(t).eta if i < ticks // 2 else GOAL
+        yield t, near + off[i], rng.normal(size=3) * [0.1, 0.05, 0.1]
+
+
+def line(t, kind, eta=(), nu=()):
+    """An event."""
+    return " ".join([str(BEGIN + round(1e9 * t)), kind, *(repr(float(x)) for x in (*eta, *nu))])
+
+
+def script(ticks: int) -> list[str]:
+    """Odometry and a reference before every tick; a goal in the second half."""
+    found = []
+    for i, (t, eta, nu) in enumerate(motions(ticks)):
+        found += [line(t, "odom", eta, nu), line(t, "map_pose", eta, nu)]
+        if i < ticks // 2:
+            now = COURSE.at(t)
+            found.append(line(t, "reference", now.eta, now.body()[0]))
+        elif i == ticks // 2:
+            found.append(line(t, "goal", GOAL, np.zeros(3)))
+        found.append(line(t, "tick"))
+    return found
+
+
+def expected(tuning, folder: Path, ticks: int) -> np.ndarray:
+    """Python's controller on the same messages: acceleration by the difference of body velocities."""
+    controller = TrackingController(folder / "gains.yaml", folder / "model.yaml")
+    rows, before = [], None
+    for i, (t, eta, nu) in enumerate(motions(ticks)):
+        if i < ticks // 2:
+            wanted = COURSE.at(t)
+            own, _ = wanted.body()
+            gained = np.zeros(3) if before is None else (own - before) / 0.02
+            before = own
+            now, ahead = (
+                extrapolated(wanted.eta, own, gained, dt) for dt in (0.0, tuning_lead(controller))
+            )
+        else:
+            now = ahead = Reference.still(GOAL)
+        rows.append(controller.command(t, eta, nu, now, ahead))
+    return np.array(rows)
+
+
+def tuning_lead(controller) -> float:
+    """As the node rounds it."""
+    return round(1e9 * controller.gains.lead) * 1e-9
+
+
+def extrapolated(eta, nu, gained, dt) -> Reference:
+    """A reference dt [s] later with its body-fixed acceleration kept: `seatrial_ros/target.hpp`."""
+    there = eta + dt * turn(eta[2] + 0.5 * dt * nu[2]) @ (nu + 0.5 * dt * gained)
+    then = nu + dt * gained
+    swing = then[2] * np.array([-then[1], then[0], 0.0])
+    return Reference(there, turn(there[2]) @ then, turn(there[2]) @ (gained + swing))
+
+
+def run(program: Path, events: list[str], **settings: object) -> tuple[int, list[list[str]], str]:
+    """Return code, answers, error."""
+    done = subprocess.run(
+        [program, *(f"{name}={value}" for name, value in settings.items())],
+        input="\n".join(events), capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    return done.returncode, [row.split() for row in done.stdout.splitlines()], done.stderr
+
+
+def test_the_node_gives_the_commands_of_python(program, written):
+    tuning, folder = written
+    code, rows, error = run(
+        program, script(400), model=folder / "model.yaml", gains=folder / "gains.yaml"
+    )
+    assert (code, error) == (0, "")
+    assert {row[0] for row in rows} <= FOLLOWING
+    given = np.array([[float.fromhex(x) for x in row[1:]] for row in rows])
+    np.testing.assert_allclose(given, expected(tuning, folder, 400), atol=1e-6)
+    assert np.abs(given).max() > 0.2
+
+
+def test_parameters_do_as_the_file(program, written):
+    tuning, folder = written
+    numbers = {
+        name: ",".join(repr(float(x)) for x in value) if isinstance(value, list) else value
+        for name, value in ros_parameters(tuning).items()
+        if name not in ("knob", "action")
+    }
+    by_file, by_parameters = (
+        run(program, script(100), model=folder / "model.yaml", **given)
+        for given in ({"gains": folder / "gains.yaml"}, numbers)
+    )
+    assert by_parameters[0] == 0, by_parameters[2]
+    for one, two in zip(by_file[1], by_parameters[1], strict=True):
+        assert [float.fromhex(x) for x in one[1:]] == pytest.approx(
+            [float.fromhex(x) for x in two[1:]], abs=1e-9
+        )
+
+
+def test_gains_without_guidance_are_refused_for_a_boat_without_sway(program, tmp_path):
+    tuning = tune(survey(), 1.0)
+    seatrial.save(tuning.model, tmp_path / "model.yaml")
+    save_gains(tuning, tmp_path / "gains.yaml")
+    text = (tmp_path / "gains.yaml").read_text()
+    begin = text.index("guidance:")
+    end = text.index("\n", text.index("approach:", begin)) + 1
+    (tmp_path / "gains.yaml").write_text(text[:begin] + text[end:])
+    code, _, error = run(program, [], model=tmp_path / "model.yaml", gains=tmp_path / "gains.yaml")
+    assert code == 1
+    assert (
+        "authority is 0 in sway; expected more than 0, and 0 in sway with guidance: tune it"
+        in error
+    )
