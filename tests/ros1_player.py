@@ -23,7 +23,7 @@ EPOCH = 1_700_000_000 * 10**9  # [ns] time zero of a drive
 TICK = 0.02  # [s] of simulated time, the odometry node's period
 LEAD = 2.0  # [s] at rest before the drive, with one scan: map and odometry begin
 PATIENCE = 0.2  # [s] of this machine's time for an answer; then simulated time goes on
-ANSWERS = 50  # times PATIENCE that a scan has no pose: the SLAM has ended
+ANSWERS = 50  # times PATIENCE that a scan has no pose: the SLAM gives no more
 MAP_PERIOD = 10.0  # [s] between two maps
 HOLD = 1.0  # [s] at most, that a velocity is taken to stay
 OCCUPIED = 100
@@ -91,7 +91,7 @@ class Player:
         self.corrected = -math.inf  # [s] stamp of the SLAM's newest map to odom
         self.starts: list[list[float]] = []
         self.map: OccupancyGrid | None = None
-        self.ended = False  # the SLAM has
+        self.ended = False  # the SLAM gives no more poses
         near = {"queue_size": 100, "tcp_nodelay": True}
         self.clock = rospy.Publisher("/clock", Clock, **near)
         self.joy = rospy.Publisher("/joy", Joy, **near)
@@ -246,7 +246,7 @@ class Player:
                 return
 
     def last_map(self) -> OccupancyGrid:
-        """The map after the drive, or when the SLAM ended."""
+        """The map after the drive, or the last one of a SLAM that gives no more poses."""
         if self.ended and self.map:
             return self.map
         if not self.job["lock_step"]:

@@ -2,7 +2,7 @@
 """Hector mapping, the paper's SLAM, with and without the odometry node, in ROS 1.
 
     export SEATRIAL_HECTOR=/path/of/catkin_ws/devel       # where hector_mapping was built
-    python -m benchmarks.studies.hector                   # all tables, about half an hour on two cores
+    python -m benchmarks.studies.hector                   # all tables, up to half an hour on two cores
     python -m benchmarks.studies.hector hector-forced     # one
     python -m benchmarks.studies.hector --seeds 1         # of one drive
     python -m benchmarks.studies.hector --write           # into docs/slam.md, and its picture

@@ -112,7 +112,7 @@ def play(
     if player.returncode:
         raise RuntimeError(f"player: {player.said.read_text()[-1000:]}")  # type: ignore[attr-defined]
     for process in reversed(running):
-        if process.poll() is None:  # Hector may have crashed
+        if process.poll() is None:  # Hector may have ended in a lost drive
             ros.finish(process, signal.SIGINT)
     return _found(start, json.loads(job.with_suffix(".found.json").read_text()))
 

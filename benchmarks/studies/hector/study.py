@@ -148,7 +148,7 @@ def outcome(ros: Ros1, case: Case, seed: int, models: Path, bag: Path | None = N
     forced = Forced(forced_scan(len(chosen)), FALSE_START) if case.forced else None
     found = play(ros, STARTS[case.start], made, chosen, models, forced=forced, bag=bag)
     t, pose, start = found.t, found.pose, found.start
-    if STARTS[case.start].lock_step:  # where Hector has crashed, the last pose is all that is known
+    if STARTS[case.start].lock_step:  # where Hector gives no more poses, the last one holds
         t = np.array([scan.stamp for scan in chosen[1:]])
         held = np.maximum(np.searchsorted(found.t, t + 1e-3) - 1, 0)
         pose, start = pose[held], start[held]
