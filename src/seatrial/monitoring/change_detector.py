@@ -95,7 +95,8 @@ class ChangeDetector:
             if start < since:
                 break
             several = self._several(start, now)
-            if not several or not remarkable(self._space, several[0]):
+            # gusts that explain the window are no change, and spare the search for one
+            if not several or not all(remarkable(self._space, window) for window in several):
                 continue
             found = explained(self._space, several)
             if log_ratio(found) > self.threshold:
