@@ -70,6 +70,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.PRIOR_FACTOR: "All parameters of an axis moved by one factor.",
         K.PRIOR_DOMINATES: "The numbers are those of the old boat.",
         K.PRIOR_COUNTED_TWICE: "Standard errors are too small.",
+        K.ADAPTED: "The model follows a change that `predict --live` confirmed. It rests on less than a minute.",
     },
     "Scores": {
         K.NO_FILTER: "The model states no noise, or diverges with it.",
