@@ -14,6 +14,10 @@ from seatrial.util.frames import Array, body_velocity
 
 NS = 1_000_000_000
 SMOOTHING = 0.4  # [s] of differenced poses
+BACK, AHEAD = (
+    2.0,
+    4.0,
+)  # [s] of the course about the point passed last, in which the nearest is sought
 TRACK_STEP = 0.05  # [s]
 INTEGRAL = 0.2  # [1/s] of the hand-tuned controllers, times their proportional gain
 
@@ -73,6 +77,7 @@ class ByHand(Pilot):
         self.gains = gains
         self.stamp, self.eta, self.rate = -np.inf, np.zeros(3), np.zeros(3)
         self.sums = np.zeros(2)  # of the heading's and the speed's error
+        self.passed = 0.0  # [s] time of the course's point that was nearest
 
     def pose(self, stamp: float, eta: Array) -> None:
         """One more."""
@@ -87,7 +92,7 @@ class ByHand(Pilot):
         """The along-track error adds 0.3 of itself a second to the wanted speed."""
         g, wanted = self.gains, course.at(t - SETTLING)
         speed = float(np.hypot(*wanted.rate[:2]))
-        near = nearest(course, t - SETTLING, self.eta)
+        self.passed, near = nearest(course, self.passed, self.eta)
         c, s = np.cos(near[2]), np.sin(near[2])
         across = c * (self.eta[1] - near[1]) - s * (self.eta[0] - near[0])
         along = c * (wanted.eta[0] - near[0]) + s * (wanted.eta[1] - near[1])
@@ -101,11 +106,12 @@ class ByHand(Pilot):
         return np.array([thrust - yaw, thrust + yaw])
 
 
-def nearest(course: Course, t: float, eta: Array, around: float = 3.0) -> Array:
-    """The pose (3,) of the course, within `around` [s] of now, that is nearest to a point."""
-    times = np.clip(np.arange(t - around, t + around, TRACK_STEP), 0.0, course.duration)
+def nearest(course: Course, passed: float, eta: Array) -> tuple[float, Array]:
+    """Time [s] and pose (3,) of the course's nearest point, near the one that was passed last."""
+    times = np.clip(np.arange(passed - BACK, passed + AHEAD, TRACK_STEP), 0.0, course.duration)
     poses = track(course)[np.round(times / TRACK_STEP).astype(int)]
-    return np.asarray(poses[int(np.argmin(np.hypot(*(poses[:, :2] - eta[:2]).T)))])
+    at = int(np.argmin(np.hypot(*(poses[:, :2] - eta[:2]).T)))
+    return float(times[at]), np.asarray(poses[at])
 
 
 @cache

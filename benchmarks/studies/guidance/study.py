@@ -17,7 +17,7 @@ from benchmarks.studies.guidance.boat import (
     identified,
     truth,
 )
-from benchmarks.studies.guidance.pilots import TRACK_STEP, ByHand, HandGains, Pilot, Tuned, track
+from benchmarks.studies.guidance.pilots import ByHand, HandGains, Pilot, Tuned, nearest
 from seatrial.boat.model import Model
 from seatrial.control import (
     KNOB,
@@ -40,7 +40,6 @@ SHAPES: dict[str, Callable[[], Shape]] = {
 }
 SPEEDS = (0.5, 1.5)  # [m/s]
 SEEDS = (1, 2)
-WINDOW = round(4.0 / TRACK_STEP)  # points of the path that count as near in time
 RAMP = 6.0  # [s] to the speed and back
 GRID_HEADING = [(p, d) for p in (0.5, 1.0, 2.0) for d in (0.25, 0.5, 1.0)]
 GRID_SPEED = (0.5, 1.0, 2.0)
@@ -96,13 +95,11 @@ def run(plant: Model, pilot: Pilot, path: Course, weather: Weather, seed: int) -
 
 
 def distances(points: Array, path: Course) -> Array:
-    """From each point (n, 2) to the nearest of the path's, within 4 s of where it should be."""
-    poses = track(path)
-    found = np.zeros(len(points))
+    """From each point (n, 2) to the nearest of the path's, near the one that was passed last."""
+    passed, found = 0.0, np.zeros(len(points))
     for i, point in enumerate(points):
-        at = round(i * TICK / TRACK_STEP)
-        window = poses[max(0, at - WINDOW) : at + WINDOW, :2]
-        found[i] = np.hypot(*(window - point).T).min()
+        passed, near = nearest(path, passed, point)
+        found[i] = np.hypot(*(near[:2] - point))
     return found
 
 
