@@ -19,7 +19,13 @@ from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import change_space
-from seatrial.monitoring.change_test import Explained, explained, log_ratio, remarkable
+from seatrial.monitoring.change_test import (
+    Explained,
+    explained,
+    linearised,
+    log_ratio,
+    most_to_gain,
+)
 from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.window_likelihood import Window, noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
@@ -95,10 +101,11 @@ class ChangeDetector:
             if start < since:
                 break
             several = self._several(start, now)
-            # gusts that explain the window are no change, and spare the search for one
-            if not several or not all(remarkable(self._space, window) for window in several):
+            seen = linearised(self._space, several)
+            # most windows are as probable as ever, or gusts explain them
+            if not seen or most_to_gain(self._space, seen) < self.threshold:
                 continue
-            found = explained(self._space, several)
+            found = explained(self._space, several, seen)
             if log_ratio(found) > self.threshold:
                 self._noticed = now
                 return _finding(found, ChangeState.NOTICED, now)
@@ -108,7 +115,8 @@ class ChangeDetector:
         """The change in the window after the notice."""
         self._noticed, self._since = None, now
         several = self._several(begin, now)
-        found = explained(self._space, several) if several else []
+        seen = linearised(self._space, several)
+        found = explained(self._space, several, seen) if seen else []
         if log_ratio(found) < CONFIRMED:
             return BoatChange(ChangeState.WITHDRAWN, now, NO_CHANGE)
         change = _finding(found, ChangeState.CONFIRMED, now)

@@ -14,13 +14,12 @@ import numpy as np
 from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import ChangeSpace, PhysicalChange, difference_quotients
 from seatrial.monitoring.window_likelihood import Quadratic, Window
-from seatrial.util.distributions import chi2_sf
 from seatrial.util.frames import Array
 
 ROUNDS = 4  # of linearisation and maximum
 CLOSE = 0.3  # posterior standard deviations of a step that ends them
 INNER_ROUNDS, HALVINGS, INNER_CLOSE = 20, 12, 1e-6  # of the search on one linearisation
-UNREMARKABLE = 1e-3  # p of the window's scores, above which no change is sought
+LEAST_INFORMATION = 1e-12  # of the largest: less is round-off
 
 
 @dataclass(frozen=True)
@@ -35,31 +34,33 @@ class Explained:
     covariance: Array  # (n, n)
 
 
-def remarkable(space: ChangeSpace, window: Window) -> bool:
-    """Whether the scores of a window are improbable for the unchanged boat."""
-    seen = window.quadratic(space.wider, space.theta)
-    if seen is None:
-        return True
-    own = [i for i, v in enumerate(np.diag(space.wider.covariance)) if v > 0.0]
-    information, gradient = seen.information[np.ix_(own, own)], seen.gradient[own]
-    known = space.wider.covariance[np.ix_(own, own)]
-    # the score has covariance I + I C I: of the poses, and of the identification's errors
-    spread = information + information @ known @ information
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(spread), 1e-300))
-    values, vectors = np.linalg.eigh(spread * np.outer(scale, scale))
-    kept = values > 1e-9
-    z = (vectors[:, kept].T @ (gradient * scale)) / np.sqrt(values[kept])
-    return chi2_sf(float(z @ z), int(kept.sum())) < UNREMARKABLE
+def most_to_gain(space: ChangeSpace, seen: Sequence[Quadratic]) -> float:
+    """Upper bound of `log_ratio`, about the unchanged boat: that of parameters without any prior."""
+    none = next(change for change in space.changes if change.cause == NO_CHANGE)
+    start = np.zeros(space.root.shape[1])
+    unchanged = [_maximum(space, none, one, start)[3] for one in seen]
+    most = max(one.value + 0.5 * float(np.sum(_whitened(one)[1] ** 2)) for one in seen)
+    return most - float(np.logaddexp.reduce(unchanged) - np.log(len(unchanged)))
 
 
-def explained(space: ChangeSpace, several: Sequence[Window]) -> list[Explained]:
-    """Every change of the space, the most probable first; the evidence is a mean over the windows' noise."""
-    first = [window.quadratic(space.wider, space.theta) for window in several]
+def linearised(space: ChangeSpace, several: Sequence[Window]) -> list[Quadratic]:
+    """The windows about the unchanged boat; none where it diverges in one."""
+    found = [window.quadratic(space.wider, space.theta) for window in several]
+    return [] if any(one is None for one in found) else [one for one in found if one is not None]
+
+
+def explained(
+    space: ChangeSpace, several: Sequence[Window], seen: Sequence[Quadratic]
+) -> list[Explained]:
+    """Every change of the space, the most probable first; the evidence is a mean over the windows' noise.
+
+    seen: `linearised` of the windows.
+    """
     found = []
     for change in space.changes:
         fits = [
-            fit for window, start in zip(several, first, strict=True)
-            if start is not None and (fit := _fitted(space, window, change, start)) is not None
+            fit for window, start in zip(several, seen, strict=True)
+            if (fit := _fitted(space, window, change, start)) is not None
         ]  # fmt: skip
         if not fits:
             continue
@@ -118,10 +119,7 @@ def _maximum(
     x (k + m,): errors of the identification and unknowns of the change, all of unit variance.
     """
     k = space.root.shape[1]
-    values, vectors = np.linalg.eigh(0.5 * (seen.information + seen.information.T))
-    kept = values > 1e-12 * values.max(initial=0.0)
-    root = (vectors[:, kept] * np.sqrt(values[kept])).T
-    centre = (vectors[:, kept].T @ seen.gradient) / np.sqrt(values[kept])
+    root, centre = _whitened(seen)
 
     def residuals(y: Array) -> Array:
         theta = change.of(space.theta + space.root @ y[:k], y[k:])
@@ -144,3 +142,11 @@ def _maximum(
     jacobian = difference_quotients(residuals, x)
     log = seen.value + 0.5 * float(centre @ centre) - 0.5 * float(now @ now)
     return x, x - begin, jacobian, log - 0.5 * float(np.linalg.slogdet(jacobian.T @ jacobian)[1])
+
+
+def _whitened(seen: Quadratic) -> tuple[Array, Array]:
+    """R (m, n) and c (m,): log L = value + |c|^2 / 2 - |R d - c|^2 / 2, d from `seen.at`."""
+    values, vectors = np.linalg.eigh(0.5 * (seen.information + seen.information.T))
+    kept = values > LEAST_INFORMATION * values.max(initial=0.0)
+    root = (vectors[:, kept] * np.sqrt(values[kept])).T
+    return root, (vectors[:, kept].T @ seen.gradient) / np.sqrt(values[kept])

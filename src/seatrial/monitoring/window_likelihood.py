@@ -24,7 +24,7 @@ from seatrial.util.frames import Array
 # what moves a boat and is no change of it, with standard deviations
 CURRENT = 0.3  # [m/s]
 WIND = 0.3  # of full thrust
-GUSTS = (0.0, 0.03, 0.1)  # of full thrust: disturbance force beside the model's process noise
+GUSTS = (0.0, 0.06, 0.2)  # of full thrust: disturbance force beside the model's process noise
 GUST_MEMORY = 2.0  # [s] of it, where the model has no process noise
 SHORTEST_BLOCK = 1.0  # [s]
 
