@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Physical meaning of a model: top speed, rise time, coasting distance; stability and plausibility."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -122,33 +123,53 @@ def _positive_drag(model: Model) -> list[str]:
     return found
 
 
-def _implausible_thrust(model: Model) -> list[str]:
-    """Thrust gains of F_u in surge, F_v in sway and F_r in yaw that are negative or not significant."""
-    found = []
+def backward_thrust(model: Model) -> list[str]:
+    """Thrust gains of F_u in surge, F_v in sway and F_r in yaw that are significantly negative."""
+    return [
+        name for name, _, _ in _own_thrust(model)
+        if model.values[name] < -SIGNIFICANT * model.standard_errors[name]
+    ]  # fmt: skip
+
+
+def _own_thrust(model: Model) -> Iterator[tuple[str, str, int]]:
+    """Coefficients of F_u in surge, F_v in sway and F_r in yaw, with force and axis."""
     for term in model.structure.terms:
         force, name = WRENCH[term.axis], term.coefficient
-        if name is None or term.factors != (force,) or term.acceleration is not None:
-            continue
+        if name is not None and term.factors == (force,) and term.acceleration is None:
+            yield name, force, term.axis
+
+
+def _implausible_thrust(model: Model) -> list[str]:
+    """Thrust gains that are negative or not significant."""
+    found, backward = [], backward_thrust(model)
+    for name, force, axis in _own_thrust(model):
         value, error = model.values[name], model.standard_errors[name]
         what = f"{name} = {value:.3g} ± {error:.2g}"
-        if value < -SIGNIFICANT * error:
-            vehicle = model.vehicle
-            j = [f.name for f in vehicle.forces].index(force)
-            makers = [n for n, w in zip(vehicle.actuators, vehicle.mix[j], strict=True) if w != 0.0]
-            inputs = (
-                [force] if force in vehicle.inputs else [n for n in makers if n in vehicle.inputs]
-            )
-            where = f" (inputs: {', '.join(inputs)}: sign)" if inputs else ""
+        if name in backward:
             found.append(
-                f"{what} is negative: {force} drives {AXES[term.axis]} backwards. Change the sign "
-                f"of its inputs in the vehicle file{where}, or check the axes."
+                f"{what} is negative: {force} drives {AXES[axis]} backwards. {_turned(model, force)}"
             )
         elif value < SIGNIFICANT * error:
             found.append(
-                f"{what}: {force} does not significantly drive {AXES[term.axis]}. Check for two inputs "
+                f"{what}: {force} does not significantly drive {AXES[axis]}. Check for two inputs "
                 "swapped in the vehicle file, and the clock of the commands."
             )
     return found
+
+
+def _turned(model: Model, force: str) -> str:
+    """What to do where a force drives its axis backwards."""
+    vehicle = model.vehicle
+    if vehicle.file.thrusters and force not in vehicle.inputs:
+        return (
+            "The thrusters' places or angles may be mirrored: change the sign of every y and angle_deg in the "
+            "vehicle file's thrusters, or check the axes."
+        )
+    j = [f.name for f in vehicle.forces].index(force)
+    makers = [n for n, w in zip(vehicle.actuators, vehicle.mix[j], strict=True) if w != 0.0]
+    inputs = [force] if force in vehicle.inputs else [n for n in makers if n in vehicle.inputs]
+    where = f" (inputs: {', '.join(inputs)}: sign)" if inputs else ""
+    return f"Change the sign of its inputs in the vehicle file{where}, or check the axes."
 
 
 def _first_force(model: Model, axis: int) -> int | None:

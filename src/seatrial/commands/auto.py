@@ -34,6 +34,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--yes", action="store_true", help="ask nothing: decide, and state what is assumed"
     )
+    command.add_argument("-v", "--verbose", action="store_true", help="all findings on the model")
     command.add_argument("--no-browser", action="store_true", help="do not open the report")
     add_salvage(command)
     add_json(command)
@@ -66,7 +67,7 @@ def run(args: argparse.Namespace) -> None:
     except KeyboardInterrupt:
         complain("stopped; the same command goes on where it was")
         raise
-    say(f"\n{summary(found.model, brief=True)}")
+    say(f"\n{summary(found.model, brief=not args.verbose)}")
     for assumed in found.assumed:
         say(f"assumed: {assumed}")
     say(found.next.text)

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 """What no log can tell: asked at a terminal, else assumed and stated."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
+from seatrial.boat.findings import Finding, FindingKind
 from seatrial.inspection.proposal.axes import asked_axes
 from seatrial.inspection.proposal.inputs import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
@@ -15,10 +17,13 @@ from seatrial.inspection.proposal.sources import (
     thrusters_of,
 )
 from seatrial.io.formats import is_log
+from seatrial.util.errors import SeatrialError, VehicleError
 from seatrial.util.format import joined
 from seatrial.util.frames import Axes
 from seatrial.util.questions import Questions
 
+T = TypeVar("T")
+P = TypeVar("P")
 LAST_QUARTER = "the last quarter of each recording"
 BOW, STERN = "the bow", "the stern"
 BOW_QUESTION = """\
@@ -33,6 +38,15 @@ THRUSTERS_QUESTION = (
 )
 SCHEME_QUESTION = "How does the boat's software allocate forces to thrusters?"
 SCHEMES = (MOORE_PENROSE, "always-forward")
+ESTIMATE, LEAVE = "yes, or perhaps: estimate it with the model", "no: leave it out"
+EFFECT_QUESTIONS = {
+    FindingKind.UNMODELLED_LEVER_ARM: "the measured point were {size:.2f} m from the boat's origin",
+    FindingKind.UNMODELLED_CURRENT: "there was a current of {size:.2f} m/s",
+    FindingKind.UNMODELLED_TRIM: "a steady force turned with the boat (trim, an uneven hull)",
+    FindingKind.UNMODELLED_WIND: "a steady force had one direction over ground (wind)",
+    FindingKind.UNMODELLED_DELAY: "positions were {size:.2f} s late",
+}
+AT_ORIGIN = "the measured point is the boat's origin (pose: {lever: [x, y]})"
 TEST_QUESTION = "Which recording tests the model, and is not used to identify it?"
 
 
@@ -45,8 +59,19 @@ def choices_of(path: Path, given: Choices, ask: Questions | None) -> Choices:
         given = replace(given, stern=ask.choose(BOW_QUESTION, (BOW, STERN)) == STERN)
     if ask is None or given.lever is not None:
         return given
-    answer = ask.text(LEVER_QUESTION.format(side=_side(given)))
-    return replace(given, lever=lever_of(answer)) if answer else given
+    lever = _answered(ask, LEVER_QUESTION.format(side=_side(given)), lever_of)
+    return given if lever is None else replace(given, lever=lever)
+
+
+def _answered(ask: Questions | None, question: str, read: Callable[[str], T]) -> T | None:
+    """A typed answer, asked again until it can be read; None: not known."""
+    asked = question
+    while ask is not None and (answer := ask.text(asked)):
+        try:
+            return read(answer)
+        except SeatrialError as error:
+            asked = f"{error}\n{question}"
+    return None
 
 
 def proposed(
@@ -62,24 +87,41 @@ def proposed(
     try:
         proposal = propose()
         known = bool(proposal.drive.forces or given.thrusters)
-        answer = "" if known or ask is None else ask.text(_thrusters_question("", given))
-        if answer:
-            assert ask is not None
-            given = replace(
-                given, thrusters=thrusters_of(answer), scheme=ask.choose(SCHEME_QUESTION, SCHEMES)
-            )
+        places = None if known else _answered(ask, _thrusters_question("", given), thrusters_of)
+        if places is not None and ask is not None:
+            scheme = ask.choose(SCHEME_QUESTION, SCHEMES)
+            given = replace(given, thrusters=places, scheme=scheme)
             proposal = propose()
     except ThrustersUnknownError as error:
-        answer = "" if ask is None else ask.text(_thrusters_question(joined(error.names), given))
-        if not answer:
+        names = error.names
+        question = _thrusters_question(joined(names), given)
+        places = _answered(ask, question, lambda answer: _one_each(thrusters_of(answer), names))
+        if places is None:
             raise
-        given = replace(given, thrusters=thrusters_of(answer))
+        given = replace(given, thrusters=places)
         proposal = propose()
     return proposal, given
 
 
+def _one_each(places: tuple[P, ...], names: Sequence[str]) -> tuple[P, ...]:
+    """Places of all thrusters. Raises VehicleError where their number is another."""
+    if len(places) != len(names):
+        raise VehicleError(
+            f"{len(places)} thrusters given, {len(names)} needed: {joined(names)}, separated by ';'"
+        )
+    return places
+
+
 def _thrusters_question(names: str, given: Choices) -> str:
     return THRUSTERS_QUESTION.format(of=f" {names}" if names else "", side=_side(given))
+
+
+def effect_answered(finding: Finding, ask: Questions) -> bool:
+    """Whether an effect that the log shows is estimated with the model."""
+    size = {"size": finding.number("size")} if "size" in finding.values else {}
+    looks = EFFECT_QUESTIONS[finding.kind].format(**size)
+    question = f"The log looks as if {looks}. Can that be? Left out, it is taken for drag, thrust or noise."
+    return ask.choose(question, (ESTIMATE, LEAVE)) == ESTIMATE
 
 
 def test_of(names: Sequence[str], ask: Questions) -> str:
@@ -95,9 +137,7 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
         axes = "" if known else f"axes {given.axes} and "
         found.append(f"{axes}a heading that points to the bow (init --axes, psi: {{sign: -1}})")
     if given.lever is None and proposal.drive.lever is None:
-        found.append(
-            "the measured point is the boat's origin, unless the motion shows a lever arm (pose: {lever: [x, y]})"
-        )
+        found.append(AT_ORIGIN)
     if not proposal.drive.forces and not given.thrusters:
         found.append(
             "thrusters not known, so that no dead zone is estimated (thrusters:, allocation:)"

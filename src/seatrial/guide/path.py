@@ -6,14 +6,22 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from seatrial.boat.findings import Finding, sentence_of
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model, load, save
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.evaluation.validation import scores_of, validate
-from seatrial.guide.answers import LAST_QUARTER, assumptions, choices_of, proposed, test_of
+from seatrial.guide.answers import (
+    AT_ORIGIN,
+    LAST_QUARTER,
+    assumptions,
+    choices_of,
+    effect_answered,
+    proposed,
+    test_of,
+)
 from seatrial.guide.steps import Steps, digest_of
 from seatrial.identification.guided import identify_guided
 from seatrial.inspection.console import inspection_text
@@ -35,7 +43,6 @@ from seatrial.workflow.next_step import NextStep, asked_for, command
 
 HELD_OUT_SHARE = 0.25  # of each recording, its last part, where no recording is chosen for the test
 HELD_OUT_SUFFIX = "-held-out"  # of the name of such a part
-ESTIMATE, LEAVE = "estimate it with the model", "leave it out"
 
 Say = Callable[[str], None]
 
@@ -258,7 +265,14 @@ def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_fr
     if here.steps.done("model", made_from, [path]):
         here.say(f"identify  done before  -> {path}")
         return load(path)
-    found = identify_guided(training, vehicle, confirm=lambda _, one: _confirmed(here, one))
+    accepted: list[str] = []
+
+    def confirm(kind: str, finding: Finding) -> bool:
+        answer = here.ask is None or effect_answered(finding, here.ask)
+        accepted.extend([kind] if answer else [])
+        return answer
+
+    found = identify_guided(training, vehicle, confirm=confirm)
     save(found.model, path)
     here.steps.note("model", made_from, [path])
     terms = f"{len(found.model.values)} coefficients"
@@ -271,15 +285,22 @@ def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_fr
         here.assumed += [
             f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
         ]
-    here.say(f"identify  {terms}{with_them}  -> {path}")
+    dropped = [kind for kind in accepted if kind not in found.effects]
+    without = f"; without {joined(dropped)}, which the other parts explain" if dropped else ""
+    here.say(f"identify  {terms}{with_them}{without}  -> {path}")
+    _lever_stated_wrong(here, found.model, vehicle)
     return found.model
 
 
-def _confirmed(here: _Path, finding: Finding) -> bool:
-    """Whether an effect is estimated: asked at a terminal."""
-    if here.ask is None:
-        return True
-    return here.ask.choose(sentence_of(finding), (ESTIMATE, LEAVE)) == ESTIMATE
+def _lever_stated_wrong(here: _Path, model: Model, vehicle: Vehicle) -> None:
+    """State that the lever arm is the log's: the user's, or the origin, does not stand."""
+    if model.vehicle.lever == vehicle.lever:
+        return
+    here.assumed[:] = [one for one in here.assumed if one != AT_ORIGIN]
+    if vehicle.stated_lever is not None and any(vehicle.lever):
+        here.assumed.append(
+            f"the lever arm stated, {vehicle.point}, does not fit the log; it shows {model.vehicle.point}"
+        )
 
 
 def _as_model_reads(

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import axis_physics
+from seatrial.boat.physics import axis_physics, backward_thrust
 from seatrial.boat.structure import Term
 from seatrial.evaluation.scores import AxisScore, PooledScore, Scores
 from seatrial.util.errors import ModelError
@@ -65,6 +65,7 @@ class Criterion(Enum):
     NO_GAIN = "{subject} has no standard error"
     DELAY = "latency and lag are known to ± {value:.0%} of the rise time (fit: {limit:.0%})"
     NO_DELAY = "the model has no latency and no lag"
+    BACKWARD = "{subject} is negative: signs, thruster angles or axes are wrong"
     NO_INPUT = "no command drives any axis"
     BASELINE = "{subject}: error {horizon:g} s ahead is {value:.2f} of constant velocity's (fit: {limit:g})"
     CONSISTENCY = (
@@ -203,6 +204,8 @@ def _control(model: Model) -> Iterator[Graded]:
     if not driven:
         yield Level.NOT_FIT, Reason(Criterion.NO_INPUT)
         return
+    for name in backward_thrust(model):
+        yield Level.NOT_FIT, Reason(Criterion.BACKWARD, name)
     for one in driven:
         for what, relative in _known_to(model, one.axis):
             subject = f"{AXES[one.axis]} {what}"
