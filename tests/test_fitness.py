@@ -168,3 +168,15 @@ def test_without_a_prediction_nothing_is_proved(good):
 def test_at_the_floor_there_is_no_excess():
     assert resolved_excess(axis(0.0)) == 0.0
     assert resolved_excess(axis(0.3)) == pytest.approx(0.3)
+
+
+def test_thrust_that_is_backwards_is_not_fit_for_control(good):
+    """As with mirrored thrusters: everything else is known as well as before."""
+    assert of(Use.CONTROL, good, scores()).reason.criterion is not Criterion.BACKWARD
+    turned = good.coefficients.copy()
+    turned[good.structure.coefficients.index("N_F")] *= -1.0
+    found = of(Use.CONTROL, replace(good, coefficients=turned), scores())
+    assert found.level is Level.NOT_FIT
+    assert found.reason.criterion is Criterion.BACKWARD
+    assert found.reason.subject == "N_F"
+    assert found.reason.text() == "N_F is negative: signs, thruster angles or axes are wrong"

@@ -12,12 +12,14 @@ from cli_tools import documented
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
 import seatrial
+from seatrial.boat.findings import finding_of
 from seatrial.boat.model import load
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands import make_parser
 from seatrial.commands.cli import main
 from seatrial.evaluation.scores import load_scores
 from seatrial.evaluation.through_water import known_current
+from seatrial.guide import answers
 from seatrial.guide import path as guided_path
 from seatrial.guide.answers import (
     BOW,
@@ -398,3 +400,44 @@ def test_a_path_that_is_stopped_says_how_to_go_on(drive, tmp_path, capsys, monke
     assert load_vehicle(tmp_path / "otter" / "vehicle.yaml").name == "otter"
     assert main(["auto", str(drive), "-o", str(tmp_path / "otter"), "--lever", "0", "0"]) == 130
     assert "options on the boat are not used: change the file" in capsys.readouterr().out
+
+
+class Typist:
+    """Types these lines; keeps what was asked."""
+
+    def __init__(self, *lines):
+        self.lines, self.asked = [*lines], []
+
+    def choose(self, question, options):
+        self.asked.append(question)
+        return options[0]
+
+    def text(self, question):
+        self.asked.append(question)
+        return self.lines.pop(0)
+
+
+def test_a_typed_answer_is_asked_again_until_it_can_be_read():
+    typist = Typist("about 0", "0.2 0.2 135", "0.2 0.2 135; 0.2 -0.2 -135")
+    names = ["left", "right"]
+    places = answers._answered(
+        typist, "Where?", lambda answer: answers._one_each(thrusters_of(answer), names)
+    )
+    assert len(places) == 2
+    first, second, third = typist.asked
+    assert first == "Where?"
+    assert second.endswith("\nWhere?")
+    assert third == "1 of 2 thrusters given; one each for left and right, separated by ';'\nWhere?"
+    assert answers._answered(Typist(""), "Where?", thrusters_of) is None
+    assert answers._answered(None, "Where?", thrusters_of) is None
+
+
+@pytest.mark.parametrize("kind", answers.EFFECT_QUESTIONS)
+def test_an_effect_is_asked_in_plain_words(kind):
+    typist = Typist()
+    sizes = {"size": 0.375} if "size" in kind.spec.numbers else {}
+    assert answers.effect_answered(finding_of(kind, **sizes), typist)
+    (question,) = typist.asked
+    assert question.startswith("The log looks as if ")
+    assert ("0.38 m" in question or "0.38 s" in question) == bool(sizes)
+    assert "process noise" not in question

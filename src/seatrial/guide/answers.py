@@ -107,7 +107,7 @@ def _one_each(places: tuple[P, ...], names: Sequence[str]) -> tuple[P, ...]:
     """Places of all thrusters. Raises VehicleError where their number is another."""
     if len(places) != len(names):
         raise VehicleError(
-            f"{len(places)} thrusters given, {len(names)} needed: {joined(names)}, separated by ';'"
+            f"{len(places)} of {len(names)} thrusters given; one each for {joined(names)}, separated by ';'"
         )
     return places
 
