@@ -2,6 +2,7 @@
 """A change of the running boat: its evidence, its detection, and the model that follows it."""
 
 import json
+from concurrent.futures import Future
 from dataclasses import replace
 
 import msgspec
@@ -31,8 +32,9 @@ from seatrial.monitoring.window_likelihood import windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.onboard.live import Adaptation, Settings, serve
 from seatrial.onboard.live.protocol import NANO
+from seatrial.onboard.live.server import Live
 from seatrial.simulation.plan import PlanFile
-from seatrial.util.errors import ModelError
+from seatrial.util.errors import FileError, ModelError
 from tests.boats.scenes import TRAINING, driven, pushed, vehicle_of
 
 PLAN = pushed("hard")  # a disturbance force of 4 % of full thrust
@@ -241,6 +243,68 @@ def test_a_bump_is_withdrawn(model, drives):
     assert ChangeState.CONFIRMED not in states
 
 
+def test_a_boat_at_rest_in_calm_water_has_not_changed(model):
+    """Nothing moves it, also not the disturbance force of the drives that identified it."""
+    rng, spread = np.random.default_rng(1), [model.noise.position] * 2 + [model.noise.heading]
+    rows = []
+    for i in range(15 * 60):
+        stamp = i * NANO // 15
+        rows += [(stamp, "command", np.zeros(3)), (stamp, "pose", rng.normal(0.0, spread))]
+    assert not findings(ChangeDetector(model), rows)
+
+
+def test_the_next_test_follows_a_clock_that_is_set_back(model, drives):
+    rows = sent(drives[NO_CHANGE].cut(0.0, 30.0))
+    detector = ChangeDetector(model)
+    for stamp, kind, values in rows:
+        ahead = 3600 * NANO if 5 * NANO < stamp - rows[0][0] < 6 * NANO else 0
+        detector.use(kind, stamp + ahead, values)
+        detector.look()
+    assert detector._next is not None
+    assert detector._next <= rows[-1][0] + 2 * NANO
+
+
+def test_a_change_is_not_withdrawn_for_want_of_poses(model, drives):
+    rows, detector = sent(drives[NO_CHANGE].cut(0.0, 20.0)), ChangeDetector(model)
+    findings(detector, rows)
+    detector._noticed = rows[-1][0]  # and no pose for a minute
+    after = [(stamp + 80 * NANO, kind, values) for stamp, kind, values in rows]
+    assert not findings(detector, after[: len(after) // 20])
+    assert detector._noticed > rows[-1][0]
+
+
+def test_a_test_that_runs_while_the_model_is_reloaded_does_not_count(model, tmp_path):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+    said = []
+    live = Live(
+        path, Settings(clock="system"), said.append, Adaptation(ChangeDetector(model), True)
+    )
+    live._test = Future()  # one that runs
+    live.reload()
+    live._test.set_result(BoatChange(ChangeState.CONFIRMED, 0, MASS, model=model))
+    now = live.odometer.model
+    assert not [*live.take(json.dumps({"pose": [0.0, 0.0, 0.0]}), NANO)]
+    assert not said
+    assert live.odometer.model is now is live.adaptation.detector.model
+
+
+def test_a_model_that_cant_be_kept_is_used(model, tmp_path):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+
+    def keep(_):
+        raise FileError("changed.yaml: can't be written")
+
+    said = []
+    live = Live(path, Settings(), said.append, Adaptation(ChangeDetector(model), False, keep))
+    live._confirmed = live.writer.change = BoatChange(ChangeState.CONFIRMED, 0, MASS, model=model)
+    assert not [*live.take(json.dumps({"adapt": True}), NANO)]
+    assert said == ["adapted to the changed boat", "line 1: changed.yaml: can't be written"]
+    assert live.odometer.model is model
+    assert live.writer.change is None
+
+
 def test_a_model_that_a_change_cant_be_told_from_is_refused(model):
     mismatch = finding_of(FindingKind.MODEL_MISMATCH, horizon=1.0)
     estimator = msgspec.structs.replace(model.estimator, findings=[mismatch])
@@ -339,6 +403,10 @@ def test_the_command_line(model, tmp_path, capsys):
     assert "is an input of this command" in capsys.readouterr().err
     assert main(["predict", str(path), str(CSE1), "-o", "x.json", "--adapted", "y.yaml"]) == 1
     assert "--adapted belongs to --live" in capsys.readouterr().err
+    assert main(["predict", str(path), "--live", "--adapted", str(tmp_path)]) == 1
+    assert "is a folder" in capsys.readouterr().err
+    assert main(["predict", str(path), "--live", "--adapt", "off", "--adapted", "y.yaml"]) == 1
+    assert "--adapt off adapts none" in capsys.readouterr().err
     still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
     seatrial.save(still, tmp_path / "still.yaml")
     assert main(["predict", str(tmp_path / "still.yaml"), "--live", "--adapt", "auto"]) == 1

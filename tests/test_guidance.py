@@ -367,3 +367,14 @@ def test_what_is_no_number_gives_no_command(tuning):
     assert controller.outcome is Tracked.NOT_A_NUMBER
     assert not controller.command(0.0, STILL, STILL, still(0.0)).any()
     assert isinstance(Course(rounded_square(4.0, 0.5), 40.0).at(1.0), Reference)
+
+
+@pytest.mark.parametrize(("speed", "ramp"), [(0.0, 6.0), (-1.0, 6.0), (np.nan, 6.0), (0.5, 0.0)])
+def test_a_course_needs_a_speed(speed, ramp):
+    with pytest.raises(ControlError, match="expected a speed and ramps above 0"):
+        at_speed(lawn_mower(25.0, 10.0, 4, radius=2.5), speed, ramp)
+
+
+def test_a_track_says_by_how_much_a_leg_is_too_short():
+    with pytest.raises(ControlError, match=r"leg 2 is shorter than its corners of 2 m, by 1\.9 m;"):
+        lawn_mower(15.0, 5.0, 3, radius=2.0)

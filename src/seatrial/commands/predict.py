@@ -105,14 +105,18 @@ def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
     """What happens on a change of the boat; None: no test, by wish or as the model allows none."""
     from seatrial.boat.model import Model, load, save
     from seatrial.onboard.live import Adaptation
-    from seatrial.util.errors import ModelError
+    from seatrial.util.errors import FileError, LiveError, ModelError
 
     if args.adapt == "off":
+        if args.adapted is not None:
+            raise LiveError("--adapted is the file of an adapted model; --adapt off adapts none")
         return None
     from seatrial.monitoring.change_detector import ChangeDetector
 
     if args.adapted is not None:
         guard(args.adapted, "seatrial: model", args.model)
+        if args.adapted.is_dir():  # known now, not when the boat has changed
+            raise FileError(f"{args.adapted}: is a folder; give a file name")
 
     def keep(model: Model) -> None:
         if args.adapted is not None:

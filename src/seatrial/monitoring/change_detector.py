@@ -80,13 +80,18 @@ class ChangeDetector:
     def due(self) -> bool:
         """Whether it is time for the next test."""
         now = self._log.newest
-        return now is not None and (self._next is None or now >= self._next)
+        return now is not None and (
+            self._next is None or now >= self._next or now < self._next - self._every
+        )
 
     def look(self) -> BoatChange | None:
         """A new finding, or None. When a test is due: filter runs over the windows."""
         now = self._log.newest
         if now is None or not self.due:
             return None
+        if self._next is not None and now < self._next - self._every:  # the clock was set back
+            self._since = now
+            self._noticed = None if self._noticed is None else now
         self._next = now + self._every
         self._since = now if self._since is None else self._since
         if self._noticed is None:
@@ -111,10 +116,12 @@ class ChangeDetector:
                 return _finding(found, ChangeState.NOTICED, now)
         return None
 
-    def _confirmation(self, begin: int, now: int) -> BoatChange:
-        """The change in the window after the notice."""
-        self._noticed, self._since = None, now
+    def _confirmation(self, begin: int, now: int) -> BoatChange | None:
+        """The change in the window after the notice; None: too few poses tell, the next window is awaited."""
         several = self._several(begin, now)
+        self._noticed, self._since = None if several else now, now
+        if not several:
+            return None
         seen = linearised(self._space, several)
         found = explained(self._space, several, seen) if seen else []
         if log_ratio(found) < CONFIRMED:

@@ -99,7 +99,7 @@ def noise_of(model: Model) -> Array:
 
 
 def windows(model: Model, recording: Recording) -> list[Window]:
-    """The window with the model's noise, and with gusts beside it. Raises ModelError as `noise_of`."""
+    """The window with the model's noise, with gusts beside it, and calm. Raises ModelError as `noise_of`."""
     own = noise_of(model)
     linear, yaw = max(full_thrust(model, 0), full_thrust(model, 1)), full_thrust(model, 2)
     found = []
@@ -108,5 +108,10 @@ def windows(model: Model, recording: Recording) -> list[Window]:
         if share and np.all(own[DISTURBANCES] <= NOISE_LEAST[DISTURBANCES]):
             noise[MEMORY] = GUST_MEMORY
         noise[DISTURBANCES] = np.hypot(own[DISTURBANCES], share * np.array([linear, yaw]))
+        found.append(Window(recording, noise, earth_fixed(model.noise)))
+    if np.any(own[DISTURBANCES] > NOISE_LEAST[DISTURBANCES]):
+        # at a quay, or in calm water, nothing moves a boat that is identified in gusts
+        noise = own.copy()
+        noise[DISTURBANCES] = NOISE_LEAST[DISTURBANCES]
         found.append(Window(recording, noise, earth_fixed(model.noise)))
     return found

@@ -170,8 +170,8 @@ class Track(Shape):
         short = [k for k, part in enumerate(self._parts) if part.length < 0.0]
         if short:
             raise ControlError(
-                f"track: leg {short[0] // 2 + 1} is shorter than its corners of {self.radius:g} m; lengthen it, "
-                "or lower the radius"
+                f"track: leg {short[0] // 2 + 1} is shorter than its corners of {self.radius:g} m, by "
+                f"{-self._parts[short[0]].length:.2g} m; lengthen it, or lower the radius"
             )
 
     @cached_property
@@ -325,7 +325,14 @@ def timetable(x: float, ramp: float) -> Jet:
 
 
 def at_speed(shape: Shape, speed: float, ramp: float) -> Course:
-    """A shape whose s is the arc length at a speed [m/s], reached and left within `ramp` [s]."""
+    """A shape whose s is the arc length at a speed [m/s], reached and left within `ramp` [s].
+
+    Raises ControlError where one of them is not above 0.
+    """
+    if not 0.0 < speed < np.inf or not 0.0 < ramp < np.inf:
+        raise ControlError(
+            f"course at {speed:g} m/s with ramps of {ramp:g} s: expected a speed and ramps above 0"
+        )
     duration = shape.length / speed + ramp
     return Course(shape, duration, min(ramp / duration, 0.5))
 

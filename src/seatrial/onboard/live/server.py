@@ -48,6 +48,7 @@ class Live(Stream):
         self.adaptation = adaptation
         self._confirmed: BoatChange | None = None  # the last, if the odometer does not follow it
         self._test: Future[BoatChange | None] | None = None  # one that runs
+        self._outdated = False  # the test that runs is of a model before the last reload
         self._worker = ThreadPoolExecutor(1) if adaptation is not None and self.system else None
 
     def line(self, stamp: int) -> str | None:
@@ -59,7 +60,8 @@ class Live(Stream):
         """Reload the model file; an invalid one changes nothing."""
         self.odometer.reload(self.path)
         self.writer.change = self._confirmed = None
-        if self.adaptation is not None:
+        self._outdated = self._test is not None
+        if self.adaptation is not None and not self._outdated:
             self.adaptation.detector.restart(self.odometer.model)
 
     def use(self, event: Event, now: int) -> Iterator[str]:
@@ -108,6 +110,9 @@ class Live(Stream):
             )
         elif self._test.done():
             found, self._test = self._test.result(), None
+            if self._outdated:
+                adaptation.detector.restart(self.odometer.model)
+                found, self._outdated = None, False
         if found is None:
             return
         self.complain(found.text)
@@ -121,9 +126,9 @@ class Live(Stream):
         if self.adaptation is None or change is None or change.model is None:
             raise LiveError("adapt: no confirmed change of the boat; the model stays")
         self.odometer.reload(change.model)
-        self.adaptation.keep(change.model)
         self.writer.change = self._confirmed = None
         self.complain("adapted to the changed boat")
+        self.adaptation.keep(change.model)
 
 
 def taken_text(taken: Taken) -> str:
