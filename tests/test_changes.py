@@ -411,3 +411,36 @@ def test_the_command_line(model, tmp_path, capsys):
     seatrial.save(still, tmp_path / "still.yaml")
     assert main(["predict", str(tmp_path / "still.yaml"), "--live", "--adapt", "auto"]) == 1
     assert "no noise was estimated" in capsys.readouterr().err
+
+
+def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives, tmp_path):
+    """As of a SLAM that knows that it is uncertain: 3 cm and 30 mrad, as stated."""
+    rng = np.random.default_rng(5)
+    sizes = np.array([0.03, 0.03, 0.03])
+    rows = sent(drives[NO_CHANGE].cut(0.0, 60.0))
+    text = []
+    for stamp, kind, values in rows:
+        if kind == "pose":
+            noisy = (values + sizes * rng.normal(size=3)).tolist()
+            line = {"stamp": stamp, kind: noisy, "covariance": np.diag(sizes**2).tolist()}
+        else:
+            line = {"stamp": stamp, kind: values.tolist()}
+        text.append(json.dumps(line))
+    path, said = tmp_path / "model.yaml", []
+    seatrial.save(model, path)
+    serve(path, Lines(text), Settings(), said.append, Adaptation(ChangeDetector(model)))
+    assert said == []
+
+
+def test_odometry_outlives_its_test(model, drives, tmp_path, monkeypatch):
+    def broken(self):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(ChangeDetector, "look", broken)
+    _, answers, said, _ = live(
+        model, sent(drives[NO_CHANGE].cut(0.0, 5.0)), tmp_path, automatic=True
+    )
+    assert said == [
+        "the test for a change of the boat failed (Singular matrix); it is off from now on"
+    ]
+    assert answers[-1]["t"] > answers[0]["t"] + 3.0

@@ -37,6 +37,7 @@ FALSE_ALARMS = 0.1  # an hour
 PASSING = 5.0  # [s] after the notice, in which what passes is over
 CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
+FIRST_LOOK = 5.0  # log ratio that further linearisations may add
 FEWEST_POSES = 20  # of a window
 NANO = 1_000_000_000
 
@@ -109,6 +110,10 @@ class ChangeDetector:
             seen = linearised(self._space, several)
             # most windows are as probable as ever, or gusts explain them
             if not seen or most_to_gain(self._space, seen) < self.threshold:
+                continue
+            # a first look, about the unchanged boat, spares most searches
+            first = explained(self._space, several, seen, rounds=0)
+            if log_ratio(first) < self.threshold - FIRST_LOOK:
                 continue
             found = explained(self._space, several, seen)
             if log_ratio(found) > self.threshold:

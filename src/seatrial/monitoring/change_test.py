@@ -50,17 +50,20 @@ def linearised(space: ChangeSpace, several: Sequence[Window]) -> list[Quadratic]
 
 
 def explained(
-    space: ChangeSpace, several: Sequence[Window], seen: Sequence[Quadratic]
+    space: ChangeSpace,
+    several: Sequence[Window],
+    seen: Sequence[Quadratic],
+    rounds: int = ROUNDS,
 ) -> list[Explained]:
     """Every change of the space, the most probable first; the evidence is a mean over the windows' noise.
 
-    seen: `linearised` of the windows.
+    seen: `linearised` of the windows; rounds: of further linearisations, 0 for a first look.
     """
     found = []
     for change in space.changes:
         fits = [
             fit for window, start in zip(several, seen, strict=True)
-            if (fit := _fitted(space, window, change, start)) is not None
+            if (fit := _fitted(space, window, change, start, rounds)) is not None
         ]  # fmt: skip
         if not fits:
             continue
@@ -85,12 +88,12 @@ def log_ratio(found: Sequence[Explained]) -> float:
 
 
 def _fitted(
-    space: ChangeSpace, window: Window, change: PhysicalChange, start: Quadratic
+    space: ChangeSpace, window: Window, change: PhysicalChange, start: Quadratic, rounds: int
 ) -> Explained | None:
     """The maximum of the posterior, by linearisations about it. None: the boat diverges there."""
     k, m = space.root.shape[1], change.unknowns
     x, seen = np.zeros(k + m), start
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         x, step, jacobian, log = _maximum(space, change, seen, x)
         if np.linalg.norm(jacobian @ step) < CLOSE:
             break

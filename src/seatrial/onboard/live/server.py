@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
+import numpy as np
+
 from seatrial.boat.model import Model
 from seatrial.onboard.boat_change import BoatChange, ChangeState, Detector
 from seatrial.onboard.live.endpoints import Source
@@ -17,6 +19,7 @@ from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
 from seatrial.util.errors import LiveError, SeatrialError
 
+NOISIER = 3.0  # times the model's pose noise, in standard deviations
 Adapt = Literal["off", "ask", "auto"]
 ADAPT: tuple[Adapt, ...] = get_args(Adapt)
 
@@ -94,10 +97,31 @@ class Live(Stream):
                 f"{event.kind} at {stamp / NANO:.6f} s was not used: {taken_text(taken)}"
             )
         if self.adaptation is not None:
-            self.adaptation.detector.use(event.kind, stamp, event.values)
-            self._watch(self.adaptation)
+            if not self._noisier(event):
+                self.adaptation.detector.use(event.kind, stamp, event.values)
+            self._watched(self.adaptation)
         if not self.system:
             yield from self.due(self.odometer.newest - 1)
+
+    def _noisier(self, event: Event) -> bool:
+        """Whether a pose states much more noise than the model has: no test is made by such poses."""
+        if event.covariance is None:
+            return False
+        own = self.odometer.model.noise
+        stated = np.sqrt(np.diag(event.covariance))
+        return bool(np.any(stated > NOISIER * np.array([own.position, own.position, own.heading])))
+
+    def _watched(self, adaptation: Adaptation) -> None:
+        """`_watch`; where the test itself fails, odometry goes on without it."""
+        try:
+            self._watch(adaptation)
+        except LiveError:
+            raise
+        except (SeatrialError, ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
+            self.adaptation = None
+            self.complain(
+                f"the test for a change of the boat failed ({error}); it is off from now on"
+            )
 
     def _watch(self, adaptation: Adaptation) -> None:
         """The next test for a change: at once by the data's clock, beside the odometry by the system's."""
