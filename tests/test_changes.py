@@ -125,6 +125,14 @@ def test_a_heavier_boat_has_all_drag_and_thrust_over_one_factor(model):
     assert by_name["N_ud"] == 1.0  # of masses alone
 
 
+def test_a_thruster_fails_at_most(model):
+    space = change_space(model)
+    change = next(one for one in space.changes if one.cause == ONE_THRUSTER)
+    phi = np.array([-9.0])
+    assert change.size(phi) == -1.0
+    assert change.of(space.theta, phi)[space.gains[change.what]] == 0.0
+
+
 def test_the_evidence_of_a_linear_change_is_the_closed_form(model, drives):
     """The window's estimate is normal about the boat's parameters, and these are about the model's."""
     space = change_space(model)

@@ -197,10 +197,14 @@ class ChangeSpace:
         ]  # fmt: skip
 
     def _thruster(self, name: str, place: int) -> PhysicalChange:
-        """The gain of one thruster."""
-        row = (np.arange(len(self.theta)) == place)[None] * THRUSTER_CHANGE * self.theta[place]
+        """The gain of one thruster, down to none."""
+        own = np.arange(len(self.theta)) == place
+
+        def size(phi: Array) -> float:
+            return max(THRUSTER_CHANGE * float(phi[0]), -1.0)
+
         return PhysicalChange(
-            ONE_THRUSTER, 1, partial(_added, row), name, lambda phi: THRUSTER_CHANGE * float(phi[0])
+            ONE_THRUSTER, 1, lambda theta, phi: theta * (1.0 + size(phi) * own), name, size
         )
 
 
