@@ -148,8 +148,8 @@ TEST_CASE("a plant with a rudder and an azimuth thruster moves as one that repla
   const Columns columns = boats::all_columns(boat.structure, kSteered);
   const Script none;
   const ThrustTrace trace(kSteered, kValues.data(), commands.held(), none.held(), columns);
-  std::vector<double> time;
-  for (int i = 0; i < 120; ++i) time.push_back(0.0137 + i / 15.0);
+  std::vector<double> time(120);
+  for (std::size_t i = 0; i < time.size(); ++i) time[i] = 0.0137 + static_cast<double>(i) / 15.0;
   std::vector<double> want(time.size() * kStates);
   const double x0[kStates] = {0.0};
   const int n = static_cast<int>(time.size());

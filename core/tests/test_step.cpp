@@ -194,8 +194,9 @@ TEST_CASE("a boat that runs away is reported") {
   double x[kStates] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0};
   Chain none;
   none.n_forces = 1;
+  const double no_constants[kMaxConstants] = {};
   Thrust f;
-  CHECK_FALSE(advance(linear_drag(), &coefficient, none, nullptr, 1.0, 0.01, f, x));
+  CHECK_FALSE(advance(linear_drag(), &coefficient, none, no_constants, 1.0, 0.01, f, x));
   double lost[kStates] = {0.0, 0.0, std::nan(""), 0.0, 0.0, 0.0};
-  CHECK_FALSE(advance(linear_drag(), &coefficient, none, nullptr, 0.1, 0.01, f, lost));
+  CHECK_FALSE(advance(linear_drag(), &coefficient, none, no_constants, 0.1, 0.01, f, lost));
 }

@@ -296,9 +296,10 @@ inline void propagate_smooth(const OnboardModel& m, double length, PredictorStat
 /// Prediction over `length` [s] in which no input changes. It leaves `time` to the caller.
 inline void propagate(const OnboardModel& m, double length, PredictorState& now) {
   double part = smooth_part(m.chain, m.q, now.thrust, length);
-  for (; part < length; part = smooth_part(m.chain, m.q, now.thrust, length)) {
+  while (part < length) {
     detail::propagate_smooth(m, part, now);
     length -= part;
+    part = smooth_part(m.chain, m.q, now.thrust, length);
   }
   detail::propagate_smooth(m, length, now);
 }
