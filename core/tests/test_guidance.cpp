@@ -82,7 +82,7 @@ TEST_CASE("a drift is learned, kept over a corner, and forgotten on request") {
   const double speed = 0.5;
   const double dt = 0.05;
   double eta[kAxes] = {0.0, 0.5, 0.0};
-  for (int i = 0; i < 3000; ++i) {  // a boat that points at once where it is told
+  for (int i = 0; i < 3000; ++i) {  // a boat that points at once where it is commanded to
     const Reference r = along_x(speed * dt * i, speed);
     eta[0] = r.eta[0];
     const Guided go = g.guide(dt, eta, kStill, r, r, no_sway);
