@@ -17,8 +17,8 @@ from seatrial.commands import COMMANDS
 ROOT = Path(seatrial.__file__).parent
 ROOMS = (  # from the bottom; a room imports only from rooms before it, and from itself
     "_core", "util", "boat", "recording", "evaluation", "onboard", "simulation", "io", "inspection",
-    "identification", "monitoring", "workflow", "report", "display", "export", "control", "guide", "demo", "commands",
-    "__main__",
+    "identification", "monitoring", "workflow", "report", "display", "export", "control", "guide", "poolside", "demo",
+    "commands", "__main__",
 )  # fmt: skip
 LEVEL = {name: i for i, name in enumerate(ROOMS)}
 MOST_FILES = 20  # in one folder
