@@ -36,13 +36,22 @@ def shown_state(t: float = 42.0) -> LiveState:
         pose=(0.4, -0.8, 0.6),
         walls=WALLS,
         signals=(
-            SignalState("pose", "pose", int(50 * t), 49.8, 0.02, 0.031, 0.004, value=(0.4, -0.8, 0.6)),
             SignalState(
-                "F_r", "command", int(100 * t), 99.0, 0.01, value=(0.3,), level="warning", gaps=2,
+                "pose", "pose", int(50 * t), 49.8, 0.02, 0.031, 0.004, value=(0.4, -0.8, 0.6)
+            ),
+            SignalState(
+                "F_r",
+                "command",
+                int(100 * t),
+                99.0,
+                0.01,
+                value=(0.3,),
+                level="warning",
+                gaps=2,
                 finding="The boat turns to the other side than F_r states.",
                 edit="F_r: {column: rudder, sign: -1}",
             ),
-        ),  # fmt: skip
+        ),
         parameters=tuple(
             ParameterState(name, "1/s", -0.31 * (k + 1), 0.4 / (k + 1) / t, 0.01, k > 2)
             for k, name in enumerate(NAMES)
@@ -53,15 +62,23 @@ def shown_state(t: float = 42.0) -> LiveState:
         ),
         coverage=tuple(
             CoverageState(
-                axis, (-0.4, -0.2, 0.0, 0.2, 0.4), (-1.0, -0.6, -0.2, 0.2, 0.6, 1.0),
+                axis,
+                (-0.4, -0.2, 0.0, 0.2, 0.4),
+                (-1.0, -0.6, -0.2, 0.2, 0.6, 1.0),
                 tuple(tuple(float(i * j) for j in range(5)) for i in range(4)),
             )
             for axis in ("surge", "sway", "yaw")
-        ),  # fmt: skip
+        ),
         next=ManoeuvreState(
-            "Drive backwards at 60 %, then turn to port.", 12.0, "X_uu", 0.21, 0.12, tuple(ahead),
+            "Drive backwards at 60 %, then turn to port.",
+            12.0,
+            "X_uu",
+            0.21,
+            0.12,
+            tuple(ahead),
             tuple((0.4 - 0.1 * s, -0.8 + 0.1 * s, 0.6 + 0.05 * s) for s in ahead),
-            tuple((-0.6, 0.0) if s < 6.0 else (-0.6, 0.4) for s in ahead), 0.35,
+            tuple((-0.6, 0.0) if s < 6.0 else (-0.6, 0.4) for s in ahead),
+            0.35,
         ),
         others=(ManoeuvreState("Turn on the spot.", 10.0, "N_r", 0.1, 0.08),),
         uses=(
@@ -70,7 +87,7 @@ def shown_state(t: float = 42.0) -> LiveState:
             UseState("simulation", "not fit", "Y_v is 5 times too wide.", 0.3),
         ),
         marks=((12.0, "touched the wall"),),
-    )  # fmt: skip
+    )
 
 
 class FakeSession:

@@ -55,7 +55,7 @@ class Discard(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     seconds: float
 
 
-class Refused(Exception):
+class RefusedError(Exception):
     """A request that is answered with an error."""
 
     def __init__(self, status: int, reason: str) -> None:
@@ -121,7 +121,7 @@ class _Api:
     async def discard(self, request: Request) -> Response:
         def act(body: Discard) -> dict[str, str]:
             if not 0.0 < body.seconds <= LONGEST_DISCARD:
-                raise Refused(400, f"seconds: expected more than 0, up to {LONGEST_DISCARD:g}")
+                raise RefusedError(400, f"seconds: expected more than 0, up to {LONGEST_DISCARD:g}")
             self.controller.discard(body.seconds)
             return {}
 
@@ -183,25 +183,25 @@ async def _answered(request: Request, kind: type[T], act: Callable[[T], object])
     try:
         body = await _body(request, kind)
         return _json(await run_in_threadpool(act, body))
-    except Refused as refused:
+    except RefusedError as refused:
         return PlainTextResponse(f"{refused.reason}\n", refused.status)
     except SeatrialError as error:
         return PlainTextResponse(f"{error}\n", 409)
 
 
 async def _body(request: Request, kind: type[T]) -> T:
-    """A JSON body; a form of another site can't send that type. Raises Refused."""
+    """A JSON body; a form of another site can't send that type. Raises RefusedError."""
     if request.headers.get("content-type", "").partition(";")[0].strip() != "application/json":
-        raise Refused(415, "expected the content type application/json")
+        raise RefusedError(415, "expected the content type application/json")
     found = b""
     async for block in request.stream():
         found += block
         if len(found) > MOST_BYTES:
-            raise Refused(413, f"expected a body of up to {MOST_BYTES} bytes")
+            raise RefusedError(413, f"expected a body of up to {MOST_BYTES} bytes")
     try:
         return msgspec.json.decode(found, type=kind)
     except (msgspec.DecodeError, UnicodeError) as error:
-        raise Refused(400, str(error)) from None
+        raise RefusedError(400, str(error)) from None
 
 
 def _json(content: object) -> Response:

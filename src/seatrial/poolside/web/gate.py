@@ -8,7 +8,7 @@ import socket
 from collections.abc import Mapping
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
-from urllib.parse import parse_qs
+from urllib.parse import parse_qs, quote, unquote
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
@@ -86,10 +86,9 @@ class Gate:
             return "refused: open the page by the address that seatrial live printed\n"
         if headers.get("origin") not in (None, f"http://{host}"):
             return "refused: the request is of another site\n"
-        if headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
-            # a link from elsewhere may open the page, but nothing else
-            if scope["type"] != "http" or scope["method"] != "GET" or scope["path"] != "/":
-                return "refused: the request is of another site\n"
+        elsewhere = headers.get("sec-fetch-site", "none") not in ("none", "same-origin")
+        if elsewhere and not _opens_page(scope):
+            return "refused: the request is of another site\n"
         if self.token is not None and not any(
             hmac.compare_digest(given.encode(), self.token.encode())
             for given in _tokens(scope, headers)
@@ -101,10 +100,9 @@ class Gate:
         """The cookie that keeps the token, where it was in the page's address."""
         if self.token is None or scope["type"] != "http" or "token" not in _query(scope):
             return None
-        found: SimpleCookie = SimpleCookie()
-        found[_cookie_name(scope)] = self.token
-        found[_cookie_name(scope)].update({"path": "/", "httponly": True, "samesite": "Strict"})
-        return found.output(header="").strip()
+        return (
+            f"{_cookie_name(scope)}={quote(self.token, safe='')}; Path=/; HttpOnly; SameSite=Strict"
+        )
 
 
 def known_host(host: str, *, others: bool) -> bool:
@@ -120,6 +118,11 @@ def known_host(host: str, *, others: bool) -> bool:
     return others or address.is_loopback
 
 
+def _opens_page(scope: Scope) -> bool:
+    """Whether a request only opens the page, as a link may from anywhere."""
+    return bool(scope["type"] == "http" and scope["method"] == "GET" and scope["path"] == "/")
+
+
 def _tokens(scope: Scope, headers: Headers) -> list[str]:
     """The tokens that a request gives."""
     given = _query(scope).get("token", [])
@@ -132,7 +135,7 @@ def _tokens(scope: Scope, headers: Headers) -> list[str]:
     except CookieError:
         return given
     kept = cookies.get(_cookie_name(scope))
-    return given if kept is None else [*given, kept.value]
+    return given if kept is None else [*given, unquote(kept.value)]
 
 
 def _query(scope: Scope) -> dict[str, list[str]]:

@@ -49,7 +49,7 @@ class PageServer:
     @property
     def url(self) -> str:
         """The page's whole address, with the token."""
-        every = self.place.address in ("0.0.0.0", "::")  # noqa: S104
+        every = self.place.address in ("0.0.0.0", "::")
         host = _own_address() if every else self.place.address
         host = f"[{host}]" if ":" in host else host
         token = "" if self.place.token is None else f"?token={quote(self.place.token, safe='')}"
