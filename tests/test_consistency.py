@@ -205,6 +205,7 @@ def test_what_could_not_be_checked_is_said(mp):
     assert not report.findings
     for name in ("F_v", "F_r"):
         assert f"{name}: hardly excited; its sign is not checked" in report.text
+        assert name in report.unexcited
     short = record.cut(0.0, 8.0)
     assert check_consistency([short], mp).text[0].startswith("too short")
 
