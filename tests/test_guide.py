@@ -232,6 +232,10 @@ def test_a_heading_of_the_stern_is_turned(tmp_path, monkeypatch):
         load_vehicle(tmp_path / where / "vehicle.yaml") for where in ("bow", "stern", "other")
     )
     np.testing.assert_array_equal(other.mix, stern.mix)
+    # nobody to ask: it is said
+    proposal, given = answers.proposed([drive], Choices(), None, salvage=False)
+    assumed = answers.assumptions(drive, proposal, given, None)
+    assert any("left and right on the other side than the names say" in text for text in assumed)
     read = seatrial.read(drive, stern)
     turn = np.median(read.eta[:, 2] - recording.eta[:, 2])
     assert np.cos(turn) == pytest.approx(1.0, abs=1e-6)
