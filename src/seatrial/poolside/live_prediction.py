@@ -9,10 +9,12 @@ from collections import deque
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import earth_fixed
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Estimate, Health
 from seatrial.poolside.state import PredictionState
@@ -67,10 +69,10 @@ class LivePrediction:
         """Predict with another model from here on; one that can't be run on board changes nothing."""
         with self._lock:
             try:
-                if self._onboard is None:
-                    self._onboard = Odometer(model)
-                else:
+                if self._onboard is not None and _frame(self._onboard.model) == _frame(model):
                     self._onboard.reload(model)
+                else:
+                    self._onboard = Odometer(model, disturbance=_frame(model))
             except ModelError:
                 return
 
@@ -125,6 +127,11 @@ class LivePrediction:
             here = onboard.look(stamp)
             if _known(here):
                 self._begun.append(_Begun(stamp, here.velocity, copy(onboard)))
+
+
+def _frame(model: Model) -> Literal["earth", "body"]:
+    """That of the disturbance force."""
+    return "earth" if earth_fixed(model.noise) else "body"
 
 
 def _give(onboard: Odometer, kind: str, stamp: int, values: Sequence[float] | Array) -> None:
