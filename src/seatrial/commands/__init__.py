@@ -26,6 +26,7 @@ COMMANDS = {
     "validate": "score how well a model predicts recordings",
     "report": "write one offline HTML file: what was identified, and how well it predicts",
     "compare": "compare two models: which parameters changed, and does it affect prediction",
+    "fleet": "identify, validate and compare many boats: one table and one report",
     "select": "select the terms that the recordings support",
     "tune": "tune a tracking controller from the model",
     "predict": "estimate velocity and odometry as on board: along a recording, or live from lines of text",

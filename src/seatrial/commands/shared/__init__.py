@@ -14,12 +14,14 @@ from seatrial.util.progress import over
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from contextlib import AbstractContextManager
 
     import msgspec
 
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
     from seatrial.recording.recording import Recording
+    from seatrial.util.parallel import Farm
 
 JSON_HELP = "also write the result as JSON; -: to standard output, in place of the text"
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
@@ -209,6 +211,33 @@ def add_salvage(command: argparse.ArgumentParser) -> None:
     """--salvage."""
     text = "read what is left of a damaged bag"
     command.add_argument("--salvage", action="store_true", help=text)
+
+
+def add_workers(command: argparse.ArgumentParser, default: str | None = None) -> None:
+    """--scheduler and --workers."""
+    command.add_argument(
+        "--scheduler", default=default, metavar="WHERE",
+        help="Dask workers that share the work: local, tcp://HOST:PORT, or a scheduler's file (default: "
+        + (default or "this process") + ")",
+    )  # fmt: skip
+    command.add_argument(
+        "--workers", type=int, metavar="N",
+        help="processes of --scheduler local (default: all cores)"
+        + ("; 0: this process, without Dask" if default else ""),
+    )  # fmt: skip
+
+
+def workers_of(args: argparse.Namespace) -> "AbstractContextManager[Farm] | None":
+    """The workers that a command's options name; None: this process."""
+    from seatrial.util.errors import FleetError
+
+    if args.scheduler is None and args.workers is not None:
+        raise FleetError(f"--workers {args.workers} belongs to --scheduler local")
+    if args.scheduler is None or (args.scheduler == "local" and args.workers == 0):
+        return None
+    from seatrial.fleet.dask_cluster import cluster
+
+    return cluster(args.scheduler, args.workers)
 
 
 def add_exports(command: argparse.ArgumentParser) -> None:

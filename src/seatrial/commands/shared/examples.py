@@ -48,6 +48,10 @@ seatrial report model.yaml run3.bag -o report.html --figures figures --tables ta
     "compare": """\
 seatrial compare before.yaml after.yaml
 seatrial compare before.yaml after.yaml run5.bag -o change.html""",
+    "fleet": """\
+seatrial fleet boats                       # one folder a boat, on all cores
+seatrial fleet boats -o may --last-time april
+seatrial fleet fleet.yaml --scheduler tcp://10.0.0.5:8786""",
     "select": """\
 seatrial select run1.bag run2.bag --vehicle boat.yaml
 seatrial select run*.bag --vehicle boat.yaml -o chosen.yaml

@@ -22,6 +22,7 @@ from seatrial.commands.shared.results import (
 from seatrial.control.gains_file import GainsFile
 from seatrial.evaluation.comparison.compare import COMPARISON_FORMAT, Comparison
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores
+from seatrial.fleet.results import FleetResult
 from seatrial.inspection.consistency.check import Gain
 from seatrial.inspection.overview import RecordingView
 from seatrial.io.columns import TableView
@@ -205,6 +206,7 @@ SCHEMAS = {  # command: kinds of its content, with their classes
     "validate": {SCORES_FORMAT: Scores},
     "report": {"report 1": ReportResult},
     "compare": {COMPARISON_FORMAT: Comparison},
+    "fleet": {"fleet-result 1": FleetResult},
     "select": {"selection 1": SelectionResult},
     "tune": {"gains 1": GainsFile},
     "predict": {"predict 1": PredictResult},

@@ -11,6 +11,7 @@ from seatrial.io.assemble import GEOGRAPHIC, requests
 from seatrial.io.poses import NO_FIX, heading_of, in_plane
 from seatrial.io.signals import Request, Signals, scaled
 from seatrial.poolside.sources.source import EventKind, Mistakes, SourceEvent, usable
+from seatrial.recording.pose_faults import in_order
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps
 
 NOT_LIVE = "yaw rates"  # of a gyro: read from a recording, not used by a session
@@ -32,22 +33,33 @@ class Conversion:
         self._held: dict[str, dict[str, float]] = {"commands": {}, "scales": {}}
 
     def events(
-        self, request: Request, stamps: Stamps, raw: Array, arrivals: Stamps
+        self, parts: Sequence[tuple[Request, Stamps, Array]], arrival: int | None = None
     ) -> Iterator[SourceEvent]:
-        """Events of rows (n, names), as `Signals.read` gives them; stamps, arrivals (n,) [ns]."""
-        values = self._values(request, raw)
-        kind = self._kind(request)
-        for stamp, row, arrival in zip(stamps.tolist(), values, arrivals.tolist(), strict=True):
-            self.mistakes.total += 1
-            if not usable(row):
-                self.mistakes.add(
-                    f"a row of {request.place} without a number, or with one that is too large"
-                )
-            elif kind in ("command", "scale"):
-                if (whole := self._hold(request, row)) is not None:
-                    yield SourceEvent(kind, stamp, whole, arrival)
-            else:
-                yield SourceEvent(kind, stamp, row, arrival)
+        """Events of rows: of each request stamps (n,) [ns] and raw values (n, names), as `Signals.read` has them.
+
+        They are in the order of their stamps; a row whose stamp is out of order follows the one before it.
+        arrival [ns]: of all of them; None: by the log's clock.
+        """
+        values = [self._values(request, raw) for request, _, raw in parts]
+        kinds = [self._kind(request) for request, _, _ in parts]
+        turns = [_turns(stamps) for _, stamps, _ in parts]
+        which = np.repeat(np.arange(len(parts)), [len(turn) for turn in turns])
+        rows = np.concatenate([np.arange(len(turn)) for turn in turns])
+        for j in np.argsort(np.concatenate(turns), kind="stable").tolist():
+            k, i = int(which[j]), int(rows[j])
+            request, stamps, _ = parts[k]
+            row = self._row(request, kinds[k], values[k][i])
+            if row is not None:
+                at = int(turns[k][i]) if arrival is None else arrival
+                yield SourceEvent(kinds[k], int(stamps[i]), row, at)
+
+    def _row(self, request: Request, kind: EventKind, row: Array) -> Array | None:
+        """The values of an event; None where there is none."""
+        self.mistakes.total += 1
+        if not usable(row):
+            self.mistakes.add(f"a row of {request.place} has no number, or too large a one")
+            return None
+        return self._hold(request, row) if kind in ("command", "scale") else row
 
     def _kind(self, request: Request) -> EventKind:
         if request.role == "commands":
@@ -101,3 +113,11 @@ class Conversion:
             self.vehicle.inputs if request.role == "commands" else self.vehicle.scales
         )
         return np.array([held[name] for name in names]) if len(held) == len(names) else None
+
+
+def _turns(stamps: Stamps) -> Stamps:
+    """Stamps (n,) in order; of a row that is out of order the stamp of the one before it."""
+    good = in_order(stamps, strict=False)
+    last = np.maximum.accumulate(np.where(good, np.arange(len(stamps)), -1))
+    first = int(np.argmax(good)) if len(good) else 0
+    return np.asarray(stamps[np.where(last < 0, first, last)])
