@@ -9,11 +9,12 @@ from starlette.websockets import WebSocketDisconnect
 
 from seatrial.poolside.web.app import LONGEST_DISCARD, MOST_BYTES, MOST_PAGES, make_app
 from seatrial.poolside.web.gate import check_address, known_host
-from seatrial.poolside.web.server import PageServer, Place
+from seatrial.poolside.web.server import PageServer, Place, url_of
 from seatrial.util.errors import LiveError
 
 TOKEN = "correct-horse-battery"
 OWN, JSON = "http://127.0.0.1:8330", {"content-type": "application/json"}
+WS, SECRET_WS = "ws://127.0.0.1:8330/ws", "ws://10.0.0.5:8330/ws"
 ROUTES = ("/", "/live.js", "/plotly.js", "/api/state", "/api/track", "/report")
 
 
@@ -60,10 +61,18 @@ def test_a_name_of_the_internet_is_refused_everywhere(client, route):
 
 
 def test_another_site_can_neither_post_nor_listen(client, session):
-    for origin in ("http://evil.example", "null", "http://127.0.0.1:9999", "https://127.0.0.1:8330"):
+    for origin in (
+        "http://evil.example",
+        "null",
+        "http://127.0.0.1:9999",
+        "https://127.0.0.1:8330",
+    ):
         answer = client.post("/api/stop", json={}, headers={"origin": origin})
         assert answer.status_code == 403, origin
-        with pytest.raises(WebSocketDisconnect), client.websocket_connect("/ws", headers={"origin": origin}):
+        with (
+            pytest.raises(WebSocketDisconnect),
+            client.websocket_connect(WS, headers={"origin": origin}),
+        ):
             pass
     cross = {"sec-fetch-site": "cross-site"}
     assert client.post("/api/stop", json={}, headers=cross).status_code == 403
@@ -91,12 +100,12 @@ def test_every_route_wants_the_token(secret, route):
 def test_buttons_and_the_websocket_want_the_token(secret, session):
     for action in ("mark", "discard", "stop"):
         assert secret.post(f"/api/{action}", json={}).status_code == 403
-    with pytest.raises(WebSocketDisconnect), secret.websocket_connect("/ws"):
+    with pytest.raises(WebSocketDisconnect), secret.websocket_connect(SECRET_WS):
         pass
     assert session.calls == []
     bearer = {"authorization": f"Bearer {TOKEN}"}
     assert secret.post("/api/mark", json={"text": "a"}, headers=bearer).status_code == 200
-    with secret.websocket_connect("/ws", headers=bearer) as page:
+    with secret.websocket_connect(SECRET_WS, headers=bearer) as page:
         assert page.receive_json()["state"]["vehicle"] == "model ship"
 
 
@@ -105,12 +114,17 @@ def test_the_token_of_the_address_becomes_a_cookie_that_other_sites_never_send(s
     assert given.startswith(f"seatrial-8330={TOKEN};")
     assert {"HttpOnly", "SameSite=Strict", "Path=/"} <= {part.strip() for part in given.split(";")}
     assert secret.get("/api/state").status_code == 200  # by the cookie
-    with secret.websocket_connect("/ws") as page:
+    with secret.websocket_connect(SECRET_WS) as page:
         assert page.receive_json()
 
 
 def test_every_answer_forbids_what_is_elsewhere(client, secret):
-    for answer in (client.get("/"), client.get("/live.js"), client.get("/api/state"), secret.get("/")):
+    for answer in (
+        client.get("/"),
+        client.get("/live.js"),
+        client.get("/api/state"),
+        secret.get("/"),
+    ):
         policy = answer.headers["content-security-policy"]
         assert policy.startswith("default-src 'self'; ")
         assert "http:" not in policy and "*" not in policy and "script-src" not in policy
@@ -163,7 +177,7 @@ def test_state_and_track_are_json(client, session):
 
 
 def test_the_websocket_sends_what_changed(client, session):
-    with client.websocket_connect("/ws") as page:
+    with client.websocket_connect(WS) as page:
         first = page.receive_json()
         assert set(first["state"]) == set(json.loads(client.get("/api/state").text))
         assert len(first["track"]) == 120
@@ -178,23 +192,26 @@ def test_the_websocket_sends_what_changed(client, session):
 
 
 def test_a_page_that_falls_behind_gets_the_newest_state_only(client, session):
-    with client.websocket_connect("/ws") as page:
+    with client.websocket_connect(WS) as page:
         page.receive_json()
         for k in range(200):
             session.set(time=100.0 + k)
-        assert page.receive_json()["state"]["time"] == 299.0 or page.receive_json()["state"]["time"] == 299.0
+        assert (
+            page.receive_json()["state"]["time"] == 299.0
+            or page.receive_json()["state"]["time"] == 299.0
+        )
 
 
 def test_pages_are_limited(client):
-    opened = [client.websocket_connect("/ws") for _ in range(MOST_PAGES)]
+    opened = [client.websocket_connect(WS) for _ in range(MOST_PAGES)]
     for one in opened:
         one.__enter__()
         assert one.receive_json()
-    with pytest.raises(WebSocketDisconnect), client.websocket_connect("/ws"):
+    with pytest.raises(WebSocketDisconnect), client.websocket_connect(WS):
         pass
     for one in opened:
         one.__exit__(None, None, None)
-    with client.websocket_connect("/ws") as page:
+    with client.websocket_connect(WS) as page:
         assert page.receive_json()
 
 
@@ -231,9 +248,10 @@ def test_another_address_than_loopback_needs_a_token(address, token, fault):
 def test_the_server_listens_where_it_says(session):
     with PageServer(session, Place(port=0)) as server:
         assert server.url == f"http://127.0.0.1:{server.port}/"
+        again = PageServer(session, Place(port=server.port))
         with pytest.raises(LiveError, match="--port"):
-            PageServer(session, Place(port=server.port))
-    secret = PageServer(session, Place("0.0.0.0", 0, "a secret with spaces"))
-    assert secret.url.endswith("/?token=a%20secret%20with%20spaces")
-    assert "0.0.0.0" not in secret.url
-    secret.close()
+            again.__enter__()
+    url = url_of(Place("0.0.0.0", 0, "a secret with spaces"), 8330)
+    assert url.endswith(":8330/?token=a%20secret%20with%20spaces")
+    assert "0.0.0.0" not in url
+    assert url_of(Place("::1"), 1) == "http://[::1]:1/"
