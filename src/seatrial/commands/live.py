@@ -72,7 +72,7 @@ def add(command: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> None:
     """Serve the page until the session is stopped there, or by Ctrl-C."""
     from seatrial.boat.vehicle import Vehicle
-    from seatrial.poolside.assembly import RECORDING, Wishes, make_session
+    from seatrial.poolside.session import RECORDING, Wishes, make_session
     from seatrial.poolside.sources import open_source
 
     serve = _server()

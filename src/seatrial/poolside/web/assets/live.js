@@ -94,8 +94,8 @@ let shown = "";
 function now() {
   const [look, title, text, why] = order();
   const next = driving ? driving.next : state.next;
-  const steps = look === "act" && next ? stages(next) : [];
-  place("drive").hidden = look !== "act" || !next || !next.t.length;
+  const steps = look === "act" && next && next.commands.length ? stages(next) : [];
+  place("drive").hidden = look !== "act" || !next || !next.commands.length;
   place("drive").textContent = driving ? "stop the countdown" : "count down and drive it";
   place("change").textContent = state.change;
   const all = JSON.stringify([look, title, text, why.map((part) => part.textContent || part), steps]);

@@ -11,13 +11,13 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.poolside.area import Area
 from seatrial.poolside.coverage import Coverage
-from seatrial.poolside.guide import DriveGuide
 from seatrial.poolside.live_estimator import LiveEstimator
 from seatrial.poolside.live_prediction import LivePrediction
-from seatrial.poolside.parts import Parts
 from seatrial.poolside.recorder import Recorder
-from seatrial.poolside.saving import save_drive
-from seatrial.poolside.session import Session
+from seatrial.poolside.session.guide import DriveGuide
+from seatrial.poolside.session.live_session import Session
+from seatrial.poolside.session.parts import Parts
+from seatrial.poolside.session.saving import save_drive
 from seatrial.poolside.signal_health import SignalHealth
 from seatrial.poolside.sources import EventSource
 from seatrial.util.errors import FileError, ModelError

@@ -10,12 +10,12 @@ from pathlib import Path
 from msgspec import structs
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.body_velocity import BodyVelocity
-from seatrial.poolside.parts import Parts, Seen
-from seatrial.poolside.saving import save_drive
+from seatrial.poolside.session.body_velocity import BodyVelocity
+from seatrial.poolside.session.parts import Parts, Seen
+from seatrial.poolside.session.saving import save_drive
+from seatrial.poolside.session.track import Row, Track
 from seatrial.poolside.sources import SourceEvent
 from seatrial.poolside.state import LiveState, SignalState
-from seatrial.poolside.track import Row, Track
 from seatrial.util.errors import LiveError, SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.progress import show_progress

@@ -7,12 +7,12 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.advisor import advise
+from seatrial.poolside.advisor import Advisor
 from seatrial.poolside.area import Area
 from seatrial.poolside.coverage import Coverage
 from seatrial.poolside.enough import Enough
 from seatrial.poolside.needs import parameter_states
-from seatrial.poolside.parts import Advice, Seen
+from seatrial.poolside.session.parts import Advice, Seen
 from seatrial.poolside.state import ManoeuvreState
 from seatrial.util.frames import POSE_SIGNS, Axes
 from seatrial.workflow.fitness import Use
@@ -24,7 +24,7 @@ class DriveGuide:
     def __init__(
         self, vehicle: Vehicle, coverage: Coverage, area: Area | None, uses: Sequence[Use]
     ) -> None:
-        self._vehicle, self._coverage, self._area = vehicle, coverage, area
+        self._coverage, self._advisor = coverage, Advisor(vehicle, area)
         self._enough = Enough(uses)
         self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
         self._model: Model | None = None
@@ -41,7 +41,6 @@ class DriveGuide:
 
     def _manoeuvres(self, model: Model | None, seen: Seen) -> tuple[ManoeuvreState, ...]:
         state = np.concatenate([seen.pose or (), np.nan_to_num(seen.nu) * self._flip])
-        return advise(
-            self._vehicle, model, state, self._area, self._enough.needs,
-            driven=self._coverage.driven, period=seen.period,
-        )  # fmt: skip
+        self._advisor.period = seen.period or self._advisor.period
+        needs, driven = self._enough.needs, self._coverage.driven
+        return self._advisor.advise(model, state, needs, driven=driven)
