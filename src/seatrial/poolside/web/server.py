@@ -4,6 +4,7 @@
 import socket
 import threading
 from dataclasses import dataclass
+from ipaddress import ip_address
 from urllib.parse import quote
 
 import uvicorn
@@ -16,6 +17,7 @@ from seatrial.util.errors import LiveError
 LOOPBACK, PORT = "127.0.0.1", 8330
 WAITING = 8  # connections that wait to be accepted
 MOST_CONNECTIONS = 64  # at the same time
+LONGEST_END = 5.0  # [s]
 LONGEST_MESSAGE = 1024  # [bytes] from a page: it sends none
 
 
@@ -33,10 +35,8 @@ class PageServer:
 
     def __init__(self, controller: Controller, place: Place) -> None:
         check_address(place.address, place.token)
-        self.place = place
-        self._socket = _listening(place)
-        self.port = int(self._socket.getsockname()[1])
-        others = not place.address.startswith("127.") and place.address != "::1"
+        self.place, self.port = place, place.port
+        others = not ip_address(place.address).is_loopback
         config = uvicorn.Config(
             make_app(controller, token=place.token, others=others),
             ws="websockets-sansio", ws_max_size=LONGEST_MESSAGE, ws_per_message_deflate=False,
@@ -44,27 +44,34 @@ class PageServer:
             timeout_graceful_shutdown=1, server_header=False,
         )  # fmt: skip
         self._server = uvicorn.Server(config)
-        self._thread = threading.Thread(target=self._run, name="page", daemon=True)
+        self._thread: threading.Thread | None = None
 
     @property
     def url(self) -> str:
         """The page's whole address, with the token."""
-        every = self.place.address in ("0.0.0.0", "::")
-        host = _own_address() if every else self.place.address
-        host = f"[{host}]" if ":" in host else host
-        token = "" if self.place.token is None else f"?token={quote(self.place.token, safe='')}"
-        return f"http://{host}:{self.port}/{token}"
+        return url_of(self.place, self.port)
 
     def __enter__(self) -> "PageServer":
+        found = _listening(self.place)
+        self.port = int(found.getsockname()[1])
+        self._thread = threading.Thread(
+            target=self._server.run, args=([found],), name="page", daemon=True
+        )
         self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._server.should_exit = True
-        self._thread.join(timeout=5.0)
+        if self._thread is not None:
+            self._thread.join(timeout=LONGEST_END)
 
-    def _run(self) -> None:
-        self._server.run(sockets=[self._socket])
+
+def url_of(place: Place, port: int) -> str:
+    """The whole address of a page, with the token."""
+    host = _own_address() if ip_address(place.address).is_unspecified else place.address
+    host = f"[{host}]" if ":" in host else host
+    token = "" if place.token is None else f"?token={quote(place.token, safe='')}"
+    return f"http://{host}:{port}/{token}"
 
 
 def _listening(place: Place) -> socket.socket:

@@ -64,21 +64,22 @@ function facts() {
 // the one thing to do, and what is known about it
 function order() {
   const wrong = state.signals.find((one) => one.level === "error");
-  if (state.saved.length) return ["done", "Saved", "Saved. The drive is over.", saved()];
+  if (state.saved.length) return ["done", "Saved", state.message || "Saved. The drive is over.", saved()];
   if (state.saving) return ["wait", "Saving", `Wait: ${state.saving}`, []];
   if (state.stopped) return ["wait", "Stopped", "The session is over.", [state.message]];
   if (wrong) return ["mend", "Mend first", `${wrong.name}: ${wrong.finding}`, wrong.edit ? ["Vehicle file: ", make("code", "", wrong.edit)] : []];
   if (driving) return driven();
-  if (state.message) return ["mend", "Now", state.message, []];
   if (state.enough) return ["done", "Enough", "Enough for the chosen uses. Press stop and save.", []];
-  if (state.next) return ["act", "Drive next", state.next.text, [reason(state.next)]];
+  if (state.next) return ["act", "Drive next", state.next.text, [[reason(state.next), state.message].join(" ").trim()]];
+  if (state.message) return ["mend", "Now", state.message, []];
   if (state.poses) return ["act", "Now", "Drive: forwards and backwards, to both sides, and turns.", []];
   return ["wait", "Now", "Wait for the first pose.", []];
 }
 
 function reason(next) {
   const walls = next.margin === null ? "" : ` Least distance from the walls ${short(next.margin, 2)} m.`;
-  return `${short(next.seconds, 2)} s, for ${next.parameter}: ± ${short(next.before, 2)} now, ± ${short(next.after, 2)} expected.${walls}`;
+  const gain = next.parameter ? `, for ${next.parameter}: ± ${short(next.before, 2)} now, ± ${short(next.after, 2)} expected` : "";
+  return `${short(next.seconds, 2)} s${gain}.${walls}`;
 }
 
 function saved() {
@@ -93,9 +94,10 @@ let shown = "";
 function now() {
   const [look, title, text, why] = order();
   const next = driving ? driving.next : state.next;
-  const steps = look === "act" && next ? stages(next) : [];
-  place("drive").hidden = look !== "act" || !next || !next.t.length;
+  const steps = look === "act" && next && next.commands.length ? stages(next) : [];
+  place("drive").hidden = look !== "act" || !next || !next.commands.length;
   place("drive").textContent = driving ? "stop the countdown" : "count down and drive it";
+  place("change").textContent = state.change;
   const all = JSON.stringify([look, title, text, why.map((part) => part.textContent || part), steps]);
   if (all === shown) return; // a screen reader hears changes only
   shown = all;

@@ -50,7 +50,7 @@ export function predictions(found) {
 
 export function sticks(next, inputs) {
   const box = place("sticks-plot");
-  box.hidden = !next || !next.t.length;
+  box.hidden = !next || !next.commands.length;
   if (box.hidden) return;
   const colours = cycle();
   const t = [...next.t, next.seconds];

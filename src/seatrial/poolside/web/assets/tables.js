@@ -115,7 +115,7 @@ export function uses(found) {
 
 export function others(found) {
   place("others-title").hidden = found.length === 0;
-  fill("others", found.map((one) => make("li", "", `${one.text} (${short(one.seconds, 2)} s, for ${one.parameter})`)));
+  fill("others", found.map((one) => make("li", "", `${one.text} (${short(one.seconds, 2)} s${one.parameter ? `, for ${one.parameter}` : ""})`)));
 }
 
 export function marks(found) {
