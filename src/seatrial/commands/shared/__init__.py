@@ -244,7 +244,9 @@ def add_exports(command: argparse.ArgumentParser) -> None:
     """Figures and tables beside a page."""
     command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
     command.add_argument(
-        "--png", action="store_true", help="also write the figures as PNG (pip install resvg-py)"
+        "--png",
+        action="store_true",
+        help="also write the figures as PNG (pip install 'seatrial[png]')",
     )
     command.add_argument(
         "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
