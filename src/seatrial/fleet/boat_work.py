@@ -28,7 +28,15 @@ from seatrial.inspection.overview import GOOD
 from seatrial.io import read
 from seatrial.io.reader import recording_name
 from seatrial.util.errors import FileError, RecordingError, SeatrialError, VehicleError
-from seatrial.util.files import convert, dump_json, dump_yaml, finite_or_none, read_json, sha256, write_text
+from seatrial.util.files import (
+    convert,
+    dump_json,
+    dump_yaml,
+    finite_or_none,
+    read_json,
+    sha256,
+    write_text,
+)
 from seatrial.util.frames import SYMBOLS
 
 RESULT, REPORT, VEHICLE, MODEL = "boat.json", "report.html", "vehicle.yaml", "model.yaml"
@@ -73,7 +81,14 @@ def _digest(boat: Boat) -> str:
     ]
     options = msgspec.to_builtins(boat.options)
     return digest_of(
-        version("seatrial"), boat.name, boat.kind, str(boat.vehicle), given, files, boat.test, options
+        version("seatrial"),
+        boat.name,
+        boat.kind,
+        str(boat.vehicle),
+        given,
+        files,
+        boat.test,
+        options,
     )
 
 

@@ -24,7 +24,10 @@ R = TypeVar("R")
 INSTALL = "pip install 'seatrial[fleet]'"
 LOCAL = "local"
 MOST_LOCAL_WORKERS = 1000
-CONNECT_WITHIN, WORKERS_WITHIN = 10.0, 30.0  # [s] until the scheduler answers, until it has a worker
+CONNECT_WITHIN, WORKERS_WITHIN = (
+    10.0,
+    30.0,
+)  # [s] until the scheduler answers, until it has a worker
 SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
 
 

@@ -105,6 +105,8 @@ def _together(name: str, found: Sequence[BoatResult], out: Path) -> FleetResult:
 
 def _changed(found: Sequence[BoatResult]) -> set[str]:
     """Boats that differ from their previous models."""
-    tested = [(b.name, b.change.p) for b in found if b.change is not None and b.change.p is not None]
+    tested = [
+        (b.name, b.change.p) for b in found if b.change is not None and b.change.p is not None
+    ]
     corrected = holm([p for _, p in tested]).tolist()
     return {name for (name, _), p in zip(tested, corrected, strict=True) if p < SIGNIFICANCE}

@@ -45,7 +45,10 @@ def centre_of(values: Array, errors: Array) -> Centre:
     for _ in range(ROUNDS):
         tau = _between(values - at, errors)
         deviation = np.hypot(errors, tau)
-        weight = np.minimum(1.0, CLIP / np.maximum(np.abs(values - at) / deviation, 1e-300)) / deviation**2
+        weight = (
+            np.minimum(1.0, CLIP / np.maximum(np.abs(values - at) / deviation, 1e-300))
+            / deviation**2
+        )
         moved = float(np.sum(weight * values) / np.sum(weight))
         if abs(moved - at) <= 1e-9 * float(np.min(deviation)):
             break
@@ -112,11 +115,11 @@ def _deviations(name: str, boats: Sequence[BoatResult]) -> tuple[KindParameter, 
     deviation = np.hypot(np.hypot(errors, centre.between), centre.error)
     z = (values - centre.value) / deviation
     freedom = EFFICIENCY * (len(boats) - 1)
-    known = KindParameter(
-        centre.value, centre.between, boats[0].parameters[name].unit, len(boats)
-    )
+    known = KindParameter(centre.value, centre.between, boats[0].parameters[name].unit, len(boats))
     return known, [
-        Deviation(name, float(x), centre.value, float(d), float(k), student_two_sided(float(k), freedom))
+        Deviation(
+            name, float(x), centre.value, float(d), float(k), student_two_sided(float(k), freedom)
+        )
         for x, d, k in zip(values, deviation, z, strict=True)
     ]
 

@@ -131,6 +131,13 @@ class DriveLog:
             ]
         return (int(min(s[0] for s in found)), int(max(s[1] for s in found))) if found else None
 
+    def before(self, stamp: int, rows: int) -> int:
+        """The stamp [ns] of the pose so many rows before another stamp; of the first, where there are fewer."""
+        with self._lock:
+            kind = "position" if self._rows["position"].n else "pose"
+            stamps = self._rows[kind].stamps
+            return int(stamps[max(0, int(np.searchsorted(stamps, stamp, side="right")) - rows)])
+
     def rows(self, kind: str) -> int:
         """Number of rows of a kind."""
         return self._rows[kind].n
