@@ -18,10 +18,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import first_maximum, fit, integration_step
+from seatrial.identification.estimator import (
+    at_bound_findings,
+    first_maximum,
+    fit,
+    integration_step,
+)
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.likelihood.optimiser import (
@@ -55,6 +61,7 @@ WARM_PASSES = 12  # full ones of a warm search, at most
 STEP = 250_000_000  # [ns] of new poses that the filter goes on along at once
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 100  # rows before the new poses, which show their faults
+RENEWED = (FindingKind.AT_BOUND, FindingKind.SHORT_BLOCKS)  # findings of every search
 
 
 @dataclass(frozen=True)
@@ -231,8 +238,15 @@ def _warm(last: Fit, recording: Recording) -> Fit | None:
         return None
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     at.runs.drop_linearisation()
+    kept = [f for f in last.findings if f.kind not in RENEWED]
     return replace(
-        last, problem=problem, theta=at.theta, noise=at.noise, runs=at.runs, covariance=covariance
+        last,
+        findings=(*kept, *at_bound_findings(at)),
+        problem=problem,
+        theta=at.theta,
+        noise=at.noise,
+        runs=at.runs,
+        covariance=covariance,
     )
 
 

@@ -120,7 +120,7 @@ class LivePrediction:
                 self._seen.append(
                     _Seen(at, ahead.velocity, now.velocity, begun.velocity, _variance(ahead, now))
                 )
-        if not 0 <= self._next - stamp < EVERY:
+        if not 0 < self._next - stamp <= EVERY:
             self._next = stamp + EVERY
             here = onboard.look(stamp)
             if _known(here):
