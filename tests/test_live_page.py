@@ -33,7 +33,8 @@ class Poolside:
 
     def __init__(self, browser, state, size, token=None):  # noqa: F811
         self.session = FakeSession(state)
-        self.server = PageServer(self.session, Place(port=0, token=token)).__enter__()
+        self.server = PageServer(Place(port=0, token=token))
+        self.server.serve(self.session)
         width, height = size
         self.context = browser.new_context(
             viewport={"width": width, "height": height}, has_touch=size == PHONE
@@ -249,7 +250,8 @@ def test_a_lost_connection_is_stated_and_found_again(visit):
     one.shows("#connection", "connection lost")
     one.page.locator("#mark").click()
     one.shows("#answer", "nothing was done")
-    one.server = PageServer(one.session, Place(port=port)).__enter__()
+    one.server = PageServer(Place(port=port))
+    one.server.serve(one.session)
     one.session.set(time=99.0)
     one.shows("#connection", "connected")
     one.shows("#facts", "99 s")

@@ -40,7 +40,8 @@ class BodyVelocity:
     @property
     def nu(self) -> Array:
         """u, v [m/s], r [rad/s]; NaN before there is one, and after a gap."""
-        return np.median(np.array(self._rates or [np.full(3, np.nan)]), axis=0)
+        rates = np.array(self._rates or [np.full(3, np.nan)])
+        return np.asarray(np.median(rates, axis=0))
 
     def _rate(self) -> Array:
         if len(self._kept) < 2:
