@@ -119,7 +119,9 @@ def test_udp_is_on_loopback_unless_an_address_is_given(sender):
         found: list[object] = []
         thread = threading.Thread(target=lambda: found.extend(source))
         thread.start()
-        sender.sendto(b'{"t": 1, "pose": [1, 2, 3]}\n{"t": 1, "command": [0, 0, 0]}', ("127.0.0.1", port))
+        sender.sendto(
+            b'{"t": 1, "pose": [1, 2, 3]}\n{"t": 1, "command": [0, 0, 0]}', ("127.0.0.1", port)
+        )
         sender.sendto(b"junk", ("127.0.0.1", port))
         end = time.monotonic() + PATIENCE
         while (len(found) < 2 or not source.problems) and time.monotonic() < end:
@@ -289,7 +291,8 @@ def test_frames_in_blocks_of_any_size_between_noise(log):
     whole = [h.record for frame in frames for h in FrameStream().feed(frame)]
     rng = np.random.default_rng(3)
     noisy = b"".join(
-        frame + (rng.bytes(int(rng.integers(1, 40))) if i % 5 == 0 else b"") for i, frame in enumerate(frames)
+        frame + (rng.bytes(int(rng.integers(1, 40))) if i % 5 == 0 else b"")
+        for i, frame in enumerate(frames)
     )
     stream, found, at = FrameStream(), [], 0
     while at < len(noisy):
@@ -404,7 +407,9 @@ def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):
     source.close()
     thread.join(PATIENCE)
     recorded = list(open_source(str(tmp_path / "whole.csv"), boat, 0.0))
-    assert [(e.kind, e.stamp) for e in poses_of(events)] == [(e.kind, e.stamp) for e in poses_of(recorded)]
+    assert [(e.kind, e.stamp) for e in poses_of(events)] == [
+        (e.kind, e.stamp) for e in poses_of(recorded)
+    ]
     for kind in ("pose", "command"):
         np.testing.assert_array_equal(
             *[[e.values for e in several if e.kind == kind] for several in (events, recorded)]

@@ -93,7 +93,11 @@ def _message(found: Any) -> Message:  # noqa: ANN401 (a class that is generated)
 
 
 def frame_at(
-    data: bytes, frame: int, end: int, known: Mapping[int, Message], checksum: Callable[[bytes], int]
+    data: bytes,
+    frame: int,
+    end: int,
+    known: Mapping[int, Message],
+    checksum: Callable[[bytes], int],
 ) -> tuple[int, int, Source, int, int] | None:
     """The frame that begins at a place: where the next begins, number, source, and its payload's place and length.
 
