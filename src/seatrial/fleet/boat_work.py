@@ -28,7 +28,15 @@ from seatrial.inspection.overview import GOOD
 from seatrial.io import read
 from seatrial.io.reader import recording_name
 from seatrial.util.errors import FileError, RecordingError, SeatrialError, VehicleError
-from seatrial.util.files import convert, dump_json, dump_yaml, finite_or_none, read_json, sha256, write_text
+from seatrial.util.files import (
+    convert,
+    dump_json,
+    dump_yaml,
+    finite_or_none,
+    read_json,
+    sha256,
+    write_text,
+)
 from seatrial.util.frames import SYMBOLS
 
 RESULT, REPORT, VEHICLE, MODEL = "boat.json", "report.html", "vehicle.yaml", "model.yaml"
@@ -61,7 +69,7 @@ def work_on_boat(out: Path, boat: Boat) -> BoatResult:
 
 def failed(boat: Boat, error: str, made_from: str = "") -> BoatResult:
     """A boat without a model."""
-    return BoatResult(boat.name, boat.kind, made_from, error, [], "", {}, {}, [], None, "")
+    return BoatResult(boat.name, boat.kind, made_from, error, [], "", {}, {}, [], None)
 
 
 def _digest(boat: Boat) -> str:
@@ -73,7 +81,14 @@ def _digest(boat: Boat) -> str:
     ]
     options = msgspec.to_builtins(boat.options)
     return digest_of(
-        version("seatrial"), boat.name, boat.kind, str(boat.vehicle), given, files, boat.test, options
+        version("seatrial"),
+        boat.name,
+        boat.kind,
+        str(boat.vehicle),
+        given,
+        files,
+        boat.test,
+        options,
     )
 
 
@@ -114,7 +129,7 @@ def _identified(boat: Boat, folder: Path, made_from: str) -> BoatResult:
     return BoatResult(
         boat.name, boat.kind, made_from, None, _recordings(boat, found, unread), _structure(model),
         _parameters(model), _ratios(found.scores), [finding_text(f) for f in asking[:MOST_FINDINGS]],
-        change, found.next.text,
+        change,
     )  # fmt: skip
 
 

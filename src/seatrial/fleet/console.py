@@ -53,7 +53,9 @@ def first_line(boat: FleetBoat) -> str:
         reasons.append("; ".join(named))
     if boat.changed:
         reasons.append(change_words(boat))
-    reasons += [f"{r.name}: {r.error or ' '.join(r.remarks)}" for r in boat.result.recordings if r.bad]
+    reasons += [
+        f"{r.name}: {r.error or ' '.join(r.remarks)}" for r in boat.result.recordings if r.bad
+    ]
     return " | ".join(reasons) or boat.not_compared or ""
 
 

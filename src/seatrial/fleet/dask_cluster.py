@@ -2,11 +2,12 @@
 """Workers of Dask: a cluster of this computer's processes, or one that a scheduler has."""
 
 import logging
+import pickle
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from functools import partial
+from functools import lru_cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -24,7 +25,10 @@ R = TypeVar("R")
 INSTALL = "pip install 'seatrial[fleet]'"
 LOCAL = "local"
 MOST_LOCAL_WORKERS = 1000
-CONNECT_WITHIN, WORKERS_WITHIN = 10.0, 30.0  # [s] until the scheduler answers, until it has a worker
+CONNECT_WITHIN, WORKERS_WITHIN = (
+    10.0,
+    30.0,
+)  # [s] until the scheduler answers, until it has a worker
 SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
 
 
@@ -37,13 +41,17 @@ class DaskFarm(Farm):
     def outcomes(
         self, work: Callable[[C, T], R], common: C, items: Sequence[T]
     ) -> Iterator[tuple[int, R | Exception]]:
-        """As they end. `common` is a task of its own: scattered data would end with the worker that holds it."""
+        """As they end.
+
+        `common` is a task of its own: scattered data would end with the worker that holds it. It travels as bytes:
+        what a worker computes from it and keeps in it may not be able to travel on.
+        """
         from distributed import as_completed
 
         one = partial(_worked, version("seatrial"), work)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")  # recordings, once
-            shared = self._client.submit(_same, common, pure=False)
+            shared = self._client.submit(bytes, pickle.dumps(common), pure=False)
             futures = self._client.map(one, [shared] * len(items), items, pure=False)
         places = {future.key: place for place, future in enumerate(futures)}
         ended = as_completed(futures)
@@ -53,18 +61,20 @@ class DaskFarm(Farm):
             yield places[future.key], future.result() if error is None else _in_words(error)
 
 
-def _same(common: C) -> C:
-    return common
+@lru_cache(maxsize=1)
+def _opened(common: bytes) -> Any:  # noqa: ANN401, as it was packed
+    """What all items have in common, once for each worker."""
+    return pickle.loads(common)
 
 
-def _worked(expected: str, work: Callable[[C, T], R], common: C, item: T) -> R:
+def _worked(expected: str, work: Callable[[C, T], R], common: bytes, item: T) -> R:
     """One item, on one core of a worker."""
     if (own := version("seatrial")) != expected:
         raise FleetError(
             f"a worker has seatrial {own}, here it is {expected}: install the same version on all computers"
         )
     with on_one_core():
-        return work(common, item)
+        return work(_opened(common), item)
 
 
 def _in_words(error: BaseException) -> Exception:
@@ -80,8 +90,10 @@ def _in_words(error: BaseException) -> Exception:
 
 @contextmanager
 def cluster(scheduler: str = LOCAL, workers: int | None = None) -> Iterator[DaskFarm]:
-    """The workers of a scheduler: `local` (as many processes as `workers`, default: all cores), its address, or its
-    file. Raises FleetError where it is not there, or Dask is not installed.
+    """The workers of a scheduler: `local`, its address, or its file.
+
+    `workers`: processes of `local`, default: all cores. Raises FleetError where no scheduler is there, or
+    Dask is not installed.
     """
     with ExitStack() as stack:
         yield DaskFarm(_connected(stack, scheduler, workers))
@@ -110,8 +122,8 @@ def _connected(stack: ExitStack, scheduler: str, workers: int | None) -> "Client
         client.wait_for_workers(1, timeout=WORKERS_WITHIN)
     except (OSError, ValueError, KeyError, TypeError) as error:  # TimeoutError is one of the first
         raise FleetError(
-            f"--scheduler {scheduler}: no scheduler with a worker answers ({type(error).__name__}); start them with "
-            "'dask scheduler' and 'dask worker', or leave the option out"
+            f"--scheduler {scheduler}: no scheduler with a worker answers ({type(error).__name__}); "
+            "start them with 'dask scheduler' and 'dask worker', or leave the option out"
         ) from None
     return client
 

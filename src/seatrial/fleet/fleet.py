@@ -59,7 +59,7 @@ def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResul
     todo = [place for place in range(len(boats)) if place not in found]
     without = len(found)
     ended = farm.outcomes(work_on_boat, out, [boats[place] for place in todo])
-    for done in range(len(todo)):
+    for _ in todo:
         words = f", {without} failed" if without else ""
         with stage(f"boats {len(found)}/{len(boats)}{words}", 1.0 / len(todo)):
             place, outcome = next(ended)
@@ -105,6 +105,8 @@ def _together(name: str, found: Sequence[BoatResult], out: Path) -> FleetResult:
 
 def _changed(found: Sequence[BoatResult]) -> set[str]:
     """Boats that differ from their previous models."""
-    tested = [(b.name, b.change.p) for b in found if b.change is not None and b.change.p is not None]
+    tested = [
+        (b.name, b.change.p) for b in found if b.change is not None and b.change.p is not None
+    ]
     corrected = holm([p for _, p in tested]).tolist()
     return {name for (name, _), p in zip(tested, corrected, strict=True) if p < SIGNIFICANCE}

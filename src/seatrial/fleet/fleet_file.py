@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -20,16 +20,16 @@ NAME = re.compile(r"\w[\w. -]{0,63}", re.ASCII)  # of a boat: a folder has it
 VEHICLE, PREVIOUS = "vehicle.yaml", "previous.yaml"
 NOT_RECORDED = ("truth",)  # folders of `simulate`
 BOATS = "boats"  # folder of the results, one folder a boat
-BAD_NAME = (
-    "the name can't be a folder's: expected 1 to 64 letters, digits, _ - . or spaces; rename the boat"
-)
+BAD_NAME = "the name can't be a folder's: expected 1 to 64 letters, digits, _ - . or spaces; rename the boat"
 LONGEST_SHOWN = 60  # [characters] of a name in a message
 
 
 class Options(Strict, frozen=True):
     """How boats are identified."""
 
-    effects: tuple[str, ...] = ()  # estimated from the beginning; others where the recordings show them
+    effects: tuple[
+        str, ...
+    ] = ()  # estimated from the beginning; others where the recordings show them
     structure: Literal["auto"] | None = None  # the recordings choose the terms
     salvage: bool = False  # read what is left of damaged bags
 
@@ -39,8 +39,12 @@ class BoatEntry(Strict, frozen=True):
 
     recordings: list[str]
     vehicle: str | None = None  # default: the fleet's
-    kind: str | None = None  # boats of one kind are compared with each other; default: the fleet's name
-    test: str | None = None  # name of the recording that tests the model; default: the last quarter of each
+    kind: str | None = (
+        None  # boats of one kind are compared with each other; default: the fleet's name
+    )
+    test: str | None = (
+        None  # name of the recording that tests the model; default: the last quarter of each
+    )
     previous: str | None = None  # the boat's model of last time
     identify: Options | None = None  # default: the fleet's
 
@@ -65,7 +69,7 @@ class Boat:
     recordings: tuple[Path, ...]
     test: str | None = None
     previous: Path | None = None
-    options: Options = Options()
+    options: Options = field(default_factory=Options)
     refused: str = ""  # why it can't be worked on; empty: it can
 
 
@@ -120,7 +124,9 @@ def _in_folder(folder: Path, root: Path, shared: Path | None) -> Boat:
     name, kind = folder.name, root.name
     if not NAME.fullmatch(name):
         return Boat(name, kind, None, (), refused=BAD_NAME)
-    own = [folder / VEHICLE] if (folder / VEHICLE).exists() else sorted(folder.glob("vehicle*.yaml"))
+    own = (
+        [folder / VEHICLE] if (folder / VEHICLE).exists() else sorted(folder.glob("vehicle*.yaml"))
+    )
     if len(own) > 1:
         return Boat(name, kind, None, (), refused=f"{len(own)} vehicle files; expected {VEHICLE}")
     vehicle = own[0] if own else shared

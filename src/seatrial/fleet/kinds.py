@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Boats against others of their kind: a robust centre and deviation of each parameter, and who is far from it.
 
-An estimate of boat i is x_i = centre + b_i + e_i with b_i ~ N(0, tau^2) between boats and e_i ~ N(0, s_i^2) of the
-recordings, the random-effects model of meta-analysis (DerSimonian and Laird, 1986). Centre and tau are
-M-estimates with Huber's psi and his proposal 2 (Huber and Ronchetti, Robust Statistics, 2009, section 6.4), so that a
-few odd boats move neither.
+An estimate of boat i is x_i = centre + b_i + e_i: b_i ~ N(0, tau^2) between boats, e_i ~ N(0, s_i^2) of its
+recordings. This is the random-effects model of meta-analysis (DerSimonian and Laird, 1986). Centre and tau are
+M-estimates with Huber's psi and his proposal 2 (Huber and Ronchetti, Robust Statistics, 2009, section 6.4): a few
+odd boats move neither.
 """
 
 import math
@@ -45,7 +45,10 @@ def centre_of(values: Array, errors: Array) -> Centre:
     for _ in range(ROUNDS):
         tau = _between(values - at, errors)
         deviation = np.hypot(errors, tau)
-        weight = np.minimum(1.0, CLIP / np.maximum(np.abs(values - at) / deviation, 1e-300)) / deviation**2
+        weight = (
+            np.minimum(1.0, CLIP / np.maximum(np.abs(values - at) / deviation, 1e-300))
+            / deviation**2
+        )
         moved = float(np.sum(weight * values) / np.sum(weight))
         if abs(moved - at) <= 1e-9 * float(np.min(deviation)):
             break
@@ -112,11 +115,11 @@ def _deviations(name: str, boats: Sequence[BoatResult]) -> tuple[KindParameter, 
     deviation = np.hypot(np.hypot(errors, centre.between), centre.error)
     z = (values - centre.value) / deviation
     freedom = EFFICIENCY * (len(boats) - 1)
-    known = KindParameter(
-        centre.value, centre.between, boats[0].parameters[name].unit, len(boats)
-    )
+    known = KindParameter(centre.value, centre.between, boats[0].parameters[name].unit, len(boats))
     return known, [
-        Deviation(name, float(x), centre.value, float(d), float(k), student_two_sided(float(k), freedom))
+        Deviation(
+            name, float(x), centre.value, float(d), float(k), student_two_sided(float(k), freedom)
+        )
         for x, d, k in zip(values, deviation, z, strict=True)
     ]
 

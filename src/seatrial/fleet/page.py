@@ -22,17 +22,15 @@ from seatrial.util.frames import AXES, SYMBOLS
 
 ALL_HEAD = ("boat", "kind", "recordings read", *(f"{a} ratio" for a in AXES), "verdict", "why")
 ALL_NOTE = (
-    "Ratio: RMS error of the velocity one second ahead on what was held out, over that of constant velocity; below "
-    "1 the model is worth having. Shaded boats ask for attention. A boat's name leads to its own report."
+    "Ratio: RMS error of the velocity one second ahead on what was held out, over that of constant velocity. "
+    "Below 1 the model is worth having. Shaded boats ask for attention. A boat's name leads to its own report."
 )
 KIND_NOTE = (
     "Centre: robust mean over the boats. Between boats: standard deviation of the boats themselves, without the "
-    "standard errors of their estimates. z: distance of a boat from the centre in standard deviations. A boat differs "
-    "where chance explains no so large z, by Holm's correction over all boats and parameters of the kind."
+    "standard errors of their estimates. z: distance of a boat from the centre in standard deviations. "
+    "A boat differs where chance does not explain its z, by Holm's correction over all boats and parameters."
 )
-CHANGE_NOTE = (
-    "Each boat against its previous model; significant by Holm's correction over parameters and boats."
-)
+CHANGE_NOTE = "Each boat against its previous model; significant by Holm's correction over parameters and boats."
 RECORDING_NOTE = (
     "A recording that can't be read is left out; its boat is identified from the others. A recording is bad, too, "
     "where a finding on the model names it, or where few of its poses are usable."
@@ -148,7 +146,9 @@ def _picture(found: FleetResult, name: str) -> Figure:
     places = (-np.arange(len(parameters), dtype=float)).tolist()
     names = [plotly_symbol(p) for p in parameters]
     rows = {"tickvals": places, "ticktext": names, "range": [-len(names) + 0.3, 0.7]}
-    return figure(traces, "distance from the kind [standard deviations]", "", yaxis=rows, showlegend=True)
+    return figure(
+        traces, "distance from the kind [standard deviations]", "", yaxis=rows, showlegend=True
+    )
 
 
 def _changes(found: FleetResult) -> list[Section]:
