@@ -56,8 +56,7 @@ def work_on_boat(out: Path, boat: Boat) -> BoatResult:
     known = _known(folder / RESULT)
     if known is not None and known.made_from == made_from:
         return known
-    if known is not None:
-        _clear(folder)
+    _clear(folder)
     try:
         result = _identified(boat, folder, made_from)
     except SeatrialError as error:
@@ -108,7 +107,7 @@ def _known(path: Path) -> BoatResult | None:
 
 
 def _clear(folder: Path) -> None:
-    """Remove what was made from other files or options."""
+    """Remove what was made from other files or options, or is not whole: a model's file has fewer digits."""
     for name in WRITTEN:
         (folder / name).unlink(missing_ok=True)
 
