@@ -73,7 +73,7 @@ def rows(result: FleetResult):
 
 
 def test_every_boat_has_its_row_and_what_fails_is_in_it(ran):
-    out, result = ran
+    _, result = ran
     found = rows(result)
     assert list(found) == ["ada", "bea", "cid"]
     assert result.failed == ["cid"]
@@ -244,7 +244,9 @@ def test_an_odd_boat_differs_from_its_kind_and_does_not_move_it():
     assert list(found.differs) == ["b7"]
     (one,) = found.differs["b7"]
     assert one.centre == pytest.approx(1.0, abs=0.03) and one.z > 10
-    assert found.kind.parameters["X_F"].between == pytest.approx(0.05, rel=0.4)
+    assert found.kind.parameters["X_F"].between == pytest.approx(
+        np.delete(values, 7).std(), rel=0.3
+    )
 
 
 def test_errors_alone_leave_nothing_between_boats():
@@ -281,10 +283,9 @@ def test_few_boats_and_another_structure_are_not_compared():
 
 @pytest.mark.parametrize("freedom", [3.0, 8.0, 100.0])
 def test_tail_of_students_t(freedom):
-    for t in (0.5, 2.0, 5.0):
-        assert student_two_sided(t, freedom) == pytest.approx(
-            2.0 * scipy.stats.t.sf(t, freedom), rel=0.06
-        )
+    for t, most in ((0.5, 1.01), (2.0, 1.01), (5.0, 1.08), (12.0, 1.26)):
+        ratio = student_two_sided(t, freedom) / (2.0 * scipy.stats.t.sf(t, freedom))
+        assert 0.99 < ratio < most
 
 
 def test_simulated_seeds_are_a_fleet(tmp_path, capsys):
@@ -342,7 +343,7 @@ def test_schedulers_that_are_not_there(tmp_path, monkeypatch):
     for where, words in (
         ("tcp://127.0.0.1:9", "no scheduler with a worker answers"),
         (str(tmp_path / "none.json"), "there is no such file"),
-        (str(config(tmp_path / "s.json", "{}")), "no scheduler"),
+        (str(config(tmp_path / "s.json", "{}")), "no address of a scheduler"),
     ):
         with pytest.raises(FleetError, match=words), cluster(where):
             pass
@@ -421,7 +422,7 @@ def test_a_killed_worker_loses_nothing(ran, boats, tmp_path):
         victims = workers_of(running)
         assert victims
         os.kill(victims[0], signal.SIGKILL)
-        text, errors = running.communicate(timeout=240)
+        _, errors = running.communicate(timeout=240)
     assert running.returncode == 0, errors
     assert "Traceback" not in errors
     assert (out / "fleet.json").read_bytes() == (ran[0] / "fleet.json").read_bytes()

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from seatrial.util.errors import FleetError
+from seatrial.util.files import read_json
 from seatrial.util.parallel import Farm, cores, on_one_core
 
 if TYPE_CHECKING:
@@ -109,23 +110,29 @@ def _connected(stack: ExitStack, scheduler: str, workers: int | None) -> "Client
         return stack.enter_context(Client(_local(stack, workers)))
     if workers is not None:
         raise FleetError(f"--workers {workers}: the scheduler {scheduler} has its own workers")
-    there: dict[str, Any] = {"address": scheduler}
-    if not scheduler.startswith(SCHEMES):
-        if not Path(scheduler).is_file():
-            raise FleetError(
-                f"--scheduler {scheduler}: expected {LOCAL}, an address such as tcp://10.0.0.5:8786, or the file "
-                "of a scheduler; there is no such file"
-            )
-        there = {"scheduler_file": scheduler}
+    address = scheduler if scheduler.startswith(SCHEMES) else _address_in(Path(scheduler))
     try:
-        client = stack.enter_context(Client(**there, timeout=CONNECT_WITHIN))
+        client = stack.enter_context(Client(address, timeout=CONNECT_WITHIN))
         client.wait_for_workers(1, timeout=WORKERS_WITHIN)
-    except (OSError, ValueError, KeyError, TypeError) as error:  # TimeoutError is one of the first
+    except (OSError, ValueError) as error:  # TimeoutError is one of the first
         raise FleetError(
             f"--scheduler {scheduler}: no scheduler with a worker answers ({type(error).__name__}); "
             "start them with 'dask scheduler' and 'dask worker', or leave the option out"
         ) from None
     return client
+
+
+def _address_in(path: Path) -> str:
+    """Of the scheduler that wrote a file."""
+    if not path.is_file():
+        raise FleetError(
+            f"--scheduler {path}: expected {LOCAL}, an address such as tcp://10.0.0.5:8786, or the file of a "
+            "scheduler; there is no such file"
+        )
+    address = read_json(path).get("address")
+    if not isinstance(address, str) or not address.startswith(SCHEMES):
+        raise FleetError(f"--scheduler {path}: no address of a scheduler in this file")
+    return address
 
 
 def _local(stack: ExitStack, workers: int | None) -> Any:  # noqa: ANN401, a class of Dask
