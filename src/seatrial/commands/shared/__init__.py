@@ -5,7 +5,7 @@ import argparse
 import os
 import re
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from seatrial.util.printing import STANDARD_OUTPUT, put
 from seatrial.util.progress import over
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from contextlib import AbstractContextManager
 
     import msgspec
@@ -238,6 +238,19 @@ def workers_of(args: argparse.Namespace) -> "AbstractContextManager[Farm] | None
     from seatrial.fleet.dask_cluster import cluster
 
     return cluster(args.scheduler, args.workers)
+
+
+@contextmanager
+def on_workers(args: argparse.Namespace) -> "Iterator[None]":
+    """Long work inside is done by the workers that a command's options name."""
+    from seatrial.util.parallel import working_on
+
+    workers = workers_of(args)
+    if workers is None:
+        yield
+        return
+    with workers as farm, working_on(farm):
+        yield
 
 
 def add_exports(command: argparse.ArgumentParser) -> None:
