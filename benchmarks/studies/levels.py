@@ -13,6 +13,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
@@ -70,10 +71,8 @@ def timed(extension: str) -> tuple[float, dict[str, Any]]:
     ship = bundled_data() / "cse1"
     vehicle = seatrial.load_vehicle(ship / "vehicle.yaml")
     recording = seatrial.read(ship / "mcap" / "CSE1_data_random_run1.mcap", vehicle)
-    try:
+    with suppress(Reached):
         seatrial.identify([recording], vehicle)
-    except Reached:
-        pass
     times = []
     for _ in range(REPEATS):
         begin = time.thread_time()
