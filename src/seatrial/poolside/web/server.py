@@ -2,6 +2,7 @@
 """The page's server in a thread of its own."""
 
 import socket
+import sys
 import threading
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -17,6 +18,7 @@ from seatrial.util.errors import LiveError
 LOOPBACK, PORT = "127.0.0.1", 8330
 WAITING = 8  # connections that wait to be accepted
 MOST_CONNECTIONS = 64  # at the same time
+SWITCH = 0.0005  # [s]
 LONGEST_END = 5.0  # [s]
 LONGEST_MESSAGE = 1024  # [bytes] from a page: it sends none
 
@@ -43,6 +45,8 @@ class PageServer:
 
     def serve(self, controller: Controller) -> None:
         """Answer from now on, in a thread."""
+        # by default a thread that computes keeps the interpreter for 5 ms each time that this one wants it
+        sys.setswitchinterval(SWITCH)
         others = not ip_address(self.place.address).is_loopback
         config = uvicorn.Config(
             make_app(controller, token=self.place.token, others=others),
