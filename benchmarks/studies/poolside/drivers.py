@@ -35,13 +35,7 @@ class Driver(ABC):
 
     def look(self, t: float, x: Array) -> Array:
         """The same within the walls."""
-        if self._turns_back(x):
-            self.interrupted()
-            return self.to_middle(x)
-        return self.drive(t, x)
-
-    def interrupted(self) -> None:
-        """What was driven is over."""
+        return self.to_middle(x) if self._turns_back(x) else self.drive(t, x)
 
     def to_middle(self, x: Array) -> Array:
         """Sticks towards the middle: sideways where the boat can, else bow first."""
@@ -75,6 +69,7 @@ class Protocol(Driver):
         self.length = PROTOCOL * len(axes)
 
     def drive(self, t: float, x: Array) -> Array:
+        """As of `Driver`."""
         pilot = self.pilots[min(int(t // PROTOCOL), len(self.pilots) - 1)]
         return self.water.inputs(np.clip(pilot.drive(t, x), -1.0, 1.0))
 
@@ -87,6 +82,7 @@ class AtRandom(Driver):
         self.until, self.sticks = 0.0, np.zeros(3)
 
     def drive(self, t: float, x: Array) -> Array:
+        """As of `Driver`."""
         if t >= self.until:
             entry, pausing = self.water.operator, bool(self.sticks.any())
             low, high = entry.pause if pausing else entry.pulse
@@ -110,10 +106,15 @@ class Guided(Driver):
         self.begun = 0.0
         self.sizes = np.ones(0)
 
-    def interrupted(self) -> None:
-        self.now = None
+    def look(self, t: float, x: Array) -> Array:
+        """As of `Driver`; a manoeuvre that the walls end is over."""
+        if self._turns_back(x):
+            self.now = None
+            return self.to_middle(x)
+        return self.drive(t, x)
 
     def drive(self, t: float, x: Array) -> Array:
+        """As of `Driver`."""
         if self.now is None or t >= self.begun + self.now.seconds:
             found = self.advisor.advise(self.model, x, self.needs, driven=self.coverage.driven)
             self.now, self.begun = found[0], t + REACTION

@@ -63,12 +63,15 @@ class PaperPool:
 
     @property
     def state(self) -> Array:
+        """As of `Water`."""
         return np.array(self._plant.state)
 
     def inputs(self, sticks: Array) -> Array:
+        """As of `Water`."""
         return np.clip(sticks, -1.0, 1.0)
 
     def step(self, command: Array) -> Poses:
+        """As of `Water`."""
         self._plant.command(self._ticks * self.tick, np.ascontiguousarray(command))
         self._ticks += 1
         self._plant.advance_to(self._ticks * self.tick)
@@ -77,6 +80,7 @@ class PaperPool:
         return [(self._ticks * self.tick, self.state[:3] + self._noise * self._rng.normal(size=3))]
 
     def truth(self, names: tuple[str, ...]) -> Array:
+        """As of `Water`."""
         return true_parameters(self.plan, names)
 
 
@@ -106,17 +110,21 @@ class TwinInWind:
 
     @property
     def state(self) -> Array:
-        return np.array(self._sea._core.state)
+        """As of `Water`."""
+        return np.array(self._sea.state)
 
     def inputs(self, sticks: Array) -> Array:
+        """As of `Water`."""
         both = np.array([sticks[0] - sticks[2], sticks[0] + sticks[2]])
         return both / max(1.0, float(np.abs(both).max()))
 
     def step(self, command: Array) -> Poses:
+        """As of `Water`."""
         self._sea.command(command)
         return self._sea.advance()
 
     def truth(self, names: tuple[str, ...]) -> Array:
+        """As of `Water`."""
         zones = {"edge_forward": 0.05, "edge_reverse": 0.05, "latency": 0.06, "lag": 0.2}
         gain = 1.0 if any(n.startswith("edge") for n in names) else 1.0 / (1.0 - 0.05)
         known = {n: v * (gain if n.endswith("_F") else 1.0) for n, v in self._true.values.items()}
