@@ -99,7 +99,7 @@ def parameter_states(model: Model, needs: Sequence[Need]) -> tuple[ParameterStat
     """Every estimated parameter, with the half-width that the needs it takes part in leave it."""
     names, chain = model.parameters, model.vehicle.constants
     values = np.concatenate([model.coefficients, model.constants])
-    widths = NORMAL_95 * np.sqrt(np.diag(model.covariance))
+    widths = NORMAL_95 * np.sqrt(np.maximum(np.diag(model.covariance), 0.0))
     rooms = [_room(need, model.covariance, widths) for need in needs]
     needed = np.min([np.full(len(names), np.inf), *rooms], axis=0)
     found = []
