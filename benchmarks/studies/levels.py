@@ -7,13 +7,13 @@ builds the core per level into build/levels/, and times the first pass of an ide
 (least of several, CPU time) in turn with the lowest level's.
 """
 
+import contextlib
 import os
 import pickle
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
@@ -71,7 +71,7 @@ def timed(extension: str) -> tuple[float, dict[str, Any]]:
     ship = bundled_data() / "cse1"
     vehicle = seatrial.load_vehicle(ship / "vehicle.yaml")
     recording = seatrial.read(ship / "mcap" / "CSE1_data_random_run1.mcap", vehicle)
-    with suppress(Reached):
+    with contextlib.suppress(Reached):
         seatrial.identify([recording], vehicle)
     times = []
     for _ in range(REPEATS):
