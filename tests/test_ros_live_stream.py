@@ -5,7 +5,6 @@ import json
 import os
 import socket
 import subprocess
-import sys
 import threading
 import time
 from dataclasses import replace
@@ -23,7 +22,14 @@ from seatrial.poolside.sources.lines import datagrams
 
 pytestmark = pytest.mark.system
 __all__ = ["model"]
-CHANGE = {"state": "confirmed", "cause": "mass", "what": "mass", "probability": 0.97, "size": 0.2, "error": 0.03}
+CHANGE = {
+    "state": "confirmed",
+    "cause": "mass",
+    "what": "mass",
+    "probability": 0.97,
+    "size": 0.2,
+    "error": 0.03,
+}
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +55,9 @@ def received(inlet, count):
 
 
 @pytest.mark.parametrize("flip", [False, True])
-def test_lines_are_what_the_odometer_takes_in_the_file_s_own_axes(program, model, inlet, tmp_path, flip):
+def test_lines_are_what_the_odometer_takes_in_the_file_s_own_axes(
+    program, model, inlet, tmp_path, flip
+):
     boat, path = model
     if flip:
         boat = replace(boat, vehicle=frd(boat.vehicle))
@@ -64,11 +72,9 @@ def test_lines_are_what_the_odometer_takes_in_the_file_s_own_axes(program, model
     np.testing.assert_array_equal(json.loads(placed)["pose"], [0.1, -0.2, 0.3])
     assert len(reader(command).values) == 3
     assert json.loads(command)["stamp"] == EPOCH
-    plain = replace(model[0], vehicle=model[0].vehicle)
     play(program, events, model=model[1], live_port=inlet.getsockname()[1])
     first, _ = received(inlet, 2)
     np.testing.assert_array_equal(json.loads(first)["command"], json.loads(command)["command"])
-    assert plain.vehicle.inputs == boat.vehicle.inputs
 
 
 def test_a_session_hears_the_node(program, model):
@@ -76,7 +82,11 @@ def test_a_session_hears_the_node(program, model):
     found: list[object] = []
     thread = threading.Thread(target=lambda: found.extend(source))
     thread.start()
-    events = [line for k in range(50) for line in (joy(EPOCH + k, 0.1, 0.2, 0.3, 0.4), pose(EPOCH + k, 1.0, 2.0, 0.1))]
+    events = [
+        line
+        for k in range(50)
+        for line in (joy(EPOCH + k, 0.1, 0.2, 0.3, 0.4), pose(EPOCH + k, 1.0, 2.0, 0.1))
+    ]
     play(program, events, model=model[1], live_port=source._endpoint.port)
     end = time.monotonic() + 10.0
     while len(found) < 100 and time.monotonic() < end:
@@ -129,7 +139,7 @@ def test_a_change_of_the_boat_is_diagnosed(program, model, inlet):
 def test_a_change_that_is_over_is_not_diagnosed(program, model, inlet):
     line = json.dumps({"t": 1.0, "change": CHANGE}).encode()
     found = answered(program, model, inlet, [line, b'{"t": 2, "pose": [0,0,0]}'])
-    assert not [text for text in found if "change" in text]
+    assert not [text for text in found if "boat changed" in text or "change:" in text]
 
 
 HOSTILE = [
@@ -162,16 +172,20 @@ def test_answers_of_others_are_not_heard(program, model, inlet):
     assert "boat changed" not in str(rows)
 
 
-@pytest.mark.parametrize(("value", "words"), [(70000, "expected 0 to 65535"), (90.5, "a whole number"), (-1, "0 to")])
+@pytest.mark.parametrize(
+    ("value", "words"), [(70000, "expected 0 to 65535"), (90.5, "a whole number"), (-1, "0 to")]
+)
 def test_a_port_that_is_none_is_refused(program, model, value, words):
     with pytest.raises(RuntimeError, match=words):
         play(program, [], model=model[1], live_port=value)
 
 
-def test_an_adapted_model_is_taken_once_it_is_written_and_odometry_does_not_jump(program, model, tmp_path):
+def test_an_adapted_model_is_taken_once_it_is_written_and_odometry_does_not_jump(
+    program, model, tmp_path
+):
     boat, path = model
     adapted = tmp_path / "adapted.yaml"
-    heavier = replace(boat, values={k: v / 1.2 for k, v in boat.values.items()}) if hasattr(boat, "values") else boat
+    heavier = replace(boat, coefficients=boat.coefficients / 1.2)
     with subprocess.Popen(
         [program, f"model={path}", f"adapted_model={adapted}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
     ) as node:  # fmt: skip
@@ -189,14 +203,15 @@ def test_an_adapted_model_is_taken_once_it_is_written_and_odometry_does_not_jump
         changed, after, again = (node.stdout.readline().split() for _ in range(3))
         assert changed == ["adopt", str(adapted)]
         assert again == ["adopt", str(adapted)]
-        here, there = (np.array([float.fromhex(x) for x in row[1:4]]) for row in (before[-1], after))
+        here, there = (
+            np.array([float.fromhex(x) for x in row[1:4]]) for row in (before[-1], after)
+        )
         np.testing.assert_allclose(here, there, atol=1e-9)
         adapted.write_text("broken")
         os.utime(adapted, ns=(1, EPOCH))
         send(f"{end} adopt", f"{end} adopt")
         wrong, quiet = (node.stdout.readline() for _ in range(2))
         assert "adapted.yaml" in wrong
-        assert "adopt " + str(adapted) not in wrong
+        assert "expected 'key: value' lines" in wrong
         assert quiet.split() == ["adopt", str(adapted)]
         node.stdin.close()
-    assert sys.platform
