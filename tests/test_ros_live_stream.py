@@ -5,6 +5,7 @@ import json
 import os
 import socket
 import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
@@ -13,15 +14,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cpp_tools import built
+from test_changes import drives, sent
+from test_changes import model as driven_model
 from test_model import frd
 from test_ros_node import EPOCH, joy, model, play
 
 import seatrial
+from seatrial.evaluation.comparison.cause_candidates import ONE_THRUSTER
 from seatrial.onboard.live import Reader
 from seatrial.poolside.sources.lines import datagrams
 
 pytestmark = pytest.mark.system
-__all__ = ["model"]
+__all__ = ["driven_model", "drives", "model"]
 CHANGE = {
     "state": "confirmed",
     "cause": "mass",
@@ -215,3 +219,121 @@ def test_an_adapted_model_is_taken_once_it_is_written_and_odometry_does_not_jump
         assert "expected 'key: value' lines" in wrong
         assert quiet.split() == ["adopt", str(adapted)]
         node.stdin.close()
+
+
+class Node:
+    """The node without ROS, to which events are given one after another."""
+
+    def __init__(self, program, **settings) -> None:
+        self.process = subprocess.Popen(
+            [program, *(f"{name}={value}" for name, value in settings.items())],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+
+    def give(self, events) -> None:
+        for event in events:
+            self.process.stdin.write(event + "\n")
+
+    def ask(self, event) -> list[str]:
+        """The answer to an event that has one."""
+        self.give([event])
+        self.process.stdin.flush()
+        return self.process.stdout.readline().split()
+
+    def end(self) -> str:
+        return self.process.communicate(timeout=30.0)[0]
+
+
+def events_of(rows):
+    """The messages of a drive: a joypad's axes and SLAM's poses."""
+    for stamp, kind, values in rows:
+        if kind == "pose":
+            yield pose(stamp, *values.tolist())
+        else:
+            yield joy(stamp, values[1], values[0], 0.0, values[2])
+
+
+def test_a_changed_boat_is_found_beside_the_node_and_its_model_taken(
+    program, driven_model, drives, tmp_path
+):
+    """Node, `seatrial predict --live`, diagnostics, adapted model: a thruster at 60 %, on a line of its own."""
+    path, adapted = tmp_path / "model.yaml", tmp_path / "adapted.yaml"
+    seatrial.save(driven_model, path)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [
+        "predict",
+        path,
+        "--live",
+        "--udp",
+        port,
+        "--adapt",
+        "ask",
+        "--adapted",
+        adapted,
+        "--rate",
+        10,
+    ]
+    beside = subprocess.Popen(
+        [str(Path(sys.executable).parent / "seatrial"), *map(str, command)], stderr=subprocess.PIPE, text=True
+    )  # fmt: skip
+    node = Node(program, model=path, live_port=port, adapted_model=adapted)
+    rows = [row for row in sent(drives[ONE_THRUSTER]) if np.isfinite(row[2]).all()]
+    end = rows[-1][0]
+    try:
+        until(lambda: listens(port))
+        drive(node, [row for row in rows if row[0] < end - 5 * 10**9])
+        said = [beside.stderr.readline() for _ in range(2)]
+        assert ["noticed" in said[0], "confirmed" in said[1]] == [True, True]
+        drive(node, [row for row in rows if row[0] >= end - 5 * 10**9])
+        before = node.ask(f"{end} tick")
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as pilot:
+            pilot.sendto(json.dumps({"stamp": end, "adapt": True}).encode(), ("127.0.0.1", port))
+        until(adapted.exists)
+        assert node.ask(f"{end} adopt") == ["adopt", str(adapted)]
+        after = node.ask(f"{end} tick")
+        np.testing.assert_allclose(
+            *[[float.fromhex(x) for x in row[1:4]] for row in (before, after)], atol=1e-9
+        )
+        assert before[4:7] != after[4:7]  # the velocity is the changed model's
+        text = node.end()
+    finally:
+        beside.kill()
+        beside.communicate()
+    assert "boat changed (confirmed): one thruster" in text
+    assert "change: what: F_2" in text
+    assert f"model: mallard ({adapted})" in text
+
+
+def drive(node, rows) -> None:
+    """Rows at 20 times their pace, with a tick after each pose."""
+    begin, first = time.monotonic(), rows[0][0]
+    for (stamp, kind, _), event in zip(rows, events_of(rows), strict=True):
+        if kind == "pose":
+            time.sleep(max(0.0, begin + (stamp - first) * 5e-11 - time.monotonic()))
+            node.give([event])
+            node.ask(f"{stamp} tick")
+        else:
+            node.give([event])
+    for _ in range(3):
+        node.give([f"{rows[-1][0]} wait"])
+        for _ in range(60):
+            node.ask(f"{rows[-1][0]} tick")
+
+
+def listens(port) -> bool:
+    """Whether somebody has this port."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        try:
+            other.bind(("127.0.0.1", port))
+        except OSError:
+            return True
+        return False
+
+
+def until(condition, patience=60.0) -> None:
+    end = time.monotonic() + patience
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
