@@ -24,8 +24,8 @@ class SignalRows:
     """Rows of a signal, in order of their stamps: 8 (1 + width) bytes a row, and at most half as much again."""
 
     def __init__(self, width: int, most: int = MOST_ROWS) -> None:
-        self._stamps = np.zeros(FIRST_ROWS, dtype=np.int64)
-        self._values = np.zeros((FIRST_ROWS, width))
+        self._stamps = np.zeros(min(FIRST_ROWS, most), dtype=np.int64)
+        self._values = np.zeros((len(self._stamps), width))
         self._most = most
         self.n = 0
         self.dropped = 0  # rows
@@ -130,6 +130,13 @@ class DriveLog:
                 if self._rows[kind].n
             ]
         return (int(min(s[0] for s in found)), int(max(s[1] for s in found))) if found else None
+
+    def before(self, stamp: int, rows: int) -> int:
+        """The stamp [ns] of the pose so many rows before another stamp; of the first, where there are fewer."""
+        with self._lock:
+            kind = "position" if self._rows["position"].n else "pose"
+            stamps = self._rows[kind].stamps
+            return int(stamps[max(0, int(np.searchsorted(stamps, stamp, side="right")) - rows)])
 
     def rows(self, kind: str) -> int:
         """Number of rows of a kind."""
