@@ -20,7 +20,7 @@ from seatrial.workflow.fitness import Use
 WATERS = {"pool": PaperPool, "twin": TwinInWind}
 DRIVERS = {"S1 to S3": Protocol, "at random": AtRandom, "guided": Guided}
 WORK, WORK_SHARE = 1.0, 0.02  # [s], of the drive, between two looks at the estimate
-LONGEST = 600.0  # [s] of a drive
+LONGEST = 400.0  # [s] of a drive
 NANO = 1e9
 AT_WALL = 0.05  # [m] into the boat's radius, from which on it is at a wall
 
