@@ -114,15 +114,15 @@ def _ranked(
     point = _point(model)
     free = np.ix_(*2 * [[model.parameters.index(name) for name in point.names]])
     runs = point.run_filter([one.drive.recording for one in candidates])
-    before, size = _excess(model.covariance, needs), np.linalg.slogdet(model.covariance[free])[1]
+    before = _excess(model.covariance, needs)
     scored = []
     for i, one in enumerate(candidates):
         if not runs.by_recording[i].good:
             continue
         after = np.zeros_like(model.covariance)
-        after[free] = _added(model.covariance[free], trust * information_of(runs, i))
+        information = trust * information_of(runs, i)
+        after[free], smaller = _added(model.covariance[free], information)
         gain = before - _excess(after, needs)
-        smaller = float(size - np.linalg.slogdet(after[free])[1])
         scored.append((gain / one.pattern.seconds, smaller / one.pattern.seconds, i, after))
     scored.sort(key=lambda row: (-row[0], -row[1]))
     return [_state(model, candidates[i], after) for _, _, i, after in scored[:MOST_ADVICE]]
@@ -147,18 +147,23 @@ def _point(model: Model) -> ReferencePoint:
     )
 
 
-def _added(covariance: Array, information: Array) -> Array:
-    """The covariance (p, p) after more information (p, p), in units of the standard errors."""
+def _added(covariance: Array, information: Array) -> tuple[Array, float]:
+    """The covariance (p, p) after more information (p, p), and the fall of its log-determinant.
+
+    In units of the standard errors. A direction with a negative eigenvalue, by rounding, counts as known.
+    """
     size = np.sqrt(np.diag(covariance))
     scale = np.outer(size, size)
-    root = np.linalg.cholesky(covariance / scale + 1e-12 * np.eye(len(size)))
+    spectrum, vectors = np.linalg.eigh(covariance / scale)
+    root = vectors * np.sqrt(np.maximum(spectrum, 0.0))
     inner = np.eye(len(size)) + root.T @ (information * scale) @ root
-    return np.asarray(root @ np.linalg.solve(inner, root.T) * scale)
+    after = root @ np.linalg.solve(inner, root.T) * scale
+    return np.asarray(after), float(np.linalg.slogdet(inner)[1])
 
 
 def _state(model: Model, one: Candidate, after: Array) -> ManoeuvreState:
     """With the parameter whose interval it shortens most, by a covariance (p, p) after it."""
-    before = np.sqrt(np.diag(model.covariance))
+    before = np.sqrt(np.maximum(np.diag(model.covariance), 0.0))
     left = np.sqrt(np.maximum(np.diag(after), 0.0))
     best = int(np.argmin(np.where(before > 0.0, left / np.where(before > 0.0, before, 1.0), 1.0)))
     pattern, t = one.pattern, one.drive.recording.t

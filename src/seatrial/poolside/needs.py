@@ -99,7 +99,7 @@ def parameter_states(model: Model, needs: Sequence[Need]) -> tuple[ParameterStat
     """Every estimated parameter, with the half-width that the needs it takes part in leave it."""
     names, chain = model.parameters, model.vehicle.constants
     values = np.concatenate([model.coefficients, model.constants])
-    widths = NORMAL_95 * np.sqrt(np.diag(model.covariance))
+    widths = NORMAL_95 * np.sqrt(np.maximum(np.diag(model.covariance), 0.0))
     rooms = [_room(need, model.covariance, widths) for need in needs]
     needed = np.min([np.full(len(names), np.inf), *rooms], axis=0)
     found = []
@@ -119,11 +119,11 @@ def _room(need: Need, covariance: Array, widths: Array) -> Array:
     parameter alone may be, and its width where that is larger: errors of others then cancel its own.
     """
     ratio, alone = need.ratio(covariance), np.sqrt(np.diag(need.form))
-    room = (
-        widths / ratio
-        if ratio > 1.0
-        else np.maximum(widths, need.allowed / np.maximum(alone, 1e-300))
-    )
+    if ratio > 1.0:
+        room = widths / ratio
+    else:
+        own = np.divide(need.allowed, alone, out=np.full(len(alone), np.inf), where=alone > 0.0)
+        room = np.maximum(widths, own)
     return np.where(need.parts(covariance) >= TAKES_PART, room, np.inf)
 
 

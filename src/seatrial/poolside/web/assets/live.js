@@ -8,6 +8,7 @@ import { fill, make, place, short, signed } from "./tables.js";
 
 const AGAIN = 1000; // [ms] until the next attempt to connect
 const REFUSED = 1008; // code of a WebSocket's close
+const MANY = 4; // stick positions, above which they are smaller
 const COUNT = 3; // [s] before a manoeuvre
 let state = null;
 let driving = null; // a manoeuvre that is driven, and since when
@@ -64,21 +65,22 @@ function facts() {
 // the one thing to do, and what is known about it
 function order() {
   const wrong = state.signals.find((one) => one.level === "error");
-  if (state.saved.length) return ["done", "Saved", "Saved. The drive is over.", saved()];
+  if (state.saved.length) return ["done", "Saved", state.message || "Saved. The drive is over.", saved()];
   if (state.saving) return ["wait", "Saving", `Wait: ${state.saving}`, []];
   if (state.stopped) return ["wait", "Stopped", "The session is over.", [state.message]];
   if (wrong) return ["mend", "Mend first", `${wrong.name}: ${wrong.finding}`, wrong.edit ? ["Vehicle file: ", make("code", "", wrong.edit)] : []];
   if (driving) return driven();
-  if (state.message) return ["mend", "Now", state.message, []];
   if (state.enough) return ["done", "Enough", "Enough for the chosen uses. Press stop and save.", []];
-  if (state.next) return ["act", "Drive next", state.next.text, [reason(state.next)]];
+  if (state.next) return ["act", "Drive next", state.next.text, [[reason(state.next), state.message].join(" ").trim()]];
+  if (state.message) return ["mend", "Now", state.message, []];
   if (state.poses) return ["act", "Now", "Drive: forwards and backwards, to both sides, and turns.", []];
   return ["wait", "Now", "Wait for the first pose.", []];
 }
 
 function reason(next) {
   const walls = next.margin === null ? "" : ` Least distance from the walls ${short(next.margin, 2)} m.`;
-  return `${short(next.seconds, 2)} s, for ${next.parameter}: ± ${short(next.before, 2)} now, ± ${short(next.after, 2)} expected.${walls}`;
+  const gain = next.parameter ? `, for ${next.parameter}: ± ${short(next.before, 2)} now, ± ${short(next.after, 2)} expected` : "";
+  return `${short(next.seconds, 2)} s${gain}.${walls}`;
 }
 
 function saved() {
@@ -93,30 +95,35 @@ let shown = "";
 function now() {
   const [look, title, text, why] = order();
   const next = driving ? driving.next : state.next;
-  const steps = look === "act" && next ? stages(next) : [];
-  place("drive").hidden = look !== "act" || !next || !next.t.length;
+  const steps = look === "act" && next && next.commands.length ? stages(next) : [];
+  place("drive").hidden = look !== "act" || !next || !next.commands.length;
   place("drive").textContent = driving ? "stop the countdown" : "count down and drive it";
+  place("change").textContent = state.change;
   const all = JSON.stringify([look, title, text, why.map((part) => part.textContent || part), steps]);
   if (all === shown) return; // a screen reader hears changes only
   shown = all;
   place("now").className = look;
   place("now-title").textContent = title;
-  place("order").textContent = text;
+  place("order").textContent = text.replaceAll(" %", "\u00a0%");
+  place("sticks").classList.toggle("many", steps.length > MANY);
   fill("why", why);
   fill("sticks", steps.map(([when, what, look_]) => make("li", look_, make("b", "", when), what)));
 }
+
+const tenths = (t) => String(Math.round(10 * t) / 10);
 
 // times with the same sticks, as text
 function stages(next) {
   const found = [];
   next.t.forEach((t, i) => {
-    const what = state.inputs.map((name, k) => `${name} ${signed(next.commands[i][k])}`).join(" · ");
+    const held = state.inputs.map((name, k) => [name, signed(next.commands[i][k])]).filter((one) => one[1] !== "0");
+    const what = held.map((one) => one.join(" ")).join(" · ") || "let go";
     const end = i + 1 < next.t.length ? next.t[i + 1] : next.seconds;
     if (found.length && found[found.length - 1].what === what) found[found.length - 1].end = end;
     else found.push({ begin: t, end, what });
   });
   const since = driving ? elapsed() : -1;
-  return found.map(({ begin, end, what }) => [`${short(begin, 2)}–${short(end, 2)} s`, what,
+  return found.map(({ begin, end, what }) => [`${tenths(begin)}–${tenths(end)} s`, what,
     since < 0 || since < begin ? "" : since < end ? "current" : "over"]);
 }
 

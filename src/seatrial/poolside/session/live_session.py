@@ -10,11 +10,14 @@ from pathlib import Path
 from msgspec import structs
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.parts import Event, Parts
-from seatrial.poolside.saving import save_drive
+from seatrial.poolside.session.body_velocity import BodyVelocity
+from seatrial.poolside.session.parts import Parts, Seen
+from seatrial.poolside.session.saving import save_drive
+from seatrial.poolside.session.track import Row, Track
+from seatrial.poolside.sources import SourceEvent
 from seatrial.poolside.state import LiveState, SignalState
-from seatrial.poolside.track import Row, Track
 from seatrial.util.errors import LiveError, SeatrialError
+from seatrial.util.frames import Array
 from seatrial.util.progress import show_progress
 from seatrial.util.status import Status, duration_text
 
@@ -48,7 +51,8 @@ class Session:
         save: Save | None = None,
     ) -> None:
         self._parts, self._save = parts, save or (lambda path: save_drive(path, folder))
-        self._track = Track(vehicle)
+        self._track, self._velocity = Track(vehicle), BodyVelocity()
+        self._command: Array | None = None  # the newest
         self._state = LiveState(
             vehicle=vehicle.name, axes=vehicle.axes.value, inputs=vehicle.inputs,
             source=parts.source.name, folder=str(folder), walls=tuple(walls),
@@ -72,7 +76,7 @@ class Session:
     def close(self) -> None:
         """End without a model; the recording stays."""
         self._end()
-        self._parts.keeper.close()
+        self._parts.recorder.close()
 
     @property
     def drained(self) -> bool:
@@ -99,7 +103,7 @@ class Session:
         """As of `Controller`. Raises LiveError before the first pose."""
         with self._lock:
             now = self._newest()
-            self._parts.keeper.mark(now, text)
+            self._parts.recorder.mark(now, text)
             marks = (*self._state.marks, (self._track.time, text))
             self._state = structs.replace(self._state, marks=marks)
 
@@ -108,7 +112,7 @@ class Session:
         with self._lock:
             now = self._newest()
             start = now - round(seconds / NANO)
-            self._parts.keeper.discard(start, now)
+            self._parts.recorder.discard(start, now)
             self._parts.estimator.discard(start, now)
             self._track.discard(start)
 
@@ -130,23 +134,34 @@ class Session:
     # Threads
 
     def _take(self) -> None:
+        with self._reported("source"):
+            self._take_all()
+
+    def _take_all(self) -> None:
         for event in self._parts.source:
             if self._ending.is_set():
                 return
             with self._lock:
                 self._track.use(event.kind, event.stamp, event.values)
             with self._reported(RECORDING):
-                self._parts.keeper.use(event.kind, event.stamp, event.values)
+                self._parts.recorder.use(event.kind, event.stamp, event.values)
             with self._inputs:
                 self._use(event)
 
-    def _use(self, event: Event) -> None:
-        parts, given = self._parts, (event.kind, event.stamp, event.values)
-        parts.estimator.use(*given)
-        parts.forecast.use(*given)
-        parts.health.use(*given, event.arrival)
+    def _use(self, event: SourceEvent) -> None:
+        parts, kind, stamp, values = self._parts, event.kind, event.stamp, event.values
+        parts.estimator.use(kind, stamp, values)
+        parts.prediction.use(kind, stamp, values)
+        parts.health.use(kind, stamp, values, event.arrival)
         if parts.detector is not None:
-            parts.detector.use(*given)
+            parts.detector.use(kind, stamp, values)
+        self._cover(event)
+
+    def _cover(self, event: SourceEvent) -> None:
+        if event.kind == "command":
+            self._command = event.values
+        if self._velocity.use(event.kind, event.stamp, event.values) and self._command is not None:
+            self._parts.coverage.add(NANO * event.stamp, self._velocity.nu, self._command)
 
     def _look(self) -> None:
         """Signals, coverage and predictions, several times a second."""
@@ -154,7 +169,7 @@ class Session:
         while not self._ending.wait(LOOK):
             with self._reported("signals"), self._inputs:
                 signals = parts.health.states(parts.source.now())
-                coverage, predictions = parts.forecast.coverage(), parts.forecast.predictions()
+                coverage, predictions = parts.coverage.state(), parts.prediction.states()
                 self._publish(
                     signals=(*self._not_recorded(), *signals),
                     coverage=coverage, predictions=predictions,
@@ -179,11 +194,14 @@ class Session:
     def _estimate(self) -> None:
         if self._parts.estimator.work() and (model := self._parts.estimator.model()) is not None:
             with self._inputs:
-                self._parts.forecast.reload(model)
+                self._parts.prediction.reload(model)
 
     def _advise(self) -> None:
-        pose = None if self.drained else self.state().pose
-        found = self._parts.guide.advise(self._parts.estimator.model(), pose)
+        now = self.state()
+        pose = None if self.drained else now.pose
+        period = now.time / max(now.poses - 1, 1)
+        seen = Seen(now.time, pose, self._velocity.nu, period, now.predictions)
+        found = self._parts.guide.advise(self._parts.estimator.model(), seen)
         self._publish(**structs.asdict(found))
 
     def _watch(self) -> None:
@@ -234,12 +252,12 @@ class Session:
         """Recording first; what comes after it may fail."""
         self._publish(saving="writing the recording", next=None, others=())
         self._end()
-        folder = self._parts.keeper.finish()
+        folder = self._parts.recorder.finish()
         found, problem = {"recording": str(folder)}, ""
         try:
             with show_progress(self._progress):
                 found |= self._save(folder)
-        except SeatrialError as error:
+        except Exception as error:  # whatever it is, the page must not wait for ever
             problem = f"The recording is saved, but there is no model: {error}"
         saved = tuple(found.items())
         self._publish(saving="", saved=saved, stopped=True, message=problem)
