@@ -10,6 +10,7 @@ import pytest
 import seatrial
 from seatrial.identification.estimator import first_maximum
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
+from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.poolside import live_estimator
 from seatrial.poolside.drive_log import DriveLog, SignalRows
 from seatrial.poolside.live_estimator import LiveEstimator
@@ -225,6 +226,17 @@ def test_what_hinders_the_estimate_is_stated():
     live(estimator, ((s + shift, k, v) for s, k, v in rows(later)))
     assert estimator.problem == ""
     assert estimator.model() is not None
+
+
+def test_of_an_automatic_structure_the_usual_terms_are_estimated():
+    vehicle, recording = holonomic(90.0, seed=13)
+    estimator = LiveEstimator(vehicle.with_automatic_structure())
+    live(estimator, rows(recording))
+    model = estimator.model()
+    assert model is not None, estimator.problem
+    usual = with_usual_terms(vehicle.with_automatic_structure())
+    assert model.structure.coefficients == usual.structure.coefficients
+    assert apart(model, seatrial.identify([recording], usual)).max() < 0.1
 
 
 def test_a_start_model_is_the_estimate_until_there_is_one():

@@ -42,6 +42,7 @@ from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import problem_with
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
+from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
 from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
@@ -89,7 +90,8 @@ class Solution:
 class LiveEstimator:
     """The estimate of a drive that goes on; `use` and `model` from any thread, `work` from one.
 
-    vehicle: as of `seatrial.load_vehicle`; one with `structure: auto` gives no estimate until terms are chosen.
+    vehicle: as of `seatrial.load_vehicle`; with `structure: auto` its terms are those that every boat has, with
+    free added mass (`choose_terms` chooses after the drive).
     start: the model until the drive has one of its own, and where the first search begins; effects: as those of
     `seatrial.identify`.
 
@@ -108,8 +110,8 @@ class LiveEstimator:
     def __init__(
         self, vehicle: Vehicle, *, start: Model | None = None, effects: Sequence[str] = ()
     ) -> None:
-        self.vehicle = vehicle
-        self.log = DriveLog(vehicle)
+        self.vehicle = with_usual_terms(vehicle) if vehicle.automatic else vehicle
+        self.log = DriveLog(self.vehicle)
         self._settings = OutputErrorSettings(effects=tuple(effects))
         self._start = start
         self._model = start
