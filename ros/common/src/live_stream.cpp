@@ -35,12 +35,12 @@ bool append(std::string& line, const double* values, std::size_t n) {
   return true;
 }
 
-/// One line of printable text.
+/// One line of printable ASCII: a message's strings are UTF-8, an answer's bytes may be anything.
 std::string shown(const YAML::Node& value) {
   if (!value.IsScalar()) return "";
   std::string text = value.Scalar().substr(0, kShown);
   for (char& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
+    if (c < ' ' || c > '~') c = '?';
   }
   return text;
 }
