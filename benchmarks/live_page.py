@@ -9,7 +9,6 @@ on the page when the first frame with it, or with a newer one, is drawn. A secon
 
 import argparse
 import json
-import resource
 import shutil
 import socket
 import tempfile
@@ -99,16 +98,15 @@ def measure(seconds: float) -> np.ndarray:
             page.goto(server.url)
             page.evaluate(NOTE)
             session.start()
-            used = resource.getrusage(resource.RUSAGE_SELF)
+            used = time.process_time() - time.thread_time()  # this thread sends
             begin = send(text, port)
-            after = resource.getrusage(resource.RUSAGE_SELF)
+            cpu = time.process_time() - time.thread_time() - used
             time.sleep(1.0)
             noted = page.evaluate("() => window.noted")
             state = session.state()
-            cpu = after.ru_utime + after.ru_stime - used.ru_utime - used.ru_stime
             print(f"poses used {state.poses} of {round(POSES * seconds)}; "
                   f"estimate {'there' if state.parameters else 'not there'}, lag {state.lag:.1f} s")  # fmt: skip
-            print(f"CPU of session, server and sender: {cpu / seconds:.0%} of a core")
+            print(f"CPU of session and server: {cpu / seconds:.0%} of a core")
             print(f"frames of the page: {len(noted) / seconds:.1f} a second")
             session.close()
             still.socket.close()  # without the goodbye that it would have to read

@@ -193,6 +193,8 @@ def test_a_mistake_is_one_line(trials, tmp_path, monkeypatch, capsys, arguments,
                 str(trials / "vehicle-MP.yaml"),
                 str(trials / TRIAL),
                 "--no-browser",
+                "--port",
+                "0",
                 *arguments,
             ]
         )
@@ -206,7 +208,19 @@ def test_a_mistake_is_one_line(trials, tmp_path, monkeypatch, capsys, arguments,
 def test_without_its_packages_it_says_what_to_install(trials, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     monkeypatch.delitem(sys.modules, "seatrial.poolside.web.server", raising=False)
-    assert main(["live", str(trials / "vehicle-MP.yaml"), str(trials / TRIAL), "--no-browser"]) == 1
+    assert (
+        main(
+            [
+                "live",
+                str(trials / "vehicle-MP.yaml"),
+                str(trials / TRIAL),
+                "--no-browser",
+                "--port",
+                "0",
+            ]
+        )
+        == 1
+    )
     assert "pip install 'seatrial[live]'" in capsys.readouterr().err
 
 

@@ -24,7 +24,6 @@ seatrial init 00000012.BIN -o boat.yaml --name otter --force""",
     "live": """\
 seatrial live boat.yaml udp:7001 --walls -2 -1.5 2 1.5
 seatrial live boat.yaml run1.bag --speed 10   # how it would have been
-seatrial live model.yaml mavlink:udp:14550 --use odometry -o second-day
 seatrial live boat.yaml udp:7001 --address 192.168.1.5 --token "$SECRET"   # for a phone at the pool""",
     "convert": """\
 seatrial convert 00000012.BIN -o tables
