@@ -27,7 +27,7 @@ PAGES = {  # pictures of pages
 }
 COLOURS = 255  # of a picture: half the size
 WIDTH, HEIGHT = 1200, 800  # [px] of a page
-LIVE_HEIGHT, LIVE_SPEED, LIVE_UNTIL = 1250, 4.0, 80.0  # [px], times the pace, [s] of the drive
+LIVE_HEIGHT, LIVE_SPEED, LIVE_UNTIL = 1250, 2.0, 62.0  # [px], times the pace, [s] of the drive
 
 
 def steps(page: Path) -> Iterator[tuple[str, str]]:
@@ -73,7 +73,7 @@ def poolside(folder: Path, command: Callable[[list[str]], int]) -> None:
     with PageServer(Place(port=0)) as server:
         server.serve(session)
         session.start()
-        while session.state().time < LIVE_UNTIL or session.state().next is None:
+        while session.state().time < LIVE_UNTIL or not session.state().parameters:
             time.sleep(0.1)
         shot = folder / "poolside.png"
         screenshot(

@@ -22,7 +22,7 @@ def screenshot(
     at: str | None,
     whole: bool,
 ) -> None:
-    """Write a PNG of `report`, a file or an address, `width` x `height` [px], from the top or from the element `at`."""
+    """Write a PNG of `report`, a file or an address, `width` by `height` px, from the top or from `at`."""
     from playwright.sync_api import sync_playwright  # noqa: PLC0415
 
     with sync_playwright() as playwright:

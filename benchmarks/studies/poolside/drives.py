@@ -2,10 +2,11 @@
 """A driver's drive with the live estimate, its verdict, and what it costs."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from benchmarks.harness.store import Record
 from benchmarks.studies.poolside.drivers import REACTION, AtRandom, Driver, Guided, Protocol
 from benchmarks.studies.poolside.waters import PaperPool, TwinInWind, Water
 from seatrial.boat.model import Model
@@ -18,7 +19,8 @@ from seatrial.workflow.fitness import Use
 
 WATERS = {"pool": PaperPool, "twin": TwinInWind}
 DRIVERS = {"S1 to S3": Protocol, "at random": AtRandom, "guided": Guided}
-WORK = 1.0  # [s] between two looks at the estimate
+WORK, WORK_SHARE = 1.0, 0.02  # [s], of the drive, between two looks at the estimate
+LONGEST = 400.0  # [s] of a drive
 NANO = 1e9
 AT_WALL = 0.05  # [m] into the boat's radius, from which on it is at a wall
 
@@ -58,7 +60,7 @@ class Drive:
             self._use("command", t + water.offset, row)
             for stamp, pose in water.step(row):
                 self._use("pose", stamp, pose)
-            if t < latest + WORK or not self.estimator.work():
+            if t < latest + max(WORK, WORK_SHARE * t) or not self.estimator.work():
                 continue
             latest = t
             self._new(t)
@@ -122,17 +124,11 @@ def inside(model: Model, water: Water) -> tuple[bool, ...]:
     return tuple(bool(abs(values[n] - truth[n]) <= own[n]) for n in own)
 
 
-def compared(water: str, seed: int) -> dict[str, Outcome]:
-    """All drivers on one boat, the paper's first."""
-    found: dict[str, Outcome] = {}
-    goal: dict[str, float] = {}
-    longest = 0.0
-    for name, make in DRIVERS.items():
-        own = WATERS[water](seed)
-        driver = make(own, seed)
-        longest = driver.length if isinstance(driver, Protocol) else longest
-        found[name] = Drive(own, driver).run(longest, goal)
-        goal = goal or found[name].widths
-    first = found["S1 to S3"]
-    found["S1 to S3"] = replace(first, same=longest)
-    return found
+def record(goals: dict[str, dict[str, float]], water: str, seed: int, name: str) -> Record:
+    """One drive, as values of JSON; goals: half-widths that S1 to S3 reach, by water and seed."""
+    own = WATERS[water](seed)
+    driver = DRIVERS[name](own, seed)
+    goal = goals.get(f"{water} {seed}", {})
+    longest = driver.length if isinstance(driver, Protocol) else LONGEST
+    found = Drive(own, driver).run(longest, goal)
+    return asdict(found if goal else replace(found, same=longest))
