@@ -6,7 +6,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from sign_tables import faults, put_wrong, simulated
-from test_poolside_sources import vehicle
+from test_poolside_sources import VEHICLE, vehicle
 
 from seatrial.poolside.drive_log import DriveLog
 from seatrial.poolside.signal_health import SignalHealth
@@ -109,6 +109,18 @@ def test_constant_and_saturated_commands():
     assert "at its largest value, 0.5" in on_off["F_v"].finding
 
 
+def test_a_heading_in_degrees_is_found_at_its_first_turn():
+    def pose(t):
+        place = boat_at(t)
+        place[2] = (90.0 * t) % 360.0
+        return t, place
+
+    boat = vehicle(pose={**VEHICLE["pose"], "psi": "psi"})
+    state = session(5.0, pose=pose, boat=boat)["pose"]
+    assert state.edit == "pose: psi: {column: psi, unit: deg}"
+    assert "it is in degrees" in state.finding
+
+
 def test_jumps_are_counted_once():
     def pose(t):
         away = round(t * 20) in (60, 150, 151)
@@ -153,6 +165,7 @@ def test_what_is_wrong_in_the_vehicle_file_is_named_with_the_line_that_mends_it(
     assert state.level == "error"
     assert state.finding
     assert entry in state.edit
+    assert "{{" not in state.edit
     mended = SignalHealth(good)
     fill(mended, given[0].read(good))
     assert [s.edit for s in mended.states(mended.last)] == [""] * 4

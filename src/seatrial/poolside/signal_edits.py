@@ -15,7 +15,8 @@ from seatrial.util.files import dump_yaml
 
 OF_INPUTS = (InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED)
 SENDER = (
-    "the lines are after the vehicle file's signs and units: correct the program that sends them"
+    "the lines are after the vehicle file's signs and units: correct the program that sends them; of the "
+    "odometry node the vehicle in its model file"
 )
 
 
@@ -40,6 +41,12 @@ def edits(recording: Recording, vehicle: Vehicle, *, by_columns: bool = True) ->
         text = one.text if by_columns else f"{one.text.partition('; ')[0]}; {SENDER}"
         found += [Edit(signal, text, lines.get(signal, "")) for signal in _signals(one, vehicle)]
     return tuple(found)
+
+
+def heading_in_degrees(vehicle: Vehicle) -> str:
+    """The line of the vehicle file by which psi is in degrees."""
+    column = msgspec.structs.replace(as_column(vehicle.file.pose.psi), unit="deg")
+    return f"pose: {_line('psi', column)}"
 
 
 def _signals(found: Inconsistency, vehicle: Vehicle) -> tuple[str, ...]:
@@ -76,5 +83,7 @@ def _line(key: str, entry: str | Column) -> str:
     content = msgspec.to_builtins(as_column(entry))
     if content.get("column") == content.get("field"):
         content.pop("field", None)
-    inside = dump_yaml(content).strip().replace("\n", ", ")
-    return f"{key}: {{{inside}}}"
+    text = dump_yaml(content).strip()
+    return (
+        f"{key}: {text}" if text.startswith("{") else f"{key}: {{{', '.join(text.splitlines())}}}"
+    )

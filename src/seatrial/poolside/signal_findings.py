@@ -156,6 +156,13 @@ def frozen_findings(
         )
 
 
+def degree_findings(stream: SignalStream, line: str) -> Iterator[Found]:
+    """A heading that wraps at 360. line: of the vehicle file, as it should be."""
+    if stream.turns:
+        advice = f"set unit: deg at pose: psi ({line})" if line else "send radians"
+        yield Found("error", f"psi steps by 360: it is in degrees, not in radians; {advice}", line)
+
+
 def jump_findings(jumps: int) -> Iterator[Found]:
     """Jumps so far."""
     if jumps:

@@ -11,12 +11,13 @@ from threading import Lock
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.signal_edits import Edit, edits
+from seatrial.poolside.signal_edits import Edit, edits, heading_in_degrees
 from seatrial.poolside.signal_findings import (
     OWN_CLOCK,
     Found,
     clock_findings,
     command_findings,
+    degree_findings,
     frozen_findings,
     jump_findings,
     missing,
@@ -122,6 +123,8 @@ class SignalHealth:
             return
         if self._two_places:
             yield Found("error", self._two_places)
+        line = heading_in_degrees(self._vehicle) if self._by_columns else ""
+        yield from degree_findings(stream, line)
         yield from frozen_findings(stream, self._streams.get("command"), now)
         if stream.kind in PLACED:
             yield from jump_findings(self._jumps)

@@ -16,6 +16,7 @@ WINDOW = 10.0  # [s] of arrivals that timing is judged by
 MOST_ROWS = 4096  # in it
 PACE_TIME = 2.0  # [s] of arrivals that show the pace of the stamps
 NANO = 1e-9
+TURN = (350.0, 370.0)  # a step of a heading between these is a turn in degrees
 SIGNALS: tuple[EventKind, ...] = ("command", "scale")  # which hold until the next row
 
 
@@ -38,7 +39,7 @@ class SignalStream:
 
     def __init__(self, kind: EventKind, arrival: int, width: int) -> None:
         self.kind, self.first = kind, arrival
-        self.rows = self.gaps = 0
+        self.rows = self.gaps = self.turns = 0  # turns: steps of a heading by 360
         self.recent: deque[tuple[int, int, Array]] = deque(maxlen=MOST_ROWS)
         self.least, self.most = np.full(width, np.inf), np.full(width, -np.inf)
         self.at_largest: NDArray[np.int64] = np.zeros(width, np.int64)  # rows there
@@ -60,6 +61,8 @@ class SignalStream:
         if self.rows:
             last, _, before = self.newest
             self.gaps += 0.0 < self._gap < (stamp - last) * NANO
+            if self.kind in ("pose", "heading"):
+                self.turns += TURN[0] < abs(float(values[-1] - before[-1])) < TURN[1]
             for i in np.flatnonzero(values != before).tolist():
                 self.changed[i] = arrival
         size = np.abs(values)
