@@ -78,6 +78,7 @@ def test_faults_of_thrusters_that_are_commanded_themselves_are_found(mp):
         assert_found([table], vehicle, name, fault)
 
 
+@pytest.mark.system
 def test_faults_in_the_ships_recordings_are_found(ship, cse1_vehicle):
     harmless = "port_sway<>starboard_sway"  # only their mean enters
     for name, fault in faults(cse1_vehicle).items():

@@ -246,11 +246,11 @@ def test_another_address_than_loopback_needs_a_token(address, token, fault):
 
 
 def test_the_server_listens_where_it_says(session):
-    with PageServer(session, Place(port=0)) as server:
+    with PageServer(Place(port=0)) as server:
+        server.serve(session)
         assert server.url == f"http://127.0.0.1:{server.port}/"
-        again = PageServer(session, Place(port=server.port))
         with pytest.raises(LiveError, match="--port"):
-            again.__enter__()
+            PageServer(Place(port=server.port))
     url = url_of(Place("0.0.0.0", 0, "a secret with spaces"), 8330)
     assert url.endswith(":8330/?token=a%20secret%20with%20spaces")
     assert "0.0.0.0" not in url

@@ -11,6 +11,7 @@ from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.selection.actuator_stages import actuator_groups
 
 
+@pytest.mark.system
 def test_latencies_of_the_real_ship_are_found_beside_a_lag_at_its_bound():
     """The lag ends at its bound, and drags none of the latencies along: they are those without a lag."""
     vehicle = seatrial.load_vehicle(CSE1 / "vehicle.yaml")

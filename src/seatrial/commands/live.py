@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 PORT = 8330
 POLL = 0.2  # [s]
 LAST_LOOK = 1.0  # [s] in which the page gets the last state
+CTRL_C = "Ctrl-C: the recording only"
 NEEDS = "the page needs starlette, uvicorn and websockets: pip install 'seatrial[live]'"
 
 
@@ -75,24 +76,25 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.poolside.session import RECORDING, Wishes, make_session
     from seatrial.poolside.sources import open_source
 
-    serve = _server()
+    open_port = _server()
     guard(args.json, "{", args.boat, args.source, args.area)
     boat = _boat(args.boat)
     vehicle = boat if isinstance(boat, Vehicle) else boat.vehicle
     wishes = Wishes(_area(args), tuple(map(Use, args.use)) or tuple(Use), tuple(args.effect))
     folder = args.out or Path(f"{vehicle.name.replace(' ', '-')}-{time.strftime('%Y%m%d-%H%M%S')}")
-    with open_source(args.source, vehicle, args.speed) as source:
+    with (
+        open_port(args.address, args.port, args.token) as page,
+        open_source(args.source, vehicle, args.speed) as source,
+    ):
         session = make_session(boat, source, folder, wishes)
         try:
-            with serve(session, args.address, args.port, args.token) as page:
-                say(f"page      {page.url}")
-                say(f"recording {folder}")
-                say(
-                    "next: open the page, drive what it shows, press stop and save (Ctrl-C: the recording only)"
-                )
-                open_page(args, page.url)
-                session.start()
-                _wait(session)
+            page.serve(session)
+            session.start()
+            say(f"page      {page.url}")
+            say(f"recording {folder / RECORDING}")
+            say(f"next: open the page, drive what it shows, press stop and save ({CTRL_C})")
+            open_page(args, page.url)
+            _wait(session)
         except KeyboardInterrupt:
             session.close()
             complain(f"stopped; the recording is in {folder / RECORDING}")
@@ -162,12 +164,12 @@ def _area(args: argparse.Namespace) -> "Area | None":
     return Area(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
 
 
-def _server() -> "Callable[[Session, str, int, str | None], PageServer]":
-    """What serves the page. Raises LiveError where its packages are not installed."""
+def _server() -> "Callable[[str, int, str | None], PageServer]":
+    """What opens the port of the page. Raises LiveError where its packages are not installed."""
     from seatrial.util.errors import LiveError
 
     try:
         from seatrial.poolside.web.server import PageServer, Place
     except ImportError as error:
         raise LiveError(f"{NEEDS} ({error})") from None
-    return lambda session, *place: PageServer(session, Place(*place))
+    return lambda *place: PageServer(Place(*place))

@@ -56,8 +56,7 @@ def work_on_boat(out: Path, boat: Boat) -> BoatResult:
     known = _known(folder / RESULT)
     if known is not None and known.made_from == made_from:
         return known
-    if known is not None:
-        _clear(folder)
+    _clear(folder)
     try:
         result = _identified(boat, folder, made_from)
     except SeatrialError as error:
@@ -69,7 +68,7 @@ def work_on_boat(out: Path, boat: Boat) -> BoatResult:
 
 def failed(boat: Boat, error: str, made_from: str = "") -> BoatResult:
     """A boat without a model."""
-    return BoatResult(boat.name, boat.kind, made_from, error, [], "", {}, {}, [], None, "")
+    return BoatResult(boat.name, boat.kind, made_from, error, [], "", {}, {}, [], None)
 
 
 def _digest(boat: Boat) -> str:
@@ -108,7 +107,7 @@ def _known(path: Path) -> BoatResult | None:
 
 
 def _clear(folder: Path) -> None:
-    """Remove what was made from other files or options."""
+    """Remove what was made from other files or options, or is not whole: a model's file has fewer digits."""
     for name in WRITTEN:
         (folder / name).unlink(missing_ok=True)
 
@@ -129,7 +128,7 @@ def _identified(boat: Boat, folder: Path, made_from: str) -> BoatResult:
     return BoatResult(
         boat.name, boat.kind, made_from, None, _recordings(boat, found, unread), _structure(model),
         _parameters(model), _ratios(found.scores), [finding_text(f) for f in asking[:MOST_FINDINGS]],
-        change, found.next.text,
+        change,
     )  # fmt: skip
 
 

@@ -59,7 +59,7 @@ def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResul
     todo = [place for place in range(len(boats)) if place not in found]
     without = len(found)
     ended = farm.outcomes(work_on_boat, out, [boats[place] for place in todo])
-    for done in range(len(todo)):
+    for _ in todo:
         words = f", {without} failed" if without else ""
         with stage(f"boats {len(found)}/{len(boats)}{words}", 1.0 / len(todo)):
             place, outcome = next(ended)

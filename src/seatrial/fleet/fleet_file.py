@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -69,7 +69,7 @@ class Boat:
     recordings: tuple[Path, ...]
     test: str | None = None
     previous: Path | None = None
-    options: Options = Options()
+    options: Options = field(default_factory=Options)
     refused: str = ""  # why it can't be worked on; empty: it can
 
 

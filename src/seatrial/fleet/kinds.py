@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Boats against others of their kind: a robust centre and deviation of each parameter, and who is far from it.
 
-An estimate of boat i is x_i = centre + b_i + e_i with b_i ~ N(0, tau^2) between boats and e_i ~ N(0, s_i^2) of the
-recordings, the random-effects model of meta-analysis (DerSimonian and Laird, 1986). Centre and tau are
-M-estimates with Huber's psi and his proposal 2 (Huber and Ronchetti, Robust Statistics, 2009, section 6.4), so that a
-few odd boats move neither.
+An estimate of boat i is x_i = centre + b_i + e_i: b_i ~ N(0, tau^2) between boats, e_i ~ N(0, s_i^2) of its
+recordings. This is the random-effects model of meta-analysis (DerSimonian and Laird, 1986). Centre and tau are
+M-estimates with Huber's psi and his proposal 2 (Huber and Ronchetti, Robust Statistics, 2009, section 6.4): a few
+odd boats move neither.
 """
 
 import math

@@ -22,13 +22,13 @@ from seatrial.util.frames import AXES, SYMBOLS
 
 ALL_HEAD = ("boat", "kind", "recordings read", *(f"{a} ratio" for a in AXES), "verdict", "why")
 ALL_NOTE = (
-    "Ratio: RMS error of the velocity one second ahead on what was held out, over that of constant velocity; below "
-    "1 the model is worth having. Shaded boats ask for attention. A boat's name leads to its own report."
+    "Ratio: RMS error of the velocity one second ahead on what was held out, over that of constant velocity. "
+    "Below 1 the model is worth having. Shaded boats ask for attention. A boat's name leads to its own report."
 )
 KIND_NOTE = (
     "Centre: robust mean over the boats. Between boats: standard deviation of the boats themselves, without the "
-    "standard errors of their estimates. z: distance of a boat from the centre in standard deviations. A boat differs "
-    "where chance explains no so large z, by Holm's correction over all boats and parameters of the kind."
+    "standard errors of their estimates. z: distance of a boat from the centre in standard deviations. "
+    "A boat differs where chance does not explain its z, by Holm's correction over all boats and parameters."
 )
 CHANGE_NOTE = "Each boat against its previous model; significant by Holm's correction over parameters and boats."
 RECORDING_NOTE = (

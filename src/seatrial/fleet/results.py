@@ -55,7 +55,6 @@ class BoatResult(Part, frozen=True):
     ]  # RMS error over that of constant velocity on what was held out, by u, v, r
     findings: list[str]  # on the model, those that ask for an action
     change: Change | None  # null: there is no previous model
-    next: str  # what to do next
     seatrial: Literal["boat 1"] = "boat 1"
 
 

@@ -108,9 +108,9 @@ def proposed(
         proposal = propose()
     wrong = contradicting_names(proposal.drive.forces, given.axes)
     if ask is not None and wrong and not is_log(first):
-        names = joined(wrong)
-        answers = OTHER_END, OTHER_NAMES.format(names=names)
-        if ask.choose(SIDES_QUESTION.format(names=names), answers) == OTHER_END:
+        said = joined(wrong)
+        answers = OTHER_END, OTHER_NAMES.format(names=said)
+        if ask.choose(SIDES_QUESTION.format(names=said), answers) == OTHER_END:
             given = replace(given, stern=not given.stern)
             proposal = propose()
     return proposal, given

@@ -222,7 +222,7 @@ def _fit(
                 *homogeneity_findings(at),
                 *drift_findings(at),
             ]
-        findings += [*_outliers(at), *prediction_findings(at, horizon), *_at_bound_findings(at)]
+        findings += [*_outliers(at), *prediction_findings(at, horizon), *at_bound_findings(at)]
         if horizon:
             findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
         # what disturbed intervals do to the standard errors
@@ -246,7 +246,7 @@ def _fit(
     )
 
 
-def _at_bound_findings(at: Point) -> list[Finding]:
+def at_bound_findings(at: Point) -> list[Finding]:
     """A finding on each parameter that ends at a bound."""
     problem, findings = at.runs.problem, []
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:

@@ -24,8 +24,8 @@ class SignalRows:
     """Rows of a signal, in order of their stamps: 8 (1 + width) bytes a row, and at most half as much again."""
 
     def __init__(self, width: int, most: int = MOST_ROWS) -> None:
-        self._stamps = np.zeros(FIRST_ROWS, dtype=np.int64)
-        self._values = np.zeros((FIRST_ROWS, width))
+        self._stamps = np.zeros(min(FIRST_ROWS, most), dtype=np.int64)
+        self._values = np.zeros((len(self._stamps), width))
         self._most = most
         self.n = 0
         self.dropped = 0  # rows

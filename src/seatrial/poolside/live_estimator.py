@@ -18,10 +18,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import first_maximum, fit, integration_step
+from seatrial.identification.estimator import (
+    at_bound_findings,
+    first_maximum,
+    fit,
+    integration_step,
+)
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.likelihood.optimiser import (
@@ -34,6 +40,8 @@ from seatrial.identification.likelihood.optimiser import (
 )
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.selection.actuator_selection import problem_with
+from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
 from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
@@ -55,6 +63,11 @@ WARM_PASSES = 12  # full ones of a warm search, at most
 STEP = 250_000_000  # [ns] of new poses that the filter goes on along at once
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 100  # rows before the new poses, which show their faults
+NO_MAXIMUM = (
+    "the search over the whole drive found no maximum: did the boat change? The estimate goes on from the last "
+    "one. Begin a new session after a change of the boat"
+)
+RENEWED = (FindingKind.AT_BOUND, FindingKind.SHORT_BLOCKS)  # findings of every search
 
 
 @dataclass(frozen=True)
@@ -103,6 +116,7 @@ class LiveEstimator:
         self._solution: Solution | None = None
         self._problem = _waiting(0.0)
         self._searched = 0.0  # [s] of the drive at the last search
+        self._anew = False  # whether the next search begins from nothing
         self._begun: int | None = None  # [ns] stamp of the drive's first pose
 
     def use(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
@@ -110,9 +124,12 @@ class LiveEstimator:
         return self.log.add(kind, stamp, values)
 
     def discard(self, start: int, end: int) -> None:
-        """Leave out the poses of an interval [ns]; the next `work` searches without them."""
+        """Leave out the poses of an interval [ns]; the next `work` searches anew without them.
+
+        What is condensed stays.
+        """
         self.log.discard(start, end)
-        self._searched = 0.0
+        self._anew, self._searched = True, 0.0
 
     def model(self) -> Model | None:
         """The current estimate with its covariance; None: there is none yet, and `problem` says why."""
@@ -132,17 +149,19 @@ class LiveEstimator:
     def work(self, *, ended: bool = False) -> bool:
         """Do what is due, and return whether the estimate changed: milliseconds, or seconds of a search.
 
-        ended: no more rows come, so none is waited for.
+        ended: no more rows come. So none is waited for, and the last search is over the whole drive.
         """
         length = self._length()
         if length < FIRST_LENGTH:
             self._problem = _waiting(length)
             return False
-        if length >= max(WARM_GROWTH * self._searched, self._searched + LEAST_GROWTH):
+        hold = 0 if ended else HOLD
+        due = max(WARM_GROWTH * self._searched, self._searched + LEAST_GROWTH)
+        if length >= due or (ended and length > self._searched):
             self._searched = length
-            if self._search(length):
+            if self._search(length, hold):
                 return True
-        return self._solution is not None and self._go_on(self._solution, 0 if ended else HOLD)
+        return self._solution is not None and self._go_on(self._solution, hold)
 
     def _length(self) -> float:
         """Seconds of the drive, from its first pose."""
@@ -152,36 +171,52 @@ class LiveEstimator:
         self._begun = span[0] if self._begun is None else min(self._begun, span[0])
         return 1e-9 * (span[1] - self._begun)
 
-    def _search(self, length: float) -> bool:
+    def _search(self, length: float, hold: int) -> bool:
+        anew, self._anew = self._anew, False
         last = self._solution
         try:
             recording = self.log.recording(None if last is None else last.first)
-            found = self._found(recording, length, last)
+            few = len(recording.t) < MOST_THOROUGH
+            found, thorough = self._found(recording, length, None if anew and few else last)
+            self._solution = _solution(found, thorough, hold)
         except SeatrialError as error:
             self._problem = str(error)
             return False
-        self._solution, self._model, self._problem = found, found.model, ""
+        self._model, self._problem = _stepped(self._solution, self._solution.going.at()), ""
         return True
 
-    def _found(self, recording: Recording, length: float, last: Solution | None) -> Solution:
-        """What is due of a warm and a thorough search. Raises SeatrialError where there is no solution."""
-        few = len(recording.t) < MOST_THOROUGH
-        if last is not None and (length < THOROUGH_GROWTH * last.thorough or not few):
+    def _found(
+        self, recording: Recording, length: float, last: Solution | None
+    ) -> tuple[Fit, float]:
+        """What is due of a warm and a thorough search, and the length [s] of the drive at the last thorough one.
+
+        Raises SeatrialError where there is no solution.
+        """
+        many = len(recording.t) >= MOST_THOROUGH
+        if last is not None and (many or length < THOROUGH_GROWTH * last.thorough):
             found = _warm(last.fit, recording)
             if found is not None:
-                return _solution(found, last.thorough)
+                return found, last.thorough
+            if many:
+                raise IdentificationError(NO_MAXIMUM)
         check_recordings([recording])
         find_roles(self.vehicle, [recording])
         begin = self._begin(last)
+        if self._too_short(recording):
+            return self._early(recording, begin), 0.0
+        return fit([recording], self.vehicle, settings=self._settings, begin=begin), length
+
+    def _too_short(self, recording: Recording) -> bool:
+        """Whether the recording has fewer blocks than parameters, which `identify` refuses."""
+        whole, _ = with_estimated_stages(self.vehicle, [recording])
         try:
-            return _solution(
-                fit([recording], self.vehicle, settings=self._settings, begin=begin), length
-            )
+            with_enough_blocks(problem_with(whole, self.vehicle, [recording], self._settings))
         except IdentificationError:
-            # too short for all that `identify` needs: the maximum of the likelihood may do
-            return _solution(self._early(recording, begin), 0.0)
+            return True
+        return False
 
     def _early(self, recording: Recording, begin: StartValues | None) -> Fit:
+        """The maximum of the likelihood, with standard errors for white innovations."""
         at = first_maximum(
             [recording], self.vehicle, self._settings.effects, start=begin, short=True
         )
@@ -231,8 +266,15 @@ def _warm(last: Fit, recording: Recording) -> Fit | None:
         return None
     covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     at.runs.drop_linearisation()
+    kept = [f for f in last.findings if f.kind not in RENEWED]
     return replace(
-        last, problem=problem, theta=at.theta, noise=at.noise, runs=at.runs, covariance=covariance
+        last,
+        findings=(*kept, *at_bound_findings(at)),
+        problem=problem,
+        theta=at.theta,
+        noise=at.noise,
+        runs=at.runs,
+        covariance=covariance,
     )
 
 
@@ -250,11 +292,11 @@ def _condensed(problem: Problem, last: Fit) -> Problem:
     return replace(problem, recordings=(later,), prior=Prior(mean, precision))
 
 
-def _solution(found: Fit, thorough: float) -> Solution:
-    """The filter goes on at the solution's parameters."""
+def _solution(found: Fit, thorough: float, hold: int) -> Solution:
+    """The filter goes on at the solution's parameters, from `hold` [ns] before its newest pose."""
     newest = int(found.problem.recordings[0].stamps[-1])
     going = GrowingFilter(found.problem, found.theta, found.noise)
-    going.begin(newest - HOLD)
+    going.begin(newest - hold)
     return Solution(found, found.model(), going, going.at().runs.information, thorough)
 
 

@@ -120,8 +120,8 @@ class LivePrediction:
                 self._seen.append(
                     _Seen(at, ahead.velocity, now.velocity, begun.velocity, _variance(ahead, now))
                 )
-        if not 0 <= self._next - stamp < EVERY:
-            self._next = stamp + EVERY
+        if not 0 < self._next - stamp <= EVERY:
+            self._next = (stamp // EVERY + 1) * EVERY
             here = onboard.look(stamp)
             if _known(here):
                 self._begun.append(_Begun(stamp, here.velocity, copy(onboard)))

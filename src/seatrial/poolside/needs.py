@@ -119,11 +119,11 @@ def _room(need: Need, covariance: Array, widths: Array) -> Array:
     parameter alone may be, and its width where that is larger: errors of others then cancel its own.
     """
     ratio, alone = need.ratio(covariance), np.sqrt(np.diag(need.form))
-    room = (
-        widths / ratio
-        if ratio > 1.0
-        else np.maximum(widths, need.allowed / np.maximum(alone, 1e-300))
-    )
+    if ratio > 1.0:
+        room = widths / ratio
+    else:
+        own = np.divide(need.allowed, alone, out=np.full(len(alone), np.inf), where=alone > 0.0)
+        room = np.maximum(widths, own)
     return np.where(need.parts(covariance) >= TAKES_PART, room, np.inf)
 
 

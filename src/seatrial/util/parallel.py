@@ -43,7 +43,7 @@ class InTurn(Farm):
         for place, item in enumerate(items):
             try:
                 yield place, work(common, item)
-            except Exception as error:  # noqa: BLE001, the error of one item is its outcome
+            except Exception as error:  # it is the outcome of the item
                 yield place, error
 
 

@@ -5,7 +5,7 @@ import argparse
 import os
 import re
 import sys
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from seatrial.util.printing import STANDARD_OUTPUT, put
 from seatrial.util.progress import over
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from contextlib import AbstractContextManager
 
     import msgspec
@@ -240,11 +240,26 @@ def workers_of(args: argparse.Namespace) -> "AbstractContextManager[Farm] | None
     return cluster(args.scheduler, args.workers)
 
 
+@contextmanager
+def on_workers(args: argparse.Namespace) -> "Iterator[None]":
+    """Long work inside is done by the workers that a command's options name."""
+    from seatrial.util.parallel import working_on
+
+    workers = workers_of(args)
+    if workers is None:
+        yield
+        return
+    with workers as farm, working_on(farm):
+        yield
+
+
 def add_exports(command: argparse.ArgumentParser) -> None:
     """Figures and tables beside a page."""
     command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
     command.add_argument(
-        "--png", action="store_true", help="also write the figures as PNG (pip install resvg-py)"
+        "--png",
+        action="store_true",
+        help="also write the figures as PNG (pip install 'seatrial[png]')",
     )
     command.add_argument(
         "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"

@@ -32,7 +32,8 @@ seatrial convert run1.bag --vehicle boat.yaml -o run1.mcap""",
     "simulate": """\
 seatrial simulate -o trials                # the paper's S1 to S7, as tables
 seatrial simulate --plan hard --seed 7 --format mcap -o trials
-seatrial simulate --model model.yaml --vehicle boat.yaml -o trials""",
+seatrial simulate --model model.yaml --vehicle boat.yaml -o trials
+seatrial simulate --vehicle mallard-mp --seeds 50 -o boats  # then: seatrial fleet boats""",
     "identify": """\
 seatrial identify run1.bag run2.bag --vehicle boat.yaml -o model.yaml
 seatrial identify run*.bag --vehicle boat.yaml --structure auto --effect current -o model.yaml

@@ -27,6 +27,7 @@ from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.frames import Array, Stamps
 
+INSTALL = "pip install 'seatrial[ardupilot]'"
 STARTS = (0xFE, 0xFD)  # of version 1 and 2
 STAMP = 8  # [bytes] before each frame
 LONGEST = STAMP + 12 + 255 + 13  # [bytes] of a record
@@ -61,9 +62,11 @@ class Message:
 
 @cache
 def messages() -> dict[int, Message]:
-    """The messages by number."""
-    from pymavlink.dialects.v20 import ardupilotmega  # type: ignore[import-untyped]
-
+    """The messages by number. Raises RecordingError without pymavlink."""
+    try:
+        from pymavlink.dialects.v20 import ardupilotmega  # type: ignore[import-untyped]
+    except ImportError:
+        raise RecordingError(f"MAVLink telemetry logs need pymavlink: {INSTALL}") from None
     return {int(n): _message(m) for n, m in ardupilotmega.mavlink_map.items()}
 
 
@@ -199,15 +202,16 @@ class _Walk:
     def __init__(
         self, path: Path, columns: dict[tuple[int, Source, int], list[Columns]] | None = None
     ) -> None:
-        from fastcrc.crc16 import mcrf4xx
+        self.messages = messages()
+        from fastcrc.crc16 import mcrf4xx  # pymavlink brings it
 
+        self.checksum = mcrf4xx
         self.path, self.columns = path, columns
         self.counts: Counter[tuple[int, Source, int]] = Counter()
         self.stated: dict[Source, dict[str, tuple[bytes, int]]] = {}  # parameters and their types
         self.px4: dict[Source, bool] = {}
         self.offsets: dict[Source, int] = {}  # [ns] least of arrival minus time since boot
         self.unknown: Counter[int] = Counter()
-        self.messages, self.checksum = messages(), mcrf4xx
         self.in_step = True  # whether the last bytes are a message
         self.lost, self.places, self.passed = 0, 0, 0  # [bytes], runs of them, [bytes] of frames
         try:

@@ -47,13 +47,15 @@ def make_session(
         raise FileError(f"{folder}: is not empty; give another folder with -o")
     model = boat if isinstance(boat, Model) else None
     vehicle = boat.vehicle if isinstance(boat, Model) else boat
-    coverage = Coverage(vehicle)
+    coverage, prediction = Coverage(vehicle), LivePrediction()
+    if model is not None:
+        prediction.reload(model)
     parts = Parts(
         source=source,
         estimator=LiveEstimator(vehicle, start=model, effects=wishes.effects),
         health=SignalHealth(vehicle, by_columns=source.by_columns),
         recorder=Recorder(folder / RECORDING, vehicle),
-        prediction=LivePrediction(vehicle, model),
+        prediction=prediction,
         coverage=coverage,
         guide=DriveGuide(vehicle, coverage, wishes.area, wishes.uses),
         detector=None if model is None else _detector(model),

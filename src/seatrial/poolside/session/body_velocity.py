@@ -9,6 +9,7 @@ import numpy as np
 from seatrial.util.frames import Array, body_velocity
 
 BASELINE = 0.4  # [s] between the two poses
+MEDIAN_OF = 5  # differences: a jump of one pose is none of the boat's
 LONGEST = 2.0  # [s]: a longer one is a gap
 NANO = 1e-9  # [s]
 
@@ -19,6 +20,7 @@ class BodyVelocity:
     def __init__(self) -> None:
         self._pose = np.full(3, np.nan)
         self._kept: deque[tuple[int, Array]] = deque()
+        self._rates: deque[Array] = deque(maxlen=MEDIAN_OF)
 
     def use(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
         """An event, forward-left-up; whether it is a new pose."""
@@ -32,11 +34,16 @@ class BodyVelocity:
         self._kept.append((stamp, self._pose.copy()))
         while len(self._kept) > 2 and NANO * (stamp - self._kept[1][0]) >= BASELINE:
             self._kept.popleft()
+        self._rates.append(self._rate())
         return True
 
     @property
     def nu(self) -> Array:
         """u, v [m/s], r [rad/s]; NaN before there is one, and after a gap."""
+        rates = np.array(self._rates or [np.full(3, np.nan)])
+        return np.asarray(np.median(rates, axis=0))
+
+    def _rate(self) -> Array:
         if len(self._kept) < 2:
             return np.full(3, np.nan)
         (begin, first), (end, last) = self._kept[0], self._kept[-1]

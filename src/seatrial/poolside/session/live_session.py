@@ -134,6 +134,10 @@ class Session:
     # Threads
 
     def _take(self) -> None:
+        with self._reported("source"):
+            self._take_all()
+
+    def _take_all(self) -> None:
         for event in self._parts.source:
             if self._ending.is_set():
                 return
@@ -253,7 +257,7 @@ class Session:
         try:
             with show_progress(self._progress):
                 found |= self._save(folder)
-        except SeatrialError as error:
+        except Exception as error:  # whatever it is, the page must not wait for ever
             problem = f"The recording is saved, but there is no model: {error}"
         saved = tuple(found.items())
         self._publish(saving="", saved=saved, stopped=True, message=problem)

@@ -96,20 +96,20 @@ class FollowSource(EventSource):
         if not path.parent.is_dir():
             raise FileError(f"{path}: there is no folder {path.parent}")
         self.name, self._path, self._vehicle = name, path, vehicle
-        self._closed, self._folder = Event(), TemporaryDirectory(prefix="seatrial-")
+        self._closed = Event()
         self._tables: list[GrowingTable] = []
         self._conversion: Conversion | None = None
         self._wait = ""  # what it waits for
 
     def __iter__(self) -> Iterator[SourceEvent]:
         """See `EventSource`."""
-        while not self._closed.is_set():
-            if self._conversion is None:
-                self._begin()
-            else:
-                yield from self._new(self._conversion)
-            self._closed.wait(POLL)
-        self._folder.cleanup()
+        with TemporaryDirectory(prefix="seatrial-") as folder:
+            while not self._closed.is_set():
+                if self._conversion is None:
+                    self._begin(Path(folder))
+                else:
+                    yield from self._new(self._conversion)
+                self._closed.wait(POLL)
 
     def close(self) -> None:
         """See `EventSource`."""
@@ -121,7 +121,7 @@ class FollowSource(EventSource):
         mistakes = str(self._conversion.mistakes) if self._conversion else ""
         return tuple(text for text in (self._wait, mistakes) if text)
 
-    def _begin(self) -> None:
+    def _begin(self, copies: Path) -> None:
         """Find the tables of the vehicle file's signals, once they are there."""
         try:
             conversion = Conversion(self._vehicle, TableSignals(self._path, self._vehicle))
@@ -131,7 +131,7 @@ class FollowSource(EventSource):
         self._wait = ""
         places = dict.fromkeys(one.place for one in conversion.wanted)
         for number, place in enumerate(places):
-            folder = Path(self._folder.name) / str(number)
+            folder = copies / str(number)
             folder.mkdir()
             table = GrowingTable(self._path / place if self._path.is_dir() else self._path, folder)
             table.requests = [one for one in conversion.wanted if one.place == place]

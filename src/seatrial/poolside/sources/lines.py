@@ -54,7 +54,7 @@ class LineSource(EventSource):
         self._mistakes.total += 1
         arrival = line.at if isinstance(line, Arrived) else time_ns()
         try:
-            found = self._readers["json" if line.lstrip().startswith("{") else "csv"](line)
+            found = self._readers["json" if line.lstrip().startswith("{") else "csv"](str(line))
             if found.kind not in EVENT_KINDS:
                 raise LiveError(
                     f"'{found.kind}' is for a predictor; a session takes poses and commands"

@@ -121,7 +121,7 @@ class FrameStream:
     def __init__(self) -> None:
         from fastcrc.crc16 import mcrf4xx
 
-        self.lost = 0  # [bytes] that are no frame
+        self.lost = 0  # [bytes] that are no frame of a known message
         self._known, self._checksum, self._rest = messages(), mcrf4xx, b""
         self._autopilot: Sender | None = None
 
@@ -130,13 +130,11 @@ class FrameStream:
         data, at = self._rest + block, 0
         while at < len(data):
             found = frame_at(data, at, len(data), self._known, self._checksum)
-            if found is not None:
-                after, number, sender, body, length = found
-                if message := self._known.get(number):
-                    yield self._heard(
-                        message, sender, data[body : body + min(length, message.payload)]
-                    )
-                at = after
+            message = None if found is None else self._known.get(found[1])
+            if found is not None and message is not None:
+                at, _, sender, body, length = found
+                payload = data[body : body + min(length, message.payload)]
+                yield self._heard(message, sender, payload)
             elif self._may_begin(data, at):
                 break
             else:
@@ -253,7 +251,7 @@ class TelemetrySource(EventSource):
         wanted = {one.place for one in self._conversion.wanted}
         missing = sorted(wanted - self._heard) if self._heard else []
         found = [
-            f"{self._frames.lost} bytes are no MAVLink" if self._frames.lost else "",
+            f"{self._frames.lost} bytes are no known MAVLink message" if self._frames.lost else "",
             f"no message {', '.join(missing)} yet: let the autopilot send it" if missing else "",
             str(mistakes),
             self._broken,

@@ -2,6 +2,7 @@
 """The page's server in a thread of its own."""
 
 import socket
+import sys
 import threading
 from dataclasses import dataclass
 from ipaddress import ip_address
@@ -17,6 +18,7 @@ from seatrial.util.errors import LiveError
 LOOPBACK, PORT = "127.0.0.1", 8330
 WAITING = 8  # connections that wait to be accepted
 MOST_CONNECTIONS = 64  # at the same time
+SWITCH = 0.0005  # [s]
 LONGEST_END = 5.0  # [s]
 LONGEST_MESSAGE = 1024  # [bytes] from a page: it sends none
 
@@ -31,20 +33,32 @@ class Place:
 
 
 class PageServer:
-    """A context manager: serves while it is open. Raises LiveError where the port can't be opened."""
+    """A context manager that opens the port, and closes it. Raises LiveError where it can't be opened."""
 
-    def __init__(self, controller: Controller, place: Place) -> None:
+    def __init__(self, place: Place) -> None:
         check_address(place.address, place.token)
-        self.place, self.port = place, place.port
-        others = not ip_address(place.address).is_loopback
+        self.place = place
+        self._socket = _listening(place)
+        self.port = int(self._socket.getsockname()[1])
+        self._server: uvicorn.Server | None = None
+        self._thread: threading.Thread | None = None
+
+    def serve(self, controller: Controller) -> None:
+        """Answer from now on, in a thread."""
+        # by default a thread that computes keeps the interpreter for 5 ms each time that this one wants it
+        sys.setswitchinterval(SWITCH)
+        others = not ip_address(self.place.address).is_loopback
         config = uvicorn.Config(
-            make_app(controller, token=place.token, others=others),
+            make_app(controller, token=self.place.token, others=others),
             ws="websockets-sansio", ws_max_size=LONGEST_MESSAGE, ws_per_message_deflate=False,
             limit_concurrency=MOST_CONNECTIONS, log_level="error", access_log=False, lifespan="off",
             timeout_graceful_shutdown=1, server_header=False,
         )  # fmt: skip
         self._server = uvicorn.Server(config)
-        self._thread: threading.Thread | None = None
+        self._thread = threading.Thread(
+            target=self._server.run, args=([self._socket],), name="page", daemon=True
+        )
+        self._thread.start()
 
     @property
     def url(self) -> str:
@@ -52,18 +66,13 @@ class PageServer:
         return url_of(self.place, self.port)
 
     def __enter__(self) -> "PageServer":
-        found = _listening(self.place)
-        self.port = int(found.getsockname()[1])
-        self._thread = threading.Thread(
-            target=self._server.run, args=([found],), name="page", daemon=True
-        )
-        self._thread.start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._server.should_exit = True
-        if self._thread is not None:
+        if self._server is not None and self._thread is not None:
+            self._server.should_exit = True
             self._thread.join(timeout=LONGEST_END)
+        self._socket.close()
 
 
 def url_of(place: Place, port: int) -> str:

@@ -8,6 +8,7 @@ import { fill, make, place, short, signed } from "./tables.js";
 
 const AGAIN = 1000; // [ms] until the next attempt to connect
 const REFUSED = 1008; // code of a WebSocket's close
+const MANY = 4; // stick positions, above which they are smaller
 const COUNT = 3; // [s] before a manoeuvre
 let state = null;
 let driving = null; // a manoeuvre that is driven, and since when
@@ -103,22 +104,26 @@ function now() {
   shown = all;
   place("now").className = look;
   place("now-title").textContent = title;
-  place("order").textContent = text;
+  place("order").textContent = text.replaceAll(" %", "\u00a0%");
+  place("sticks").classList.toggle("many", steps.length > MANY);
   fill("why", why);
   fill("sticks", steps.map(([when, what, look_]) => make("li", look_, make("b", "", when), what)));
 }
+
+const tenths = (t) => String(Math.round(10 * t) / 10);
 
 // times with the same sticks, as text
 function stages(next) {
   const found = [];
   next.t.forEach((t, i) => {
-    const what = state.inputs.map((name, k) => `${name} ${signed(next.commands[i][k])}`).join(" · ");
+    const held = state.inputs.map((name, k) => [name, signed(next.commands[i][k])]).filter((one) => one[1] !== "0");
+    const what = held.map((one) => one.join(" ")).join(" · ") || "let go";
     const end = i + 1 < next.t.length ? next.t[i + 1] : next.seconds;
     if (found.length && found[found.length - 1].what === what) found[found.length - 1].end = end;
     else found.push({ begin: t, end, what });
   });
   const since = driving ? elapsed() : -1;
-  return found.map(({ begin, end, what }) => [`${short(begin, 2)}–${short(end, 2)} s`, what,
+  return found.map(({ begin, end, what }) => [`${tenths(begin)}–${tenths(end)} s`, what,
     since < 0 || since < begin ? "" : since < end ? "current" : "over"]);
 }
 

@@ -5,7 +5,7 @@ import { fill, make, place, short } from "./tables.js";
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const SYMBOLS = { surge: ["u", "m/s"], sway: ["v", "m/s"], yaw: ["r", "rad/s"] };
-const EVERY = 500; // [ms] between two drawings of a plot: a phone has other work
+const EVERY = 1000; // [ms] between two drawings of a plot: a phone has other work
 const CONFIG = { responsive: true, displayModeBar: false, staticPlot: true };
 
 const cycle = () => (dark.matches ? ["#56b4e9", "#d55e00", "#009e73", "#cc79a7", "#e69f00"]
@@ -36,7 +36,8 @@ export function predictions(found) {
     fill("predictions", found.map((one) =>
       make("figure", "", make("h3", "one", one.axis), make("div", "plot row"), make("figcaption", ""))));
   }
-  if (performance.now() - drawn < EVERY) return false;
+  const { top, bottom } = place("predictions").getBoundingClientRect();
+  if (performance.now() - drawn < EVERY || bottom < 0 || top > innerHeight) return false;
   drawn = performance.now();
   [...place("predictions").children].forEach((figure, i) => {
     const one = found[i], [blue, red] = cycle(), [letter, unit] = SYMBOLS[one.axis];

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Tables and lists. Texts of logs are set as text, never as HTML.
 
+const ANY = 100; // times value or half-width, above which any width is enough
 const NORMAL_95 = 1.96; // half-width of a 95 % interval, in standard errors
 const MARKS = { fit: ["good", "✓"], limited: ["fair", "~"], "not fit": ["poor", "✗"] };
 const WORDS = { ok: "✓ ok", warning: "! look", error: "✗ mend" };
@@ -75,8 +76,13 @@ export function parameters(found) {
     if (one.needed !== null) bar.append(make("s"), make("s"));
     const known = one.needed === null ? "not needed" : one.known ? "✓ known" : `${short(half / one.needed, 2)} times too wide`;
     return make("tr", "", name, make("td", "", `${short(one.value)} ± ${short(half, 2)} ${one.unit}`), make("td", "", bar),
-      make("td", "", one.needed === null ? "–" : `± ${short(one.needed, 2)}`), make("td", "", known));
+      make("td", "", needed(one, half)), make("td", "", known));
   }));
+}
+
+function needed(one, half) {
+  if (one.needed === null) return "–";
+  return one.needed > ANY * Math.max(half, Math.abs(one.value)) ? "any" : `± ${short(one.needed, 2)}`;
 }
 
 export function coverage(found) {
@@ -109,7 +115,7 @@ export function uses(found) {
     const inner = make("i");
     inner.style.width = `${Math.round(100 * Math.min(1, Math.max(0, one.share)))}%`;
     return make("li", "", make("span", `mark ${look}`, sign), make("b", "", `${one.use}: ${one.level}`),
-      make("span", `share ${look}`, inner), make("span", "", `${Math.floor(100 * one.share)} % of what is needed is known. ${one.reason}`));
+      make("span", `share ${look}`, inner), make("span", "", `${Math.floor(100 * one.share)} % of what is needed is known. ${one.reason}`.replaceAll(" %", "\u00a0%")));
   }));
 }
 
