@@ -10,7 +10,7 @@ PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --dura
 # a process more than cores: system tests wait for other programs
 MORE := $$(expr $$(nproc) + 1)
 
-.PHONY: help demo test test-system test-all test-study lint docs format stub lock bench clean
+.PHONY: help demo test test-system test-all test-study lint wheels docs format stub lock bench clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/make \1\t\2/p' $(MAKEFILE_LIST) | expand -t 20
@@ -38,6 +38,9 @@ lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-t
 	cmake -S core/tests -B build/clang-tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
 	git ls-files 'core/tests/test_*.cpp' 'ros/common/src/*.cpp' 'ros/common/tests/*.cpp' | \
 	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/clang-tidy
+
+wheels: $(VENV)/.wheels ## wheels for Linux on x86-64 and aarch64, into dist/; needs python3.10, 3.11 and 3.12
+	$(BIN)/python tools/wheels.py $(WHEELS_ARGS)
 
 docs: $(VENV)/.built $(VENV)/.docs ## the site with the notebooks run, site/index.html; a link that leads nowhere is an error
 	NO_MKDOCS_2_WARNING=1 OPENBLAS_NUM_THREADS=1 $(BIN)/mkdocs build --strict
@@ -75,6 +78,10 @@ $(VENV)/.test: requirements/test.txt | $(VENV)/.deps
 
 $(VENV)/.docs: requirements/docs.txt | $(VENV)/.deps
 	$(PIP) --require-hashes -r requirements/docs.txt
+	@touch $@
+
+$(VENV)/.wheels: requirements/wheels.txt | $(VENV)/.deps
+	$(PIP) --require-hashes -r requirements/wheels.txt
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)

@@ -37,6 +37,8 @@ EDGES = {
     "pymavlink",
     "fastcrc",
     "distributed",
+    "starlette",
+    "uvicorn",
 }
 
 
@@ -83,7 +85,9 @@ def test_every_module_is_in_a_room():
 
 
 def test_no_folder_is_crowded():
-    for folder in {p.parent for p in ROOT.rglob("*.py")}:
+    for folder in {p.parent for p in ROOT.rglob("*.py")} - {
+        ROOT / "commands"
+    }:  # one file a command
         assert len(list(folder.glob("*.py"))) <= MOST_FILES, folder
 
 
@@ -118,7 +122,7 @@ def test_modules_do_not_import_each_other_in_circles():
 def test_only_edges_import_plotting_or_bag_libraries():
     for path in ROOT.rglob("*.py"):
         if (
-            _room(path) not in ("io", "report", "display", "export", "control", "fleet")
+            _room(path) not in ("io", "report", "display", "export", "control", "fleet", "poolside")
             and path != NAMED_TYPES
         ):
             assert not EDGES & {n.split(".")[0] for n in _imports(path)}, path

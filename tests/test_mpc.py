@@ -307,7 +307,7 @@ def of_another(truth, vehicle):
 
 def test_without_casadi_it_says_what_to_install(truth, monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(ExportError, match=r"pip install casadi"):
+    with pytest.raises(ExportError, match=r"pip install 'seatrial\[mpc\]'"):
         Nmpc(truth)
 
 

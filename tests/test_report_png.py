@@ -90,7 +90,7 @@ def test_letters_come_from_the_own_font(drawn):
 
 def test_without_the_package_it_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setattr(drawing, "find_spec", lambda name: None)
-    with pytest.raises(FileError, match=r"pip install resvg-py"):
+    with pytest.raises(FileError, match=r"pip install 'seatrial\[png\]'"):
         png("<svg/>")
     with pytest.raises(FileError, match="resvg-py"):  # before anything is computed
         write_report(None, [], tmp_path / "r.html", figures=tmp_path, raster=True)

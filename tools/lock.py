@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Pin all dependencies with hashes: requirements/base.txt (run, build), test.txt, docs.txt."""
+"""Pin all dependencies with hashes: requirements/base.txt (run, build), test.txt, docs.txt, wheels.txt."""
 
 import subprocess
 from pathlib import Path
@@ -25,3 +25,4 @@ if __name__ == "__main__":
     compile_requirements("base", ["build"])
     compile_requirements("test", ["build", "test", "lint"])
     compile_requirements("docs", ["docs"])
+    compile_requirements("wheels", ["wheels"])

@@ -19,6 +19,7 @@ COMMANDS = {
     "inspect": "check recordings: rates, gaps, faults, clocks, excitation, signs; "
     "no --vehicle: list topics or columns",
     "init": "propose a vehicle file from a recording",
+    "live": "identify while driving: a local page shows what is known, what to drive next, and when it is enough",
     "convert": "write a recording as tables or as a bag, with the vehicle file that reads it",
     "simulate": "simulate recordings like the paper's S1-S7",
     "identify": "identify a model from recordings",

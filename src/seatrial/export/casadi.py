@@ -271,5 +271,5 @@ def casadi_module() -> ModuleType:
     try:
         import casadi  # noqa: PLC0415
     except ImportError:
-        raise ExportError("casadi is not installed: pip install casadi") from None
+        raise ExportError("CasADi is not installed: pip install 'seatrial[mpc]'") from None
     return casadi

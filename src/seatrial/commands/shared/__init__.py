@@ -2,7 +2,9 @@
 """What several commands have in common: reading, guarding files, arguments."""
 
 import argparse
+import os
 import re
+import sys
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -255,8 +257,27 @@ def add_exports(command: argparse.ArgumentParser) -> None:
     """Figures and tables beside a page."""
     command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
     command.add_argument(
-        "--png", action="store_true", help="also write the figures as PNG (pip install resvg-py)"
+        "--png",
+        action="store_true",
+        help="also write the figures as PNG (pip install 'seatrial[png]')",
     )
     command.add_argument(
         "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
+    )
+
+
+def open_page(args: argparse.Namespace, uri: str) -> None:
+    """Open a page in the browser, unless --no-browser, or where the user is at no desktop."""
+    if not args.no_browser and _has_browser():
+        import webbrowser
+
+        webbrowser.open(uri)
+
+
+def _has_browser() -> bool:
+    """Whether the user is at a desktop."""
+    if sys.stdout is None or not sys.stdout.isatty():
+        return False
+    return sys.platform in ("darwin", "win32") or any(
+        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
     )

@@ -21,6 +21,11 @@ seatrial inspect run*.mcap --vehicle boat.yaml --json - | jq .signs""",
 seatrial init run1.bag -o boat.yaml
 seatrial init log.csv -o boat.yaml --pose x=easting,y=northing,heading=yaw --commands left,right
 seatrial init 00000012.BIN -o boat.yaml --name otter --force""",
+    "live": """\
+seatrial live boat.yaml udp:7001 --walls -2 -1.5 2 1.5
+seatrial live boat.yaml run1.bag --speed 10   # how it would have been
+seatrial live model.yaml mavlink:udp:14550 --use odometry -o second-day
+seatrial live boat.yaml udp:7001 --address 192.168.1.5 --token "$SECRET"   # for a phone at the pool""",
     "convert": """\
 seatrial convert 00000012.BIN -o tables
 seatrial convert run1.bag --vehicle boat.yaml -o run1.mcap""",

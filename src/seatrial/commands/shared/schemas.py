@@ -11,6 +11,7 @@ from seatrial.commands.shared.results import (
     ExportResult,
     IdentifyResult,
     InitResult,
+    LiveResult,
     MimicResult,
     PredictResult,
     ReportResult,
@@ -195,6 +196,7 @@ class AllocationResult(Result, frozen=True):
 
 SCHEMAS = {  # command: kinds of its content, with their classes
     "auto": {"auto 1": AutoResult},
+    "live": {"live 1": LiveResult},
     "identify": {"identify 1": IdentifyResult},
     "demo": {"demo 1": DemoResult},
     "inspect": {"inspection 1": InspectionResult, "contents 1": ContentsResult},

@@ -14,7 +14,7 @@ FONT = "dejavu-sans.ttf"
 def check() -> None:
     """Raise FileError where the package that draws PNG is not installed."""
     if find_spec("resvg_py") is None:
-        raise FileError("PNG needs the package resvg-py: pip install resvg-py")
+        raise FileError("PNG needs resvg-py: pip install 'seatrial[png]'")
 
 
 def png(svg: str) -> bytes:

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""The source distribution and the wheels, as a user gets them."""
+
+import json
+import sys
+import tarfile
+
+import numpy as np
+import pytest
+from conftest import CSE1, ROOT
+from cpp_tools import needs
+from wheel_tools import VERSION, emulated, packages_for_aarch64, python_for_aarch64, quiet
+
+from benchmarks import install
+
+sys.path.insert(0, str(ROOT / "tools"))
+import wheels
+
+FIGURES = """
+import json, platform, sys, seatrial
+from seatrial.evaluation.scores import scores_json
+vehicle = seatrial.load_vehicle(sys.argv[2])
+run = seatrial.read(sys.argv[1], vehicle)
+model = seatrial.identify([run], vehicle, method="equation-error")
+scores = scores_json(seatrial.validate(model, [run]))["recordings"][0]["horizons"]
+errors = [s["rms"] for h in scores for s in h["scores"].values()]
+print(json.dumps([platform.machine(), [*model.values.values(), *errors]]))
+"""
+GIVEN = (CSE1 / "csv" / "CSE1_data_random_run1.csv", CSE1 / "vehicle.yaml")
+
+
+@pytest.mark.system
+def test_the_source_builds_offline_and_its_wheel_gives_a_model_without_a_compiler(
+    tmp_path, monkeypatch
+):
+    needs("c++", "ninja")
+    from scikit_build_core.build import build_sdist
+
+    monkeypatch.chdir(ROOT)
+    source = tmp_path / build_sdist(str(tmp_path))
+    with tarfile.open(source) as archive:
+        names = archive.getnames()
+    assert not [n for n in names if "/.ci/" in n or n.endswith(".so") or "/build/" in n]
+    pip = (sys.executable, "-m", "pip", "wheel", "--quiet", "--disable-pip-version-check")
+    quiet(*pip, "--no-deps", "--no-index", "--no-build-isolation", "-w", tmp_path, source)
+    (wheel,) = tmp_path.glob("*.whl")
+    environment, _ = install.installed(str(wheel), tmp_path / "venv")
+    assert not {"pymavlink", "lxml", "scipy"} & set(environment.sizes())
+    install.first_model(environment)
+    text = (environment.folder / "model.yaml").read_text()
+    assert "output-error" in text and "X_u:" in text
+
+
+@pytest.mark.system
+def test_the_wheel_for_aarch64_gives_the_same_model_there(tmp_path):
+    pytest.importorskip("ziglang", reason="make .venv/.wheels")
+    needs("qemu-aarch64", "apt-get", "dpkg")
+    wheel = wheels.audited(wheels.build("aarch64", VERSION), tmp_path)
+    assert "manylinux_2_" in wheel.name and wheel.name.endswith("_aarch64.whl")
+    root = python_for_aarch64(tmp_path / "debian")
+    packages = tmp_path / "packages"
+    packages_for_aarch64(wheel, packages, "numpy", "msgspec", "PyYAML")
+    there, values = json.loads(emulated(root, packages, "-c", FIGURES, *GIVEN))
+    _, same = json.loads(quiet(sys.executable, "-c", FIGURES, *GIVEN))
+    assert there == "aarch64"
+    assert len(values) > 20
+    np.testing.assert_allclose(values, same, rtol=1e-9)
