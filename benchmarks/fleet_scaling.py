@@ -5,9 +5,9 @@
     python -m benchmarks.fleet_scaling --boats 200
 
 Simulated MallARD, plan clean, three recordings of 40 s a boat, one seed a boat. Every tenth boat has 1.2 times the
-mass. The speed-up is that of the time of the boats: from the first boat's beginning to the last one's end, so that
-the start of the workers (its seconds are printed) is left out. On a computer that others use, too, it is a
-lower bound; beside it is the CPU time that the workers have used.
+mass. The speed-up is that of the time of the boats. The start of the workers is left out, and printed by itself.
+On a computer that others use at the same time it is a lower bound. Beside it is the CPU time that the workers have
+used.
 """
 
 import argparse
