@@ -171,6 +171,8 @@ def test_in_the_library_all_is_forward_left_up_and_a_file_is_in_the_vehicles_axe
 
 def test_without_casadi_it_says_what_to_install(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(ExportError, match=r"CasADi is not installed: pip install 'seatrial\[mpc\]'"):
+    with pytest.raises(
+        ExportError, match=r"CasADi is not installed: pip install 'seatrial\[mpc\]'"
+    ):
         export(boat("bare"), "casadi", tmp_path / "boat.casadi")
     assert not list(tmp_path.iterdir())
