@@ -222,6 +222,7 @@ def ros1(path: Path, size: int, stated: int, copies: int = 1) -> Path:
     return path
 
 
+@pytest.mark.system
 def test_a_chunk_of_ros1_that_inflates_is_refused(tmp_path):
     path = ros1(tmp_path / "bomb.bag", 1 << 28, 1 << 29)
     assert path.stat().st_size < 10_000

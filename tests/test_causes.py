@@ -200,6 +200,7 @@ def pushes(rng):
     return rng.choice([-1, 1]) * rng.uniform(0.2, 1.0)
 
 
+@pytest.mark.system
 def test_a_payload_on_board_is_found_end_to_end(mp):
     """Simulated trials before and after: `compare` names mass off centre, with its size."""
     plan, models = load_plan("clean"), []

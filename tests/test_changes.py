@@ -172,6 +172,7 @@ def test_an_unchanged_boat_is_as_probable_as_ever(model, drives):
         assert ratio < most_to_gain(space, seen)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("cause", "what", "size"),
     [(MASS, "mass", 0.2), (BATTERY, "thrust", -0.2), (ONE_THRUSTER, "F_2", -0.4), (OFF_CENTRE, "mass", 0.2)],
@@ -202,6 +203,7 @@ def test_a_change_is_noticed_and_named_and_the_model_follows_it(model, drives, c
     assert confirmed.model.findings_of(FindingKind.ADAPTED)
 
 
+@pytest.mark.system
 def test_the_changed_model_is_kept_in_a_file(model, drives, tmp_path):
     found = findings(ChangeDetector(model), sent(drives[ONE_THRUSTER]))
     boat = found[1].model
@@ -233,6 +235,7 @@ def test_the_changed_model_is_kept_in_a_file(model, drives, tmp_path):
     assert both["gain.F_3"] / both["gain.F_1"] == pytest.approx(0.5)
 
 
+@pytest.mark.system
 def test_a_bump_is_withdrawn(model, drives):
     """Somebody moves the boat by hand for two seconds: poses that no model explains, then the same boat."""
     rows, bumped = sent(drives[NO_CHANGE]), []
@@ -391,6 +394,7 @@ def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
     assert np.hypot(*np.diff(pose, axis=0).T).max() < 0.05
 
 
+@pytest.mark.system
 def test_live_adapts_on_request(model, drives, tmp_path):
     rows = sent(drives[BATTERY])
     order = json.dumps({"stamp": rows[-1][0] + 1, "adapt": True})

@@ -78,6 +78,7 @@ def test_faults_of_thrusters_that_are_commanded_themselves_are_found(mp):
         assert_found([table], vehicle, name, fault)
 
 
+@pytest.mark.system
 def test_faults_in_the_ships_recordings_are_found(ship, cse1_vehicle):
     harmless = "port_sway<>starboard_sway"  # only their mean enters
     for name, fault in faults(cse1_vehicle).items():
@@ -205,6 +206,7 @@ def test_what_could_not_be_checked_is_said(mp):
     assert not report.findings
     for name in ("F_v", "F_r"):
         assert f"{name}: hardly excited; its sign is not checked" in report.text
+        assert name in report.unexcited
     short = record.cut(0.0, 8.0)
     assert check_consistency([short], mp).text[0].startswith("too short")
 

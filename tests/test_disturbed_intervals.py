@@ -173,6 +173,7 @@ def test_a_boat_that_is_carried_is_named_with_what_leaves_it_out(handled, with_h
     assert influence.part("parameter") in with_hand.parameters
 
 
+@pytest.mark.system
 def test_without_it_the_model_is_as_good_as_ever(handled, with_hand, paper_mp_model, mp):
     left = [handled[0], handled[1].without(handled[1].duration - HELD - 1.0, 1e9), handled[2]]
     model = seatrial.identify(left, mp)

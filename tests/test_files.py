@@ -137,7 +137,7 @@ def test_a_wrong_vehicle_file_names_the_place(change, words):
         (lambda c: c.update(allocation={"scheme": "direct"}), "inputs must be the thrusters F_1"),
         (lambda c: c.update(allocation={"scheme": "always-forward", "F_os": 1.0, "limit": 0.5}), "leaves no room"),
         (lambda c: c.update(chain=[{"actuators": ["F_9"], "lag": 0.1}]), "names 'F_9'"),
-        (lambda c: c.update(chain=[{"lag": 0.1}, {"name": "b", "lag": 0.2}]), "two groups give an actuator's lag"),
+        (lambda c: c.update(chain=[{"lag": 0.1}, {"name": "b", "lag": 0.2}]), "two groups give lag of"),
         (lambda c: c.update(chain=[{"scale": {"signal": "rpm"}}]), "scale 'rpm'"),
         (lambda c: c.update(chain=[{"gains": {"F_1": 2.0, "F_2": 1.0}}]), "it must be 1"),
         (lambda c: c.update(chain=[{"table": [[0, 0], [1, 0.5]]}]), "thrust 1 at command 1"),

@@ -35,7 +35,7 @@ ALL = {
     "yaml": 1500,
     "inspect": 400,
 }
-BATCH = 1250  # cases of one program
+BATCH = 2500  # cases of one program
 TIMEOUT = 600.0  # [s] of a program: a hang that no timer ends
 
 

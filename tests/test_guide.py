@@ -25,10 +25,13 @@ from seatrial.guide.answers import (
     BOW,
     BOW_QUESTION,
     LAST_QUARTER,
+    OTHER_END,
+    OTHER_NAMES,
     STERN,
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
+from seatrial.inspection.proposal.side_names import contradicting_names
 from seatrial.inspection.proposal.sources import Choices, lever_of, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
@@ -217,10 +220,22 @@ def test_a_heading_of_the_stern_is_turned(tmp_path, monkeypatch):
     recording = one_drive(seconds=120.0)
     drive = tables(tmp_path / "log", recording, flip=True)
     monkeypatch.setattr(guided_path, "identify_guided", _stop)
-    for end in (BOW, STERN):
+    names = OTHER_NAMES.format(names="left and right")
+    asked = []
+    for where, end, wrong in (("bow", BOW, names), ("stern", STERN, ""), ("other", BOW, OTHER_END)):
+        owner = Owner(**{"Which end": end, "Driven ahead": wrong})
         with pytest.raises(SeatrialError, match="far enough"):
-            seatrial.auto([drive], tmp_path / end, ask=Owner(**{"Which end": end}))
-    bow, stern = (load_vehicle(tmp_path / end / "vehicle.yaml") for end in (BOW, STERN))
+            seatrial.auto([drive], tmp_path / where, ask=owner)
+        asked.append(any(question.startswith("Driven ahead") for question in owner.asked))
+    assert asked == [True, False, True]  # left and right show which answer is wrong
+    bow, stern, other = (
+        load_vehicle(tmp_path / where / "vehicle.yaml") for where in ("bow", "stern", "other")
+    )
+    np.testing.assert_array_equal(other.mix, stern.mix)
+    # nobody to ask: it is said
+    proposal, given = answers.proposed([drive], Choices(), None, salvage=False)
+    assumed = answers.assumptions(drive, proposal, given, None)
+    assert any("left and right on the other side than the names say" in text for text in assumed)
     read = seatrial.read(drive, stern)
     turn = np.median(read.eta[:, 2] - recording.eta[:, 2])
     assert np.cos(turn) == pytest.approx(1.0, abs=1e-6)
@@ -441,3 +456,25 @@ def test_an_effect_is_asked_in_plain_words(kind):
     assert question.startswith("The log looks as if ")
     assert ("0.38 m" in question or "0.38 s" in question) == bool(sizes)
     assert "process noise" not in question
+
+
+@pytest.mark.parametrize(
+    ("names", "wrong"),
+    [
+        (("left", "right"), True),
+        (("port_motor", "stbd"), True),
+        (("motor-right", "motor-left"), False),
+        (("a", "b"), False),
+        (("left", "b"), True),
+        (("leftover", "b"), False),
+    ],
+)
+def test_names_of_sides_are_compared_with_what_they_do(names, wrong):
+    """The first of the two turns the boat to the left when it drives ahead: it is on the right."""
+    forces = {
+        "F_u": {"axis": "surge", "of": dict(zip(names, (0.5, 0.5), strict=True))},
+        "F_r": {"axis": "yaw", "of": dict(zip(names, (0.5, -0.5), strict=True))},
+    }
+    assert bool(contradicting_names(forces, "forward-left-up")) == wrong
+    mirrored = {**forces, "F_r": {"axis": "yaw", "of": dict(zip(names, (-0.5, 0.5), strict=True))}}
+    assert bool(contradicting_names(mirrored, "forward-right-down")) == wrong

@@ -86,6 +86,7 @@ def on_swell(request):
     return period, size, output_error(recordings, tug())
 
 
+@pytest.mark.system
 def test_swinging_poses_are_no_motion(on_swell):
     """Without a kind of noise that swings, disturbances stood for it, and drag came out 5 times too large."""
     _, _, model = on_swell

@@ -70,6 +70,7 @@ def test_the_covariance_is_right_with_an_identified_model():
     assert few <= inside <= many
 
 
+@pytest.mark.system
 def test_pose_errors_that_hang_together_are_believed_as_such():
     """As states the covariance is right and the velocity better; taken for white it is too small."""
     told, not_told, errors = [], [], []
@@ -91,6 +92,7 @@ def test_pose_errors_that_hang_together_are_believed_as_such():
     assert np.all(ours < white)
 
 
+@pytest.mark.system
 def test_where_only_the_models_own_errors_are_left_the_covariance_is_not_too_small():
     found = np.concatenate([consistency.nees(EXACT, seed) for seed in consistency.SEEDS[:3]])
     assert 2.0 < found.mean() < consistency.SIZE
@@ -98,6 +100,7 @@ def test_where_only_the_models_own_errors_are_left_the_covariance_is_not_too_sma
     assert np.mean(found < chi2.ppf(consistency.LEVEL, consistency.SIZE)) > consistency.LEVEL - 0.05
 
 
+@pytest.mark.system
 def test_dead_reckoning_beats_the_papers_model_and_a_constant_velocity():
     trial = drive(PUSHED, SEED)
     ours = np.median(accuracy.reckoned(model(PUSHED, SEED), trial), axis=0)

@@ -50,6 +50,7 @@ def score(ahead: Prediction) -> np.ndarray:
     return np.array([one.rms for one in axis_scores(ahead).values()])
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_a_score_is_the_true_error_of_right_and_wrong_models(af, sensor):
     """Also of models that state no process noise at all, whose own smoother would confirm them."""

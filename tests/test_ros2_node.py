@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The odometry node with a real ROS 2: S7 is played to it over DDS, what it publishes is compared."""
 
+import json
 import signal
+import socket
 import time
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,6 +24,8 @@ from ros2_tools import (
     until,
 )
 from ros_drive import OVER, SETTLED, WORST, s7, save_model, truth_at, wrong
+
+import seatrial
 
 pytestmark = needed
 NAME = "seatrial_odometry: odometry"  # of its diagnosis
@@ -271,3 +277,59 @@ def test_a_node_in_a_namespace_has_its_topics_there(ros, peer, known, tmp_path):
     assert {m.child_frame_id for m in got} == {"boat"}
     assert np.median(np.diff([stamp_of(m) for m in got])) == pytest.approx(5e7, rel=0.2)
     finish(node, signal.SIGTERM)
+
+
+def test_a_live_session_hears_the_node_and_a_changed_boat_s_model_is_followed(
+    ros, peer, known, tmp_path
+):
+    """Lines on loopback, the finding in the diagnostics, the adapted model without a jump of `odom`."""
+    adapted = tmp_path / "adapted.yaml"
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as inlet:
+        inlet.bind(("127.0.0.1", 0))
+        inlet.setblocking(False)
+        port = inlet.getsockname()[1]
+        node = ros.node(
+            "odometry", name="heard", model=known, live_port=port, adapted_model=adapted
+        )
+        diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
+        odometry = peer.listen("odom", "nav_msgs/msg/Odometry")
+        outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
+        until(lambda: all(o.connected() for o in outlets.values()), "node")
+        drive(outlets, 2.0)
+        lines = []
+        with suppress(BlockingIOError):
+            while True:
+                text, place = inlet.recvfrom(65536)
+                lines.append(json.loads(text))
+        assert sum("pose" in line for line in lines) > 20
+        assert sum("command" in line for line in lines) > 20
+        assert all(abs(line["stamp"] - time.time_ns()) < 10 * 10**9 for line in lines)
+        found = {
+            "state": "confirmed",
+            "cause": "mass",
+            "what": "mass",
+            "probability": 0.97,
+            "size": 0.2,
+            "error": 0.03,
+        }
+        inlet.sendto(json.dumps({"t": 1.0, "change": found}).encode(), place)
+        drive(outlets, 2.0)
+        last = status(diagnosed, "heard: odometry")
+        assert "boat changed (confirmed): mass" in last.message
+        assert {p.key: p.value for p in last.values}["change: size"] == "0.2"
+        before = odometry.take()[-1].pose
+        heavier = seatrial.load(known)
+        seatrial.save(replace(heavier, coefficients=heavier.coefficients / 1.2), adapted)
+        drive(outlets, 2.5)
+        assert f"{adapted}: the model of the changed boat" in said(node)
+        after = odometry.take()
+        assert len(after) > 50
+        places = np.array([[m.pose.pose.position.x, m.pose.pose.position.y] for m in after])
+        assert np.abs(places - [before.pose.position.x, before.pose.position.y]).max() < 0.005
+        spreads = [before.covariance[0], *(m.pose.covariance[0] for m in after)]
+        assert np.all(np.diff(spreads) > -1e-12)  # the covariance of `odom` goes on growing
+        assert (
+            str(adapted)
+            in {p.key: p.value for p in status(diagnosed, "heard: odometry").values}["model"]
+        )
+    finish(node)

@@ -281,7 +281,7 @@ def test_a_vehicle_without_topics_is_said(program, model, tmp_path):
 def test_the_parameters_stand_in_the_document():
     text = (ROOT / "ros/common/include/seatrial_ros/settings.hpp").read_text()
     names = [part.split('"')[1] for part in text.split("Parameter{")[1:]]
-    assert len(names) == 14
+    assert len(names) == 16
     page = (ROOT / "docs" / "ros.md").read_text()
     for name in names:
         assert f"`{name}`" in page, name

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Run docs/tutorial.md and docs/gallery.md, and make their pictures (pages with Chromium).
+"""Run docs/tutorial.md and docs/gallery.md, and make their pictures and that of the live page (with Chromium).
 
 python tools/pictures.py              # after a change of a plot or a page, or of the two documents
 """
@@ -9,6 +9,7 @@ import os
 import re
 import shlex
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,7 @@ PAGES = {  # pictures of pages
 }
 COLOURS = 255  # of a picture: half the size
 WIDTH, HEIGHT = 1200, 800  # [px] of a page
+LIVE_HEIGHT, LIVE_SPEED, LIVE_UNTIL = 1250, 2.0, 62.0  # [px], times the pace, [s] of the drive
 
 
 def steps(page: Path) -> Iterator[tuple[str, str]]:
@@ -55,6 +57,32 @@ def smaller(picture: Path, out: Path) -> None:
         whole.convert("RGB").quantize(COLOURS).save(out, optimize=True)
 
 
+def poolside(folder: Path, command: Callable[[list[str]], int]) -> None:
+    """The live page during a simulated drive."""
+    import seatrial  # noqa: PLC0415
+    from seatrial.poolside.area import rectangle  # noqa: PLC0415
+    from seatrial.poolside.session import Wishes, make_session  # noqa: PLC0415
+    from seatrial.poolside.sources import open_source  # noqa: PLC0415
+    from seatrial.poolside.web.server import PageServer, Place  # noqa: PLC0415
+
+    os.chdir(folder)
+    command(["simulate", "-o", "trials", "--quiet"])
+    vehicle = seatrial.load_vehicle(folder / "trials" / "vehicle-MP.yaml")
+    source = open_source("trials/S4-MP", vehicle, LIVE_SPEED)  # as the page states it
+    session = make_session(vehicle, source, folder / "drive", Wishes(rectangle(4.0, 3.0)))
+    with PageServer(Place(port=0)) as server:
+        server.serve(session)
+        session.start()
+        while session.state().time < LIVE_UNTIL or not session.state().parameters:
+            time.sleep(0.1)
+        shot = folder / "poolside.png"
+        screenshot(
+            server.url, shot, width=WIDTH, height=LIVE_HEIGHT, dark=False, at=None, whole=False
+        )
+        session.close()
+    smaller(shot, IMAGES / "poolside.png")
+
+
 def main() -> None:
     """All pictures."""
     from seatrial.commands.cli import main as command  # noqa: PLC0415
@@ -73,6 +101,7 @@ def main() -> None:
                 Path(page), shot, width=WIDTH, height=HEIGHT, dark=False, at=None, whole=False
             )
             smaller(shot, IMAGES / f"{name}.png")
+        poolside(Path(place), command)
         os.chdir(DOCS)
 
 

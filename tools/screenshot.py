@@ -13,9 +13,16 @@ ARGUMENTS = (
 
 
 def screenshot(
-    report: Path, out: Path, *, width: int, height: int, dark: bool, at: str | None, whole: bool
+    report: Path | str,
+    out: Path,
+    *,
+    width: int,
+    height: int,
+    dark: bool,
+    at: str | None,
+    whole: bool,
 ) -> None:
-    """Write a PNG of `report`, `width` x `height` [px], from the top or from the element `at`."""
+    """Write a PNG of `report`, a file or an address, `width` by `height` px, from the top or from element `at`."""
     from playwright.sync_api import sync_playwright  # noqa: PLC0415
 
     with sync_playwright() as playwright:
@@ -26,7 +33,7 @@ def screenshot(
             viewport={"width": width, "height": height},
             color_scheme="dark" if dark else "light",
         )
-        page.goto(report.resolve().as_uri())
+        page.goto(report if isinstance(report, str) else report.resolve().as_uri())
         if at:
             page.evaluate("at => document.querySelector(at).scrollIntoView()", at)
         if whole:  # plots are drawn as they come into view

@@ -3,18 +3,21 @@
 #pragma once
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
 
 #include <algorithm>
 #include <cstdlib>
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
+#include <memory>
 #include <optional>
 #include <tuple>
 #include <vector>
 
 #include "arrays.hpp"
 #include "noise.hpp"
+#include "seatrial/filter/growing_run.hpp"
 #include "seatrial/filter/innovations.hpp"
 #include "seatrial/filter/lookahead.hpp"
 #include "seatrial/filter/smoother.hpp"
@@ -157,16 +160,20 @@ void check_blocks(const Series& series, const std::optional<Places>& blocks) {
   }
 }
 
-FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Series& series,
-                          Vector noise, double outlier, std::optional<Vector> effects,
-                          std::optional<Vector> counts, std::optional<Places> blocks,
-                          bool repeatable, bool shares, bool earth_fixed) {
+void check_filter_trace(const Boat& boat, const ThrustTrace& trace) {
   check_trace(boat, trace);
   const Columns& columns = trace.columns();
   require(columns.n_initial == kStates && columns.n_coefficients >= kAxes &&
               columns.coefficient[columns.n_coefficients - kAxes] ==
                   boat.structure.n_coefficients - kAxes,
           "columns: initial state, then coefficients that end with the disturbance's three");
+}
+
+FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Series& series,
+                          Vector noise, double outlier, std::optional<Vector> effects,
+                          std::optional<Vector> counts, std::optional<Places> blocks,
+                          bool repeatable, bool shares, bool earth_fixed) {
+  check_filter_trace(boat, trace);
   require(!counts || counts->shape(0) == series.time.size(), "counts: one for each pose");
   check_blocks(series, blocks);
   const NoiseParameters believed = make_noise(noise);
@@ -177,6 +184,26 @@ FilterRun run_innovations(const Boat& boat, const ThrustTrace& trace, const Seri
   return innovations(boat, trace, series.poses, believed, outlier, series.start, chosen,
                      effects.has_value(), often, blocks ? blocks->data() : nullptr, repeatable,
                      shares);
+}
+
+std::unique_ptr<GrowingRun> make_growing_run(const Boat& boat, const ThrustTrace& trace,
+                                             const Series& series, Vector noise, double outlier,
+                                             std::optional<Vector> effects, bool earth_fixed) {
+  check_filter_trace(boat, trace);
+  Effects chosen = effects ? make_effects(*effects) : Effects{};
+  chosen.earth_fixed = earth_fixed;
+  return growing_run(boat, trace.columns(), make_noise(noise), outlier, series.start, chosen,
+                     series.poses.position_delay, effects.has_value());
+}
+
+bool advance(GrowingRun& run, const ThrustTrace& trace, const Series& series, double until) {
+  const int slopes = run.slopes() ? kEffects : 0;
+  require(trace.columns().size() - kStates - kAxes + slopes == run.parameters(),
+          "trace: the columns that the run began with");
+  require(!run.begun() || series.time.front() <= run.time(),
+          "series: poses from the run's time or before on");
+  nb::gil_scoped_release released;
+  return run.advance(trace, series.poses, until);
 }
 
 /// Checks what a repetition of a run needs, and gives the step of its parameters or null.
@@ -335,6 +362,20 @@ void bind_filter(nb::module_& m) {
                     std::optional<Flags>, std::optional<Asynchronous>>(),
            "time"_a, "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none(),
            "position_delay"_a = 0.0, "parts"_a = nb::none(), "asynchronous"_a = nb::none());
+  nb::class_<GrowingRun>(m, "GrowingRun", "A filter run along a recording that grows.")
+      .def(nb::new_(&make_growing_run), "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
+           "effects"_a = nb::none(), "earth_fixed"_a = false)
+      .def("advance", &advance, "trace"_a, "series"_a, "until"_a)
+      .def("sums", &GrowingRun::sums)
+      .def_prop_ro("good", &GrowingRun::good)
+      .def_prop_ro("time", &GrowingRun::time)
+      .def_prop_ro(
+          "state",
+          [](const GrowingRun& run) {
+            const double* x = run.state();
+            return moved1(std::vector<double>(x, x + kFilterStates));
+          },
+          nb::for_getter(nb::rv_policy::move));
   m.attr("EFFECTS") = kEffects;
   m.attr("POSITION_PART") = static_cast<int>(kPositionPart);
   m.attr("HEADING_PART") = static_cast<int>(kHeadingPart);

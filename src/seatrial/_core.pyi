@@ -118,6 +118,24 @@ class FilterRun:
 class Series:
     def __init__(self, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], eta: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], use: Annotated[NDArray[numpy.int8], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], velocity: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], afresh: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)] | None = None, position_delay: float = 0.0, parts: Annotated[NDArray[numpy.int8], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, asynchronous: tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], Annotated[NDArray[numpy.int8], dict(shape=(None,), order='C', device='cpu', writable=False)], Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], float] | None = None) -> None: ...
 
+class GrowingRun:
+    """A filter run along a recording that grows."""
+
+    def __init__(self, boat: Boat, trace: ThrustTrace, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, effects: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)] | None = None, earth_fixed: bool = False) -> None: ...
+
+    def advance(self, trace: ThrustTrace, series: Series, until: float) -> bool: ...
+
+    def sums(self) -> FilterRun: ...
+
+    @property
+    def good(self) -> bool: ...
+
+    @property
+    def time(self) -> float: ...
+
+    @property
+    def state(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
+
 EFFECTS: int = 11
 
 POSITION_PART: int = 1

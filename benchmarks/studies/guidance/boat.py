@@ -110,6 +110,11 @@ class Sea:
         """True pose (3,)."""
         return np.array(self._core.state[:3])
 
+    @property
+    def state(self) -> Array:
+        """True pose and velocity (6,)."""
+        return np.array(self._core.state)
+
     def command(self, values: Array) -> None:
         """To both thrusters, from now on."""
         self._core.command(self.time, np.ascontiguousarray(values))

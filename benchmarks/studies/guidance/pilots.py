@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.studies.guidance.boat import SETTLING, TICK
 from seatrial import Odometer
-from seatrial.control import Course, TrackingController, Tuning
+from seatrial.control import Course, Reference, TrackingController, Tuning, WaitingReference
 from seatrial.util.frames import Array, body_velocity
 
 NS = 1_000_000_000
@@ -49,13 +49,36 @@ class Tuned(Pilot):
         """To the odometer."""
         self.odometer.pose(round(stamp * NS), eta)
 
+    def wanted(self, t: float, course: Course, eta: Array) -> tuple[Reference, Reference]:
+        """The reference at t [s] and as far ahead as the thrusters are late; eta (3,): the boat's pose."""
+        del eta
+        return course.at(t - SETTLING), course.at(t - SETTLING + self.controller.gains.lead)
+
     def command(self, t: float, course: Course) -> Array:
         """As the controller has it."""
         now = self.odometer.look(round(t * NS))
-        ahead = course.at(t - SETTLING + self.controller.gains.lead)
-        values = self.controller.command(t, now.pose, now.velocity, course.at(t - SETTLING), ahead)
+        values = self.controller.command(
+            t, now.pose, now.velocity, *self.wanted(t, course, now.pose)
+        )
         self.odometer.command(round(t * NS), values)
         return values
+
+
+class Waiting(Tuned):
+    """The same with a reference that waits for the boat."""
+
+    def __init__(self, tuning: Tuning) -> None:
+        super().__init__(tuning)
+        self._reference: WaitingReference | None = None
+
+    def wanted(self, t: float, course: Course, eta: Array) -> tuple[Reference, Reference]:
+        """As of `Tuned`."""
+        guidance = self.controller.gains.guidance
+        assert guidance is not None
+        if self._reference is None:
+            self._reference = WaitingReference(course, guidance.radius)
+        now = self._reference.at(t - SETTLING, eta)
+        return now, self._reference.later(self.controller.gains.lead)
 
 
 @dataclass(frozen=True)

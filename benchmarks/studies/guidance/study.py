@@ -17,7 +17,7 @@ from benchmarks.studies.guidance.boat import (
     identified,
     truth,
 )
-from benchmarks.studies.guidance.pilots import ByHand, HandGains, Pilot, Tuned, nearest
+from benchmarks.studies.guidance.pilots import ByHand, HandGains, Pilot, Tuned, Waiting, nearest
 from seatrial.boat.model import Model
 from seatrial.control import (
     KNOB,
@@ -127,6 +127,7 @@ def by_hand() -> HandGains:
 PILOTS: dict[str, Callable[[], Pilot]] = {
     "PID by hand, plain LOS": lambda: ByHand(by_hand()),
     "tuned, ILOS": lambda: Tuned(tuned()),
+    "tuned, ILOS, waiting": lambda: Waiting(tuned()),
 }
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 import seatrial
 from benchmarks.studies.tracking.pilots import Pilot
-from seatrial.control import Course
+from seatrial.control import Course, Reference
 from seatrial.control.mpc import Nmpc
 from seatrial.util.frames import Array
 
@@ -29,6 +29,11 @@ class Predictive(Pilot):
         """To the predictor."""
         self.predictor.pose(stamp, eta)
 
+    def wanted(self, acts: float, course: Course, eta: Array) -> list[Reference]:
+        """References over the horizon from `acts` [s] on; eta (3,): the boat's pose then."""
+        del eta
+        return [course.at(acts + ahead) for ahead in self.controller.grid.times.tolist()]
+
     def command(self, t: float, course: Course) -> Array:
         """A new programme every PERIOD."""
         if t < self.due - 1e-9:
@@ -36,7 +41,7 @@ class Predictive(Pilot):
         self.due = t + PERIOD
         acts = t + self.controller.latency
         found = self.predictor.at(acts)
-        wanted = [course.at(acts + ahead) for ahead in self.controller.grid.times.tolist()]
+        wanted = self.wanted(acts, course, found.pose)
         rows = np.array([np.concatenate([one.eta, one.body()[0]]) for one in wanted])
         begin = time.perf_counter()
         self.held = self.controller.command(t, found.pose, found.velocity, rows, found.disturbance)

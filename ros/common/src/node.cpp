@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "seatrial_ros/node.hpp"
 
+#include <sys/stat.h>
+
 #include <utility>
 
 namespace seatrial::ros {
@@ -8,6 +10,25 @@ namespace seatrial::ros {
 namespace {
 
 constexpr double kLateShown = 5.0;  // [s] for which a pose that came too late is reported
+
+/// When a file was written [ns]; 0: there is none.
+std::int64_t written(const std::string& path) {
+  struct stat found {};
+  if (path.empty() || ::stat(path.c_str(), &found) != 0) return 0;
+  return std::int64_t{found.st_mtim.tv_sec} * 1000000000 + found.st_mtim.tv_nsec;
+}
+
+/// Values (n) forward-left-up in the axes of the model file.
+std::vector<double> in_file_axes(const double* values, const std::vector<Channel>& channels) {
+  std::vector<double> found(channels.size());
+  for (std::size_t i = 0; i < channels.size(); ++i) found[i] = channels[i].turn * values[i];
+  return found;
+}
+
+Settings checked(Settings settings) {
+  check(settings);
+  return settings;
+}
 
 double seconds(std::int64_t span) { return 1e-9 * static_cast<double>(span); }
 
@@ -29,9 +50,12 @@ void expect_same(const std::vector<Channel>& before, const std::vector<Channel>&
 
 }  // namespace
 
-Node::Node(Settings settings) : settings_(std::move(settings)) {
-  check(settings_);
-  BoardModel board = load();
+Node::Node(Settings settings)
+    : settings_(checked(std::move(settings))),
+      path_(settings_.model),
+      adapted_(written(settings_.adapted_model)),
+      live_(static_cast<int>(settings_.live_port)) {
+  BoardModel board = load(path_);
   apply_topics(board);
   if (board.pose.topic.empty()) {
     throw std::runtime_error("neither the vehicle nor the parameter pose_topic names a topic");
@@ -83,17 +107,35 @@ void Node::pose(const PoseMessage& in) {
     late_ = behind;
     late_at_ = in.arrival;
   }
+  send_pose(stamp, eta, own ? covariance : nullptr);
+}
+
+void Node::send_pose(std::int64_t stamp, const double* eta, const double* covariance) {
+  if (!live_.on()) return;
+  const std::vector<Channel> channels = {board_.pose.x, board_.pose.y, board_.pose.heading};
+  std::vector<double> spread;
+  for (std::size_t i = 0; covariance != nullptr && i < kPose * kPose; ++i) {
+    spread.push_back(channels[i / kPose].turn * channels[i % kPose].turn * covariance[i]);
+  }
+  live_.send("pose", stamp, in_file_axes(eta, channels), spread);
 }
 
 void Node::numbers(const NumbersMessage& in) {
   const std::int64_t stamp = chosen(in.stamp, in.arrival, board_.commands.clock);
-  if (command_.update(in)) odometer_->command(stamp, command_.values());
-  if (scale_.update(in)) odometer_->scale(stamp, scale_.values());
+  if (command_.update(in)) {
+    odometer_->command(stamp, command_.values());
+    live_.send("command", stamp, in_file_axes(command_.values(), command_.channels()));
+  }
+  if (scale_.update(in)) {
+    odometer_->scale(stamp, scale_.values());
+    live_.send("scale", stamp, in_file_axes(scale_.values(), scale_.channels()));
+  }
 }
 
 Odometry Node::tick(std::int64_t now) {
   const std::int64_t newest = odometer_->newest();
   last_now_ = now;
+  live_.receive();
   ahead_ = newest == 0 ? 0.0 : seconds(newest - now);
   if (ahead_ > settings_.window) {
     last_ = Odometry{};
@@ -115,12 +157,16 @@ Diagnosis Node::diagnose() const {
     const bool said = words.flag == kNoPose && !fault.empty();
     if (!said) out.message += (out.message.empty() ? "" : "; ") + std::string(words.advice);
   }
+  const bool changed = live_.diagnose(out);
   if (out.message.empty()) out.message = "odometry by the model and poses";
-  const bool faulty = health != 0U || !fault.empty();
+  const bool faulty = health != 0U || !fault.empty() || changed;
   out.level =
       (health & kNoPose) != 0U ? Diagnosis::kError : (faulty ? Diagnosis::kWarn : Diagnosis::kOk);
-  out.values.emplace_back("model", board_.name + " (" + settings_.model + ")");
+  out.values.emplace_back("model", board_.name + " (" + path_ + ")");
   out.values.emplace_back("age of the last pose used [s]", age());
+  if (live_.lost() != 0) {
+    out.values.emplace_back("lines to live_port without a receiver", std::to_string(live_.lost()));
+  }
   static constexpr const char* kNames[kSources] = {"commands", "scales", "poses"};
   for (int s = 0; s < kSources; ++s) {
     for (int o = 0; o < kOutcomes; ++o) {
@@ -145,23 +191,33 @@ std::string Node::timing_fault() const {
          ". Raise window, or find what delays the poses or stamps the commands early";
 }
 
-std::string Node::reload() {
+std::string Node::reload() { return change_to(settings_.model); }
+
+std::string Node::adopt() {
+  const std::int64_t found = written(settings_.adapted_model);
+  if (found == 0 || found == adapted_) return "";
+  adapted_ = found;  // one that can't be used is tried once
+  return change_to(settings_.adapted_model);
+}
+
+std::string Node::change_to(const std::string& path) {
   try {
-    BoardModel board = load();
+    BoardModel board = load(path);
     apply_topics(board);
     expect_same(board_.inputs, board.inputs, "inputs");
     expect_same(board_.scales, board.scales, "scales");
     odometer_->reload(board.model, board.pose.lever);
     board_.model = board.model;
     board_.name = board.name;
+    path_ = path;
     return "";
   } catch (const std::runtime_error& error) {
     return error.what();
   }
 }
 
-BoardModel Node::load() const {
-  BoardModel board = load_model(settings_.model);
+BoardModel Node::load(const std::string& path) const {
+  BoardModel board = load_model(path);
   board.model.window = settings_.window;
   board.model.boat.frame =
       settings_.body_fixed_disturbance ? DisturbanceFrame::kBody : DisturbanceFrame::kEarth;

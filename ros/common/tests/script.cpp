@@ -9,13 +9,17 @@
 //   ARRIVAL numbers TYPE TOPIC STAMP V V V | V V     groups as in seatrial_ros/fields.hpp
 //   ARRIVAL tick
 //   ARRIVAL reload
+//   ARRIVAL adopt
+//   ARRIVAL wait          0.3 s, for what comes from the live port
 // Each tick answers: stamp, then in odom x y psi, u v r, in map x y psi, odom in map x y psi,
 // health; or "stamp unknown". At the end the diagnosis.
+#include <chrono>
 #include <cinttypes>
 #include <cstdio>
 #include <iostream>
 #include <map>
 #include <sstream>
+#include <thread>
 
 #include "seatrial_ros/node.hpp"
 
@@ -93,6 +97,11 @@ void follow(sr::Node& node, const std::string& line) {
   } else if (what == "reload") {
     const std::string wrong = node.reload();
     std::printf("reload %s\n", wrong.empty() ? "done" : wrong.c_str());
+  } else if (what == "adopt") {
+    const std::string wrong = node.adopt();
+    std::printf("adopt %s\n", wrong.empty() ? node.model_path().c_str() : wrong.c_str());
+  } else if (what == "wait") {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
   } else if (what == "pose") {
     sr::PoseMessage in;
     in.arrival = arrival;

@@ -146,7 +146,16 @@ class Shell {
     broadcaster_.sendTransform(message);
   }
 
-  void diagnose() { diagnostics_.publish(sr::diagnostics(node_.diagnose(), "odometry")); }
+  void diagnose() {
+    const std::string before = node_.model_path();
+    const std::string wrong = node_.adopt();
+    if (!wrong.empty()) {
+      ROS_ERROR("%s; the previous model stays in use", wrong.c_str());
+    } else if (node_.model_path() != before) {
+      ROS_INFO("%s: the model of the changed boat", node_.model_path().c_str());
+    }
+    diagnostics_.publish(sr::diagnostics(node_.diagnose(), "odometry"));
+  }
 
   std::string reload() {
     const std::string wrong = node_.reload();

@@ -160,7 +160,16 @@ class OdometryNode : public rclcpp::Node {
     broadcaster_.sendTransform(message);
   }
 
-  void diagnose() { diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(), "odometry")); }
+  void diagnose() {
+    const std::string before = node_.model_path();
+    const std::string wrong = node_.adopt();
+    if (!wrong.empty()) {
+      RCLCPP_ERROR(get_logger(), "%s; the previous model stays in use", wrong.c_str());
+    } else if (node_.model_path() != before) {
+      RCLCPP_INFO(get_logger(), "%s: the model of the changed boat", node_.model_path().c_str());
+    }
+    diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(), "odometry"));
+  }
 
   std::string reload() {
     const std::string wrong = node_.reload();

@@ -98,9 +98,11 @@ class ChainReader:
             for stage, name, given, members in self._stages(group):
                 for one in (stage, *_also(group, stage, name)):
                     column = STAGES.index(one)
-                    if np.any(index[members, column] >= 0):
+                    twice = [self.actuators[k] for k in members if index[k, column] >= 0]
+                    if twice:
                         raise VehicleError(
-                            f"{self.source}: chain: two groups give an actuator's {one}"
+                            f"{self.source}: chain: two groups give {one} of {', '.join(twice)}; "
+                            "keep one of them"
                         )
                     index[members, column] = len(values)
                 names.append(name)

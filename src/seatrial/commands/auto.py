@@ -2,8 +2,6 @@
 """`seatrial auto`."""
 
 import argparse
-import os
-import sys
 from pathlib import Path
 
 from seatrial.commands.shared import (
@@ -11,6 +9,7 @@ from seatrial.commands.shared import (
     add_places,
     add_salvage,
     guard,
+    open_page,
     to_programs,
     write_json,
 )
@@ -77,16 +76,4 @@ def run(args: argparse.Namespace) -> None:
         str(folder), str(found.report), str(scores), model, list(found.assumed), found.next.text
     )
     write_json(args, "auto 1", result)
-    if not args.no_browser and _has_browser():
-        import webbrowser
-
-        webbrowser.open(found.report.resolve().as_uri())
-
-
-def _has_browser() -> bool:
-    """Whether the user is at a desktop."""
-    if not sys.stdout.isatty():
-        return False
-    return sys.platform in ("darwin", "win32") or any(
-        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
-    )
+    open_page(args, found.report.resolve().as_uri())

@@ -5,7 +5,15 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_recordings, guard, read_all, write_json
+from seatrial.commands.shared import (
+    add_json,
+    add_recordings,
+    add_workers,
+    guard,
+    on_workers,
+    read_all,
+    write_json,
+)
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -55,6 +63,7 @@ def add(command: argparse.ArgumentParser) -> None:
         "--bootstrap", type=int, default=0, metavar="N",
         help="confidence intervals by a block bootstrap of N refits (200 are usual)",
     )  # fmt: skip
+    add_workers(command)
     command.add_argument(
         "--literal",
         action="store_true",
@@ -120,7 +129,7 @@ def run(args: argparse.Namespace) -> None:
     if tables:
         from seatrial.identification.on_request import accuracy_tables
 
-        with stage("computing confidence intervals"):
+        with stage("computing confidence intervals"), on_workers(args):
             told = accuracy_tables(
                 solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
             )  # fmt: skip

@@ -20,6 +20,10 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("--model", type=Path, help="model file instead of the plan's plant")
     command.add_argument("--seed", type=int, help="seed (default: the plan's)")
     command.add_argument(
+        "--seeds", type=int, metavar="N",
+        help="N times, from --seed on, each in a folder of its own: a fleet for 'seatrial fleet DIR'",
+    )  # fmt: skip
+    command.add_argument(
         "--format", choices=("csv", *BAG_FORMATS), default="csv",
         help="csv: a folder of tables for each trial; else a bag for each (default: csv)",
     )  # fmt: skip
@@ -34,9 +38,9 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.commands.shared.results import SimulatedVehicle, SimulateResult
     from seatrial.io.trial_files import guard_trials, write_setting, write_trial
-    from seatrial.simulation.plan import load_plan, with_seed
+    from seatrial.simulation.plan import load_plan, seeded, with_seed
     from seatrial.simulation.trials import plant_model, simulate
-    from seatrial.workflow.next_step import after_simulate
+    from seatrial.workflow.next_step import after_simulate, fleet_of
 
     guard(args.json, "{", args.plan, args.vehicle, args.model)
     plan = load_plan(args.plan)
@@ -45,18 +49,25 @@ def run(args: argparse.Namespace) -> None:
     given = None if args.model is None else load(args.model)
     names = plan.vehicles if args.vehicle is None else [args.vehicle]
     vehicles = [load_vehicle(name) for name in names]
-    for vehicle in vehicles:
-        guard_trials(plan, vehicle, args.out)
+    jobs = [(plan, vehicle, args.out) for vehicle in vehicles]
+    if args.seeds is not None:
+        jobs = list(seeded(plan, vehicles, args.seeds, args.out))
+    for one, vehicle, out in jobs:
+        guard_trials(one, vehicle, out)
     done: list[SimulatedVehicle] = []
-    for vehicle in over(vehicles, "vehicle" if len(vehicles) > 1 else ""):
-        truth = plant_model(plan, vehicle) if given is None else given.with_vehicle(vehicle)
+    for one, vehicle, out in over(jobs, "vehicle" if len(jobs) > 1 else ""):
+        truth = plant_model(one, vehicle) if given is None else given.with_vehicle(vehicle)
         for words in negative_latencies(truth):
             say(f"seatrial: {truth.name}: {words}", file=sys.stderr)
-        done.append(SimulatedVehicle(str(write_setting(plan, vehicle, truth, args.out)), []))
+        done.append(SimulatedVehicle(str(write_setting(one, vehicle, truth, out)), []))
         say(f"vehicle {done[-1].vehicle}")
-        trials = over(simulate(plan, vehicle, given), "simulating trial", len(plan.trials))
+        trials = over(simulate(one, vehicle, given), "simulating trial", len(one.trials))
         for trial in trials:
-            done[-1].trials.append(str(write_trial(trial, args.out, args.format)))
+            done[-1].trials.append(str(write_trial(trial, out, args.format)))
             say(f"  {done[-1].trials[-1]}")
     write_json(args, "simulate 1", SimulateResult(plan.name, str(args.out), done))
-    say(after_simulate(done[0].trials, done[0].vehicle).text)
+    first = done[0]
+    following = (
+        after_simulate(first.trials, first.vehicle) if args.seeds is None else fleet_of(args.out)
+    )
+    say(following.text)

@@ -25,6 +25,7 @@ from seatrial.control.tracking.courses import (
 )
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tracking.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
+from seatrial.control.tracking.waiting import WaitingReference
 from seatrial.control.tuning.console import tuning_text
 from seatrial.control.tuning.design import CONTROLLER_RATE, KNOB, Tuning, tune
 
@@ -46,6 +47,7 @@ __all__ = [
     "Tracked",
     "TrackingController",
     "Tuning",
+    "WaitingReference",
     "at_speed",
     "fitted",
     "gains_of",

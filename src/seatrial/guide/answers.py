@@ -10,6 +10,7 @@ from seatrial.boat.findings import Finding, FindingKind
 from seatrial.inspection.proposal.axes import asked_axes
 from seatrial.inspection.proposal.inputs import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
+from seatrial.inspection.proposal.side_names import contradicting_names
 from seatrial.inspection.proposal.sources import (
     MOORE_PENROSE,
     Choices,
@@ -28,6 +29,11 @@ LAST_QUARTER = "the last quarter of each recording"
 BOW, STERN = "the bow", "the stern"
 BOW_QUESTION = """\
 Which end of the boat does the heading of the log point to? It decides which way is forward on the stick."""
+SIDES_QUESTION = (
+    "Driven ahead, {names} turn the boat as thrusters on the other side do. What is to be changed?"
+)
+OTHER_END = "the heading points to the other end of the boat"
+OTHER_NAMES = "nothing: {names} are on the other side than their names say"
 LEVER_QUESTION = (
     "Where is the measured point (GNSS antenna, markers, SLAM frame) from the boat's origin, usually the middle "
     "of the thrusters? Give metres ahead and metres to {side}, such as '0.35 -0.1'. Enter: not known"
@@ -100,6 +106,13 @@ def proposed(
             raise
         given = replace(given, thrusters=places)
         proposal = propose()
+    wrong = contradicting_names(proposal.drive.forces, given.axes)
+    if ask is not None and wrong and not is_log(first):
+        said = joined(wrong)
+        answers = OTHER_END, OTHER_NAMES.format(names=said)
+        if ask.choose(SIDES_QUESTION.format(names=said), answers) == OTHER_END:
+            given = replace(given, stern=not given.stern)
+            proposal = propose()
     return proposal, given
 
 
@@ -136,6 +149,11 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
         known = joined(proposal.sources.notes.get("known axes", []))
         axes = "" if known else f"axes {given.axes} and "
         found.append(f"{axes}a heading that points to the bow (init --axes, psi: {{sign: -1}})")
+    if ask is None and (wrong := contradicting_names(proposal.drive.forces, given.axes)):
+        found.append(
+            f"{joined(wrong)} on the other side than the names say: driven ahead, they turn the boat the other "
+            "way. If the names are right, the heading points to the stern, or the axes are others"
+        )
     if given.lever is None and proposal.drive.lever is None:
         found.append(AT_ORIGIN)
     if not proposal.drive.forces and not given.thrusters:

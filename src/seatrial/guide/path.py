@@ -25,7 +25,7 @@ from seatrial.guide.answers import (
 from seatrial.guide.steps import Steps, digest_of
 from seatrial.identification.guided import identify_guided
 from seatrial.inspection.console import inspection_text
-from seatrial.inspection.overview import inspect
+from seatrial.inspection.overview import Inspection, inspect
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.reader import recording_name
@@ -56,6 +56,7 @@ class Guide:
     scores: Scores
     assumed: tuple[str, ...]
     next: NextStep
+    inspection: Inspection
 
     @property
     def report(self) -> Path:
@@ -73,6 +74,7 @@ class _Path:
     say: Say
     salvage: bool
     steps: Steps
+    effects: tuple[str, ...] = ()  # estimated from the beginning
     assumed: list[str] = field(default_factory=list)
 
     def file(self, name: str) -> Path:
@@ -88,12 +90,14 @@ def auto(
     ask: Questions | None = None,
     say: Say = lambda _: None,
     salvage: bool = False,
+    effects: Sequence[str] = (),
 ) -> Guide:
     """From logs to a model that is validated on what was held out, and its report, in one folder.
 
     `test`: the log of `logs` that tests the model; default: the last quarter of each. `ask`: who answers what no
-    log can tell; without, it is assumed and stated. A path that was stopped goes on where it was, and a vehicle
-    file in the folder is used as it is: it has the answers. Raises as `init`, `identify` and `validate`.
+    log can tell; without, it is assumed and stated. `effects`: those to begin with, as of `identify`. A path that
+    was stopped goes on where it was, and a vehicle file in the folder is used as it is: it has the answers. Raises
+    as `init`, `identify` and `validate`.
     """
     paths = tuple(Path(log) for log in logs)
     if not paths:
@@ -102,7 +106,7 @@ def auto(
         raise FileError(f"{folder}: is a file; give a folder to write to")
     if test is not None:
         _place_of(str(test), paths)
-    here = _Path(paths, Path(folder), ask, say, salvage, Steps(Path(folder)))
+    here = _Path(paths, Path(folder), ask, say, salvage, Steps(Path(folder)), tuple(effects))
     # 1. the vehicle file: proposed once, then the user's
     with stage("vehicle file", 0.1):
         proposed_now = _vehicle_file(here, choices or Choices())
@@ -111,13 +115,14 @@ def auto(
     with stage("reading", 0.1), _of_this_boat(here, proposed_now=proposed_now):
         recordings = [read(path, vehicle, salvage=salvage) for path in over(here.logs)]
     with stage("inspecting", 0.05):
-        _inspect(here, recordings, vehicle)
+        inspection = _inspect(here, recordings, vehicle)
     # 3. the model, from all but what is held out
     training, held_out = _held_out(here, recordings, vehicle, test)
     made_from = digest_of(
         [source.sha256 for r in recordings for source in r.sources],
         here.file("vehicle.yaml").read_text("utf-8"),
         [(r.name, r.offset, r.duration) for r in training],
+        *here.effects,
     )
     with stage("identifying", 0.55):
         model = _model(here, training, vehicle, made_from)
@@ -128,7 +133,7 @@ def auto(
     with stage("report"):
         seen = _as_model_reads(here, model, vehicle, training)
         step = _report(here, model, [*tested, *seen], scores)
-    return Guide(here.folder, model, scores, tuple(here.assumed), step)
+    return Guide(here.folder, model, scores, tuple(here.assumed), step, inspection)
 
 
 @contextmanager
@@ -186,7 +191,7 @@ def _other_logs(here: _Path) -> list[str]:
     ]
 
 
-def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> None:
+def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     """State what is wrong with recordings and vehicle file; the model has it as a doubt."""
     found = inspect(recordings, vehicle)
     write_text(here.file("inspect.txt"), inspection_text(found) + "\n")
@@ -196,6 +201,7 @@ def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> 
     verdict = wrong[0] if wrong else "units, signs and order are consistent"
     share = f"{100.0 * usable:.1f} % of the poses usable"
     here.say(f"inspect   {length:.0f} s, {share}; {verdict}  -> {here.file('inspect.txt')}")
+    return found
 
 
 def _held_out(
@@ -272,7 +278,7 @@ def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_fr
         accepted.extend([kind] if answer else [])
         return answer
 
-    found = identify_guided(training, vehicle, confirm=confirm)
+    found = identify_guided(training, vehicle, effects=here.effects, confirm=confirm)
     save(found.model, path)
     here.steps.note("model", made_from, [path])
     terms = f"{len(found.model.values)} coefficients"

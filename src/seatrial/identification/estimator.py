@@ -77,6 +77,7 @@ from seatrial.identification.solution import (
     StartValues,
 )
 from seatrial.identification.uncertainty.covariance import (
+    SHORTEST_BLOCK,
     sandwich_covariance,
     with_enough_blocks,
 )
@@ -221,7 +222,7 @@ def _fit(
                 *homogeneity_findings(at),
                 *drift_findings(at),
             ]
-        findings += [*_outliers(at), *prediction_findings(at, horizon), *_at_bound_findings(at)]
+        findings += [*_outliers(at), *prediction_findings(at, horizon), *at_bound_findings(at)]
         if horizon:
             findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
         # what disturbed intervals do to the standard errors
@@ -245,7 +246,7 @@ def _fit(
     )
 
 
-def _at_bound_findings(at: Point) -> list[Finding]:
+def at_bound_findings(at: Point) -> list[Finding]:
     """A finding on each parameter that ends at a bound."""
     problem, findings = at.runs.problem, []
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
@@ -292,7 +293,7 @@ def _maximised(
     If the search from given start values fails, as the boat has changed, it starts again without one.
     """
     theta, noise = _start(problem, recordings, start)
-    own = replace(problem, step=_step(problem, theta))
+    own = replace(problem, step=integration_step(problem, theta))
     try:
         at, outcome = search(
             own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES
@@ -307,19 +308,31 @@ def _maximised(
 
 
 def first_maximum(
-    recordings: Sequence[Recording], vehicle: Vehicle, effects: Sequence[str] = ()
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    effects: Sequence[str] = (),
+    *,
+    start: StartValues | None = None,
+    short: bool = False,
 ) -> Point:
-    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages."""
+    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages.
+
+    short: recordings with fewer blocks than parameters are not refused; their standard errors are those of white
+    innovations.
+    """
     whole, _ = with_estimated_stages(vehicle, recordings)
     settings = OutputErrorSettings(effects=tuple(effects))
-    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, settings))
-    return _maximised(problem, recordings, None, hold=False)
+    problem = problem_with(whole, vehicle, recordings, settings)
+    problem = replace(problem, block=SHORTEST_BLOCK) if short else with_enough_blocks(problem)
+    return _maximised(problem, recordings, start, hold=False)
 
 
 def _from_start_values(problem: Problem) -> Point:
     """The maximum of the likelihood from start values; no further attempts."""
     theta, noise = _start(problem, problem.recordings, None)
-    return maximise_likelihood(replace(problem, step=_step(problem, theta)), theta, noise)
+    return maximise_likelihood(
+        replace(problem, step=integration_step(problem, theta)), theta, noise
+    )
 
 
 def _lever_arm_hint(problem: Problem, recordings: Sequence[Recording]) -> str:
@@ -330,9 +343,9 @@ def _lever_arm_hint(problem: Problem, recordings: Sequence[Recording]) -> str:
     wider = replace(problem, free=(*problem.free, *lever))
     theta, noise = _start(wider, recordings, None)
     try:
-        found = maximise_likelihood(replace(wider, step=_step(wider, theta)), theta, noise).theta[
-            list(lever)
-        ]
+        found = maximise_likelihood(
+            replace(wider, step=integration_step(wider, theta)), theta, noise
+        ).theta[list(lever)]
     except IdentificationError:
         return ""
     if np.hypot(*found) < LEAST_LEVER_ARM:
@@ -359,7 +372,7 @@ def _outliers(at: Point) -> list[Finding]:
     return []
 
 
-def _step(problem: Problem, theta: Array) -> float:
+def integration_step(problem: Problem, theta: Array) -> float:
     """Step [s] of the integration: the chosen one, or less where the boat's fastest eigenvalue requires it."""
     vehicle, n = problem.vehicle, problem.n_coefficients
     nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])

@@ -83,14 +83,19 @@ class Fit:
         """Standard errors by name."""
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
+    def model_covariance(self) -> Array:
+        """Covariance (n, n) of all coefficients and constants, 0 of those that were given."""
+        size = self.problem.n_coefficients + self.problem.n_constants
+        own = [k for k, i in enumerate(self.problem.free) if i < size]
+        at = [self.problem.free[k] for k in own]
+        covariance = np.zeros((size, size))
+        covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
+        return covariance
+
     def model(self) -> Model:
         """The model, with the covariance of coefficients and constants."""
         problem, theta, n = self.problem, self.theta, self.problem.n_coefficients
         size = n + problem.n_constants
-        own = [k for k, i in enumerate(problem.free) if i < size]
-        at = [problem.free[k] for k in own]
-        covariance = np.zeros((size, size))
-        covariance[np.ix_(at, at)] = self.covariance[np.ix_(own, own)]
         settings: dict[str, str | float | int | bool | None] = {
             "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.horizon,
             "effects": ", ".join(self.settings.effects),
@@ -115,7 +120,7 @@ class Fit:
         lever = theta[problem.effects(0)[: len(LEVER_NAMES)]]
         vehicle = with_further_delays(problem, theta)
         return Model(
-            with_lever(vehicle, *lever.tolist()), theta[:n], covariance, constants,
+            with_lever(vehicle, *lever.tolist()), theta[:n], self.model_covariance(), constants,
             Integration("runge-kutta", problem.step),
             noise_entry(noise, earth=problem.earth_fixed if earth is None else earth),
             envelope(problem.vehicle, constants, recordings, self._moving()),

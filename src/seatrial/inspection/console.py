@@ -33,7 +33,8 @@ def inspection_text(found: Inspection) -> str:
             beyond_full(u.name, u.least, u.most) for u in used
         )
         checked = "signs and order" if unit_in_doubt else "units, signs and order"
-        lines.append(f"  => consistent with the vehicle file's {checked}")
+        but = f", but for {', '.join(signs.unexcited)}: drive them to check" * bool(signs.unexcited)
+        lines.append(f"  => consistent with the vehicle file's {checked}{but}")
     return "\n".join(lines)
 
 

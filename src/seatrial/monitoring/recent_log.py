@@ -2,7 +2,7 @@
 """The last minute of a boat's signals, as a recording."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from seatrial.recording.recording import Recording, Signal, make_recording
 from seatrial.util.frames import Array, Stamps
 
 Rows = deque[tuple[int, Array]]  # stamp [ns], values
+Table = Callable[[str, int], tuple[Stamps, Array]]
+KINDS = ("pose", "position", "heading", "command", "scale")
+HELD = ("command", "scale")  # signals that hold until their next row
 LATE = 8  # rows that may arrive after a newer one
 MOST_ROWS = 60_000  # of one signal: a minute at 1 kHz; bounds memory whatever arrives
 
@@ -28,10 +31,7 @@ class RecentLog:
     def __init__(self, vehicle: Vehicle, length: float) -> None:
         self.vehicle = vehicle
         self._length = round(1e9 * length)
-        self._rows: dict[str, Rows] = {
-            kind: deque(maxlen=MOST_ROWS)
-            for kind in ("pose", "position", "heading", "command", "scale")
-        }
+        self._rows: dict[str, Rows] = {kind: deque(maxlen=MOST_ROWS) for kind in KINDS}
 
     def add(self, kind: str, stamp: int, values: Sequence[float] | Array) -> None:
         """A row: pose (3,), position (2,), heading (1,), command (inputs,) or scale (scales,)."""
@@ -41,7 +41,7 @@ class RecentLog:
         rows = self._rows[kind]
         rows.append((stamp, row))
         # of a signal that holds, one row before the log stays
-        held = int(kind in ("command", "scale"))
+        held = int(kind in HELD)
         while len(rows) > held + 1 and rows[held][0] < stamp - self._length:
             rows.popleft()
 
@@ -55,35 +55,13 @@ class RecentLog:
 
     def recording(self, start: int, end: int) -> Recording:
         """What is known of the interval between two stamps [ns]. Raises RecordingError."""
-        poses = self._poses(start, end)
-        position, heading = self.vehicle.delays
-        later = poses.asynchronous
-        signals = (
-            self._signal("command", self.vehicle.inputs),
-            self._signal("scale", self.vehicle.scales),
+        return recording_of_signals(
+            self.vehicle,
+            lambda kind, width: self._table(kind, width, *_span(kind, start, end)),
         )
-        recording = make_recording(
-            self.vehicle.name, stamps_of_headings(poses.stamps, heading), poses.eta, signals[0],
-            scales=signals[1] if self.vehicle.scales else None,
-            timeout=self.vehicle.file.command_timeout, position_delay=position - heading,
-            parts=poses.parts, asynchronous=None if later is None else later.shifted(-round(1e9 * heading)),
-        )  # fmt: skip
-        return poses_of_origin(recording, np.array(self.vehicle.lever))
-
-    def _poses(self, start: int, end: int) -> Poses:
-        whole, positions, headings = (
-            self._table(kind, width, start, end)
-            for kind, width in (("pose", 3), ("position", 2), ("heading", 1))
-        )
-        if not len(positions[0]):
-            return Poses(*whole)
-        return joined(*positions, headings[0], headings[1][:, 0])
-
-    def _signal(self, kind: str, names: tuple[str, ...]) -> Signal:
-        return Signal(names, *self._table(kind, len(names)))
 
     def _table(
-        self, kind: str, width: int, start: int | None = None, end: int | None = None
+        self, kind: str, width: int, start: int | None, end: int | None
     ) -> tuple[Stamps, Array]:
         """Stamps (n,) in order, and values (n, width)."""
         found = list(self._rows[kind])  # in one step: another thread may add rows
@@ -95,3 +73,44 @@ class RecentLog:
         return stamps, np.array([values for _, values in rows], dtype=float).reshape(
             len(rows), width
         )
+
+
+def _span(kind: str, start: int, end: int) -> tuple[int | None, int | None]:
+    """Commands and scales hold: all of them count."""
+    return (None, None) if kind in HELD else (start, end)
+
+
+def recording_of_signals(vehicle: Vehicle, table: Table) -> Recording:
+    """A recording of the boat's origin from signals of the measured point, forward-left-up.
+
+    table: of a kind of signal and its width, the stamps (n,) [ns] in order and the values (n, width). Raises
+    RecordingError.
+    """
+    poses = _poses(table)
+    position, heading = vehicle.delays
+    later = poses.asynchronous
+    commands, scales = (
+        _signal(table, kind, names)
+        for kind, names in (("command", vehicle.inputs), ("scale", vehicle.scales))
+    )
+    recording = make_recording(
+        vehicle.name, stamps_of_headings(poses.stamps, heading), poses.eta, commands,
+        scales=scales if vehicle.scales else None,
+        timeout=vehicle.file.command_timeout, position_delay=position - heading,
+        parts=poses.parts, asynchronous=None if later is None else later.shifted(-round(1e9 * heading)),
+    )  # fmt: skip
+    return poses_of_origin(recording, np.array(vehicle.lever))
+
+
+def _poses(table: Table) -> Poses:
+    positions, headings = table("position", 2), table("heading", 1)
+    if not len(positions[0]):
+        return Poses(*table("pose", 3))
+    return joined(*positions, headings[0], headings[1][:, 0])
+
+
+def _signal(table: Table, kind: str, names: tuple[str, ...]) -> Signal:
+    """Of rows with one stamp the last."""
+    stamps, values = table(kind, len(names))
+    last = np.append(np.diff(stamps) > 0, True)[: len(stamps)]
+    return Signal(names, stamps[last], values[last])

@@ -88,6 +88,7 @@ class LiveState(msgspec.Struct, frozen=True, kw_only=True):
     """All that the page shows but the track."""
 
     vehicle: str
+    axes: str = "forward-left-up"  # the vehicle file's
     inputs: tuple[str, ...] = ()
     source: str = ""
     folder: str = ""
@@ -107,7 +108,12 @@ class LiveState(msgspec.Struct, frozen=True, kw_only=True):
     change: str = ""  # a change of the boat, as text
     message: str = ""  # what hinders the estimate, and what to do
     marks: tuple[tuple[float, str], ...] = ()  # [s], text
+    discards: int = (
+        0  # times that something was discarded: the track's rows have other indices then
+    )
     stopped: bool = False
+    saving: str = ""  # what is at work to save, and how far it is
+    saved: tuple[tuple[str, str], ...] = ()  # what was saved, and its path
     lag: float = 0.0  # [s] by which the estimate is behind the newest pose
 
 

@@ -171,6 +171,14 @@ class Recording:
         """Stamps [ns] as seconds from the recording's start."""
         return (stamps - self.origin).astype(np.float64) * 1e-9
 
+    def on_clock_of(self, other: "Recording") -> "Recording":
+        """The recording with its seconds from the start of another, whose continuation it is."""
+        later = float(self.origin - other.origin) * 1e-9
+        moved = tuple(replace(f, start=f.start + later, end=f.end + later) for f in self.faults)
+        found = replace(self, faults=moved)
+        vars(found)["origin"] = other.origin
+        return found
+
     @cached_property
     def unknown(self) -> tuple[tuple[float, float], ...]:
         """Intervals [s] with unknown commands.

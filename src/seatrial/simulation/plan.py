@@ -2,6 +2,7 @@
 """The plan of simulated trials: plant, sensor, operator and trials in one file."""
 
 import re
+from collections.abc import Iterator, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -15,7 +16,10 @@ from seatrial.util.files import convert, expect_format, read_yaml
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
+    from seatrial.boat.vehicle import Vehicle
+
 PLAN_FORMAT = "plan 1"
+MOST_SEEDS = 10_000
 LONGEST_SHOWN = 40  # [characters] of a name in an error message
 TRIAL = re.compile(r"\w[\w. -]{0,63}")  # a name of files
 Range = tuple[float, float]
@@ -132,6 +136,20 @@ def with_seed(plan: PlanFile, seed: int) -> PlanFile:
     if seed < 0:
         raise FileError(f"seed {seed}: expected a whole number from 0 on")
     return msgspec.structs.replace(plan, seed=seed)
+
+
+def seeded(
+    plan: PlanFile, vehicles: Sequence["Vehicle"], count: int, out: Path
+) -> Iterator[tuple[PlanFile, "Vehicle", Path]]:
+    """The plan with `count` seeds from its own on, each with its vehicle and folder. Raises FileError."""
+    if not 1 <= count <= MOST_SEEDS:
+        raise FileError(f"--seeds {count}: expected 1 to {MOST_SEEDS}")
+    seeds = range(plan.seed, plan.seed + count)
+    width = len(str(seeds[-1]))
+    for seed in seeds:
+        for place, vehicle in enumerate(vehicles):
+            more = f"-{place + 1}" if len(vehicles) > 1 else ""
+            yield with_seed(plan, seed), vehicle, out / f"seed-{seed:0{width}}{more}"
 
 
 def plan_names() -> list[str]:

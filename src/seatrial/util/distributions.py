@@ -17,6 +17,16 @@ def normal_two_sided(z: float) -> float:
     return math.erfc(abs(z) / math.sqrt(2.0))
 
 
+def student_two_sided(t: float, freedom: float) -> float:
+    """The same of Student's t with `freedom` > 0 degrees, by a normal variable.
+
+    Wallace, Annals of Mathematical Statistics 30, 1959: from 3 degrees on within 1 % of p up to t = 2, and no more
+    than a quarter too large up to t = 12.
+    """
+    root = math.sqrt(freedom * math.log1p(t * t / freedom))
+    return normal_two_sided((8.0 * freedom + 1.0) / (8.0 * freedom + 3.0) * root)
+
+
 def chi2_sf(x: float, freedom: float) -> float:
     """Probability that chi-square with `freedom` > 0 degrees exceeds x."""
     if not freedom > 0:

@@ -71,3 +71,7 @@ class SimulatorError(SeatrialError):
 
 class MimicError(SeatrialError):
     """A carrier that can't follow a boat."""
+
+
+class FleetError(SeatrialError):
+    """A fleet, or workers for it, that can't be used."""

@@ -1,21 +1,86 @@
 # SPDX-License-Identifier: MIT
-"""Threads for the core, which releases the interpreter lock."""
+"""Work on many items: threads for the core, which releases the interpreter lock, or a farm of processes.
+
+The one place that knows where the work is done. Results are in the order of the items, whoever did them.
+"""
 
 import os
-from collections.abc import Callable, Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import partial
 from typing import TypeVar
 
-from seatrial.util.progress import shared
+from seatrial.util.progress import over, shared
 
+C = TypeVar("C")
 T = TypeVar("T")
 R = TypeVar("R")
+
+
+class Farm(ABC):
+    """Processes that work on items, here or on other computers."""
+
+    @abstractmethod
+    def outcomes(
+        self, work: Callable[[C, T], R], common: C, items: Sequence[T]
+    ) -> Iterator[tuple[int, R | Exception]]:
+        """The place of an item with `work(common, item)`, or with its error, in the order in which they end.
+
+        `work` is a function of a module, `common` and items can be pickled; `common` travels once.
+        """
+
+
+class InTurn(Farm):
+    """This process, one item after the other."""
+
+    def outcomes(
+        self, work: Callable[[C, T], R], common: C, items: Sequence[T]
+    ) -> Iterator[tuple[int, R | Exception]]:
+        """In the items' order."""
+        for place, item in enumerate(items):
+            try:
+                yield place, work(common, item)
+            except Exception as error:  # it is the outcome of the item
+                yield place, error
+
+
+_farm: ContextVar[Farm | None] = ContextVar("farm", default=None)
+_most_cores: ContextVar[int | None] = ContextVar("most_cores", default=None)
+
+
+@contextmanager
+def working_on(farm: Farm) -> Iterator[None]:
+    """`farmed` inside gives its items to this farm."""
+    token = _farm.set(farm)
+    try:
+        yield
+    finally:
+        _farm.reset(token)
+
+
+def farm_at_hand() -> Farm | None:
+    """The farm of `working_on`; None: there is none."""
+    return _farm.get()
+
+
+@contextmanager
+def on_one_core() -> Iterator[None]:
+    """No threads inside: this process is one of many on its computer."""
+    token = _most_cores.set(1)
+    try:
+        yield
+    finally:
+        _most_cores.reset(token)
 
 
 def cores() -> int:
     """Number of cores that this process may use."""
     allowed = getattr(os, "sched_getaffinity", None)  # Linux only
-    return len(allowed(0)) if allowed else os.cpu_count() or 1
+    count = len(allowed(0)) if allowed else os.cpu_count() or 1
+    return min(count, _most_cores.get() or count)
 
 
 def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) -> list[R]:
@@ -29,3 +94,19 @@ def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) 
         return [one(item) for item in given]
     with ThreadPoolExecutor(count) as pool:
         return list(pool.map(one, given))
+
+
+def farmed(work: Callable[[C, T], R], common: C, items: Iterable[T], name: str = "") -> list[R]:
+    """`work(common, item)` of all items: on the farm at hand, else as `spread`. Raises an item's error.
+
+    For items of a second or so: an item of milliseconds costs more to send than to do.
+    """
+    farm, given = _farm.get(), list(items)
+    if farm is None:
+        return spread(partial(work, common), given, name or None)
+    found: dict[int, R] = {}
+    for place, outcome in over(farm.outcomes(work, common, given), name, len(given)):
+        if isinstance(outcome, Exception):
+            raise outcome
+        found[place] = outcome
+    return [found[place] for place in range(len(given))]

@@ -8,11 +8,11 @@ from enum import Enum
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import axis_physics, backward_thrust
+from seatrial.boat.physics import AxisPhysics, axis_physics, backward_thrust
 from seatrial.boat.structure import Term
 from seatrial.evaluation.scores import AxisScore, PooledScore, Scores
 from seatrial.util.errors import ModelError
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.statistics import NORMAL_95
 
 # Simulation: error growth. 1 - ratio is Ljung's fit index with constant velocity as the mean.
@@ -99,6 +99,24 @@ class Fitness:
     use: Use
     level: Level
     reason: Reason
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a controller needs to know: a weighted sum of parameters, its 95 % half-width in parts of a size."""
+
+    criterion: Criterion
+    subject: str
+    weights: Array  # (p,) of the model's parameters
+    size: float  # the sum's own value, or the rise time [s]
+    limits: tuple[float, float]  # of the relative half-width: of fit, of limited
+
+    def relative(self, covariance: Array) -> float:
+        """95 % half-width over `size`, by a covariance (p, p)."""
+        error = float(np.sqrt(max(float(self.weights @ covariance @ self.weights), 0.0)))
+        if error == 0.0:
+            return 0.0
+        return NORMAL_95 * error / self.size if self.size > 0.0 else float("inf")
 
 
 Graded = tuple[Level, Reason]
@@ -206,22 +224,41 @@ def _control(model: Model) -> Iterator[Graded]:
         return
     for name in backward_thrust(model):
         yield Level.NOT_FIT, Reason(Criterion.BACKWARD, name)
+    for one in control_quantities(model, driven):
+        relative = one.relative(model.covariance)
+        if relative == 0.0 and one.criterion is Criterion.GAIN:
+            yield Level.LIMITED, Reason(Criterion.NO_GAIN, one.subject)
+        else:
+            yield _grade(one.criterion, one.subject, relative, one.limits)
+    if not _delay_names(model):
+        yield Level.LIMITED, Reason(Criterion.NO_DELAY)
+
+
+def control_quantities(model: Model, driven: Sequence[AxisPhysics]) -> Iterator[Quantity]:
+    """Gains and damping of the driven axes, at the envelope's speeds; then latency with lag of each group."""
     for one in driven:
-        for what, relative in _known_to(model, one.axis):
-            subject = f"{AXES[one.axis]} {what}"
-            if relative is None:
-                yield Level.LIMITED, Reason(Criterion.NO_GAIN, subject)
-            else:
-                yield _grade(Criterion.GAIN, subject, relative, (GAIN_KNOWN, GAIN_SO_SO))
-    yield _delay(model, min(one.rise_time for one in driven))
+        for what, weights in _gains_and_damping(model, one.axis):
+            weight = np.array([weights.get(name, 0.0) for name in model.parameters])
+            values = np.array([model.values.get(name, 0.0) for name in model.parameters])
+            yield Quantity(
+                Criterion.GAIN, f"{AXES[one.axis]} {what}", weight, abs(float(weight @ values)),
+                (GAIN_KNOWN, GAIN_SO_SO),
+            )  # fmt: skip
+    rise = min((one.rise_time for one in driven), default=0.0)
+    groups: dict[str, list[str]] = {}
+    for name in _delay_names(model):
+        groups.setdefault(name.partition(".")[2], []).append(name)
+    for own in groups.values():
+        weight = np.array([float(name in own) for name in model.parameters])
+        yield Quantity(Criterion.DELAY, "", weight, rise, (DELAY_KNOWN, DELAY_SO_SO))
 
 
-def _known_to(model: Model, axis: int) -> Iterator[tuple[str, float | None]]:
-    """95 % half-widths over the values: of each gain along the axis, of damping at the envelope's speed."""
+def _gains_and_damping(model: Model, axis: int) -> Iterator[tuple[str, dict[str, float]]]:
+    """Weights of each gain along the axis, and of its damping at the envelope's speed."""
     forces = {force.name for force in model.structure.forces if force.axis == axis}
     for term in _terms(model, axis):
         if len(term.factors) == 1 and term.factors[0] in forces:
-            yield "gain", _relative(model, {str(term.coefficient): 1.0})
+            yield "gain", {str(term.coefficient): 1.0}
     symbol = SYMBOLS[axis]
     speed = max(map(abs, model.envelope.speeds.get(symbol, (1.0, 1.0))))
     damping: dict[str, float] = {}
@@ -230,7 +267,7 @@ def _known_to(model: Model, axis: int) -> Iterator[tuple[str, float | None]]:
             size = term.number * speed ** len(term.factors)
             damping[str(term.coefficient)] = damping.get(str(term.coefficient), 0.0) + size
     if damping:
-        yield "damping", _relative(model, damping)
+        yield "damping", damping
 
 
 def _terms(model: Model, axis: int) -> list[Term]:
@@ -238,33 +275,6 @@ def _terms(model: Model, axis: int) -> list[Term]:
     return [t for t in own if t.acceleration is None]
 
 
-def _relative(model: Model, weights: dict[str, float]) -> float | None:
-    """95 % half-width of a weighted sum of coefficients over its value; None: it has no standard error."""
-    names = model.parameters
-    weight = np.array([weights.get(name, 0.0) for name in names])
-    values = np.array([model.values.get(name, 0.0) for name in names])
-    error = float(np.sqrt(max(weight @ model.covariance @ weight, 0.0)))
-    total = abs(float(weight @ values))
-    if error == 0.0:
-        return None
-    return NORMAL_95 * error / total if total > 0.0 else float("inf")
-
-
-def _delay(model: Model, rise: float) -> Graded:
-    """The least known latency and lag together, over the fastest rise time [s]."""
-    names = [
-        name
-        for name in model.vehicle.constants.names
-        if name.partition(".")[0] in ("latency", "lag")
-    ]
-    if not names:
-        return Level.LIMITED, Reason(Criterion.NO_DELAY)
-    groups: dict[str, list[str]] = {}
-    for name in names:
-        groups.setdefault(name.partition(".")[2], []).append(name)
-    widths = []
-    for own in groups.values():
-        weight = np.array([float(name in own) for name in model.parameters])
-        widths.append(NORMAL_95 * float(np.sqrt(max(weight @ model.covariance @ weight, 0.0))))
-    value = max(widths) / rise if rise > 0.0 else float("inf")
-    return _grade(Criterion.DELAY, "", value, (DELAY_KNOWN, DELAY_SO_SO))
+def _delay_names(model: Model) -> list[str]:
+    names = model.vehicle.constants.names
+    return [name for name in names if name.partition(".")[0] in ("latency", "lag")]

@@ -202,6 +202,11 @@ def after_allocate() -> NextStep:
     )
 
 
+def fleet_of(folder: Path) -> NextStep:
+    """After simulating many boats."""
+    return NextStep(command("fleet", folder), "all boats: one table and one report")
+
+
 def after_validate(model: str | Path, scores: Scores, recordings: Paths) -> NextStep:
     """What the scores ask for, or the report."""
     rows = scores.recordings

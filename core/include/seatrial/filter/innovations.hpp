@@ -134,56 +134,109 @@ inline FilterRun room_for(int parameters, std::size_t n, std::size_t blocks) {
   return out;
 }
 
+/// What a run keeps beside its sums, and how often its poses count.
+struct Keeping {
+  const double* counts = nullptr;  // (n) of each pose; once where null
+  const int* block = nullptr;      // (n) of scores, to which each pose belongs; its own where null
+  bool poses = true;               // innovation, weight and state of each pose
+  bool transitions = false;
+  bool shares = false;
+  bool one_block = false;  // the scores are summed
+};
+
+/// A filter along a recording, from one update to the next.
+template <int N>
+class Walk {
+ public:
+  /// time: (n) [s] of the updates; that before the first is where the filter is.
+  Walk(LikelihoodFilter<N>& filter, const PoseSeries& poses, const PoseUpdates& updates,
+       const double* time, const Keeping& keeping, FilterRun& out)
+      : filter_(filter),
+        poses_(poses),
+        updates_(updates),
+        time_(time),
+        keeping_(keeping),
+        gains_(keeping.transitions ? kStates * static_cast<std::size_t>(filter.parameters()) : 0),
+        out_(out) {}
+
+  /// Predicts and uses updates first to last - 1; there is no prediction to update 0. False where
+  /// the boat diverged.
+  bool run(Boat& boat, const ThrustTrace& trace, int first, int last) {
+    for (int begin = first; begin < last; begin += kFilterChunk) {
+      const int end = std::min(last, begin + kFilterChunk);
+      const StepSchedule schedule(boat, trace, time_, std::max(begin - 1, 0), end - 1, true);
+      for (int k = begin; k < end; ++k) {
+        if (k > 0 && !predict(schedule, boat, k - 1)) return false;
+        use(k);
+      }
+    }
+    return true;
+  }
+
+ private:
+  /// To the next update from update k.
+  bool predict(const StepSchedule& schedule, Boat& boat, int k) {
+    Transition unkept;
+    if (keeping_.transitions) out_.transition.emplace_back();
+    Transition& kept = keeping_.transitions ? out_.transition.back() : unkept;
+    float* const gain = gains_ == 0 ? nullptr : &out_.gain[static_cast<std::size_t>(k) * gains_];
+    out_.good = filter_.predict(schedule, k, boat, time_[k + 1] - time_[k], kept, gain);
+    return out_.good;
+  }
+
+  /// Update by a pose or its part.
+  void use(int k) {
+    const PoseUpdate next = updates_[k];
+    latest_ = std::max(latest_, next.pose);
+    if (next.parts != kNoPart) {
+      const double counted = keeping_.counts == nullptr ? 1.0 : keeping_.counts[next.pose];
+      const CostedInnovation seen =
+          use_pose(filter_, poses_, next, time_[k], counted, &out_, block(next.pose));
+      out_.cost += counted * seen.cost;
+      if (keeping_.poses) keep(seen, next, out_);
+    }
+    if (keeping_.poses && next.keeps) keep(filter_, next.pose, out_);
+    if (keeping_.transitions && !updates_.one_a_pose()) {
+      const double* x = filter_.state();
+      out_.update_state.insert(out_.update_state.end(), x, x + kFilterStates);
+    }
+    if (keeping_.shares && keeping_.block != nullptr) take_share(keeping_.block[latest_], out_);
+  }
+
+  int block(int pose) const {
+    if (keeping_.one_block) return 0;
+    return keeping_.block == nullptr ? pose : keeping_.block[latest_];
+  }
+
+  LikelihoodFilter<N>& filter_;
+  const PoseSeries& poses_;
+  const PoseUpdates& updates_;
+  const double* time_;
+  const Keeping& keeping_;
+  std::size_t gains_;
+  FilterRun& out_;
+  int latest_ = 0;  // pose so far: its block is that of the update
+};
+
 template <int N>
 FilterRun innovations(Boat boat, const ThrustTrace& trace, const PoseSeries& poses,
                       const NoiseParameters& noise, double outlier, const FilterStart& start,
-                      const Effects& effects, bool slopes, const double* counts, const int* block,
-                      bool repeatable, bool shares) {
+                      const Effects& effects, bool slopes, const Keeping& keeping) {
   const Effects all = with_known_delay(effects, poses);
   const PoseUpdates updates(poses, all);
   LikelihoodFilter<N> filter(trace.columns(), noise, outlier, start, all, slopes);
   const auto n = static_cast<std::size_t>(poses.n);
+  const int* block = keeping.block;
   const auto blocks = block == nullptr ? n : static_cast<std::size_t>(block[poses.n - 1]) + 1;
   FilterRun out = room_for(filter.parameters(), n, blocks);
   out.effects = effects;
-  const auto transitions = static_cast<std::size_t>(updates.n() - 1);
-  const std::size_t gains = kStates * static_cast<std::size_t>(filter.parameters());
-  out.transition.reserve(repeatable ? transitions : 0);
-  if (repeatable) out.gain.resize(transitions * gains);
-  Transition unkept;
-  int latest = 0;  // pose so far: its block is that of the update
-  for (int first = 0; first < updates.n(); first += kFilterChunk) {
-    // steps and forces of a part of the recording
-    const int last = std::min(updates.n() - 1, first + kFilterChunk);
-    const StepSchedule schedule(boat, trace, updates.time(), first, last, true);
-    for (int k = first; k < std::min(updates.n(), first + kFilterChunk); ++k) {
-      // update by a pose or its part
-      const PoseUpdate next = updates[k];
-      latest = std::max(latest, next.pose);
-      if (next.parts != kNoPart) {
-        const double counted = counts == nullptr ? 1.0 : counts[next.pose];
-        const CostedInnovation seen = use_pose(filter, poses, next, updates.time()[k], counted,
-                                               &out, block == nullptr ? next.pose : block[latest]);
-        out.cost += counted * seen.cost;
-        keep(seen, next, out);
-      }
-      if (next.keeps) keep(filter, next.pose, out);
-      if (repeatable && !updates.one_a_pose()) {
-        const double* x = filter.state();
-        out.update_state.insert(out.update_state.end(), x, x + kFilterStates);
-      }
-      if (shares && block != nullptr) take_share(block[latest], out);
-      if (k == updates.n() - 1) break;
-      // prediction to the next one
-      if (repeatable) out.transition.emplace_back();
-      const double length = updates.time()[k + 1] - updates.time()[k];
-      Transition& kept = repeatable ? out.transition.back() : unkept;
-      float* const gain =
-          out.gain.empty() ? nullptr : &out.gain[static_cast<std::size_t>(k) * gains];
-      out.good = filter.predict(schedule, k, boat, length, kept, gain);
-      if (!out.good) return out;
-    }
+  if (keeping.transitions) {
+    const auto transitions = static_cast<std::size_t>(updates.n() - 1);
+    out.transition.reserve(transitions);
+    out.gain.resize(transitions * kStates * static_cast<std::size_t>(filter.parameters()));
   }
+  Walk<N> walk(filter, poses, updates, updates.time(), keeping, out);
+  if (!walk.run(boat, trace, 0, updates.n())) return out;
   mirror(out.information.data(), out.parameters);
   if (!out.share.empty()) part_shares(out);
   return out;
@@ -206,8 +259,8 @@ inline FilterRun innovations(const Boat& boat, const ThrustTrace& trace, const P
   const auto run = noise.oscillating() ? detail::innovations<kOscillatingStates>
                    : noise.coloured()  ? detail::innovations<kColouredStates>
                                        : detail::innovations<kFilterStates>;
-  return run(boat, trace, poses, noise, outlier, start, effects, slopes, counts, block, repeatable,
-             shares);
+  const detail::Keeping keeping{counts, block, true, repeatable, shares, false};
+  return run(boat, trace, poses, noise, outlier, start, effects, slopes, keeping);
 }
 
 /// How many updates a run along these poses has: one more than transitions.

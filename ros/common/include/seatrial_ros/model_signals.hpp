@@ -18,6 +18,7 @@ struct Channel {
   int index = -1;     // into the array that `field` names; -1: `field` is the number
   double gain = 1.0;
   double offset = 0.0;
+  double turn = 1.0;  // -1: positive in the file's axes is negative in forward-left-up
 
   double off = std::nan("");  // raw value that means no command; NaN: none does
 
@@ -96,6 +97,7 @@ inline Channel read_channel(const std::optional<Value>& given, const std::string
   c.name = name;
   c.topic = topic;
   c.gain = turn;
+  c.turn = turn;
   if (!given) return c;
   if (given->is_word()) {
     c.field = given->text();

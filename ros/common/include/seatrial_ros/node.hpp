@@ -9,6 +9,7 @@
 
 #include "seatrial/onboard/odometer.hpp"
 #include "seatrial_ros/diagnosis.hpp"
+#include "seatrial_ros/live_stream.hpp"
 #include "seatrial_ros/model_file.hpp"
 #include "seatrial_ros/settings.hpp"
 #include "seatrial_ros/signal.hpp"
@@ -33,6 +34,7 @@ class Node {
 
   const Settings& settings() const { return settings_; }
   const std::string& pose_topic() const { return board_.pose.topic; }
+  const std::string& model_path() const { return path_; }      // of the model in use
   const std::string& map_frame() const { return map_frame_; }  // empty until a pose has come
 
   /// Topics of commands and scale signals, each once.
@@ -64,17 +66,27 @@ class Node {
   /// Diagnosis by the last tick.
   Diagnosis diagnose() const;
 
+  /// Changes to `adapted_model` where that was written since the node started, or since the last
+  /// call that changed to it. Empty: nothing to do, or done; else why the previous model stays.
+  std::string adopt();
+
   /// Reloads the model file. Empty: done; else, in one line, why the previous model stays in use.
   std::string reload();
 
  private:
   [[noreturn]] static void refuse_own_topic(const std::string& name);
-  BoardModel load() const;
+  void send_pose(std::int64_t stamp, const double* eta, const double* covariance);
+  std::string change_to(const std::string& path);
+  BoardModel load(const std::string& path) const;
   void apply_topics(BoardModel& board) const;
   std::string age() const;
   std::string timing_fault() const;
 
   Settings settings_;
+  std::string path_;  // of the model in use
+  std::int64_t adapted_ =
+      0;  // [ns] when the adapted model was written that is in use, or was there
+  LiveStream live_;
   BoardModel board_;
   std::unique_ptr<Odometer> odometer_;
   Signal command_;

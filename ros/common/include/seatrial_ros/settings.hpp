@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The node's parameters: names, ranges and descriptions once, for ROS 1 and ROS 2 alike.
 #pragma once
+#include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -24,6 +25,8 @@ struct Settings {
   double current_x = 0.0;
   double current_y = 0.0;
   double window = 0.5;
+  double live_port = 0.0;
+  std::string adapted_model;
 };
 
 /// What a parameter is; low < high: its range.
@@ -68,6 +71,15 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_para
         s.current_y);
   visit(Parameter{"window", "how late or how early an input may be stamped [s]", 0.05, 5.0},
         s.window);
+  visit(Parameter{"live_port",
+                  "UDP port on loopback to which each pose and command is sent as a line of JSON, "
+                  "for `seatrial live udp:PORT` or `seatrial predict --live --udp PORT`; 0: none",
+                  0.0, 65535.0},
+        s.live_port);
+  visit(Parameter{"adapted_model",
+                  "path to which `seatrial predict --live --adapted` writes the model of the "
+                  "changed boat: the node changes to it whenever it is written; empty: never"},
+        s.adapted_model);
 }
 
 /// Six digits, without zeros behind.
@@ -104,6 +116,10 @@ inline void check(const Settings& settings) {
     throw std::runtime_error(
         "parameter model is empty; expected the path of a model.yaml (seatrial identify writes "
         "it)");
+  }
+  if (settings.live_port != std::floor(settings.live_port)) {
+    throw std::runtime_error("parameter live_port is " + plain(settings.live_port) +
+                             "; expected a whole number");
   }
 }
 

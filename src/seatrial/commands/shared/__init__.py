@@ -2,8 +2,10 @@
 """What several commands have in common: reading, guarding files, arguments."""
 
 import argparse
+import os
 import re
-from contextlib import suppress
+import sys
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,13 +13,15 @@ from seatrial.util.printing import STANDARD_OUTPUT, put
 from seatrial.util.progress import over
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
+    from contextlib import AbstractContextManager
 
     import msgspec
 
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
     from seatrial.recording.recording import Recording
+    from seatrial.util.parallel import Farm
 
 JSON_HELP = "also write the result as JSON; -: to standard output, in place of the text"
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
@@ -209,6 +213,46 @@ def add_salvage(command: argparse.ArgumentParser) -> None:
     command.add_argument("--salvage", action="store_true", help=text)
 
 
+def add_workers(command: argparse.ArgumentParser, default: str | None = None) -> None:
+    """--scheduler and --workers."""
+    command.add_argument(
+        "--scheduler", default=default, metavar="WHERE",
+        help="Dask workers that share the work: local, tcp://HOST:PORT, or a scheduler's file (default: "
+        + (default or "this process") + ")",
+    )  # fmt: skip
+    command.add_argument(
+        "--workers", type=int, metavar="N",
+        help="processes of --scheduler local (default: all cores)"
+        + ("; 0: this process, without Dask" if default else ""),
+    )  # fmt: skip
+
+
+def workers_of(args: argparse.Namespace) -> "AbstractContextManager[Farm] | None":
+    """The workers that a command's options name; None: this process."""
+    from seatrial.util.errors import FleetError
+
+    if args.scheduler is None and args.workers is not None:
+        raise FleetError(f"--workers {args.workers} belongs to --scheduler local")
+    if args.scheduler is None or (args.scheduler == "local" and args.workers == 0):
+        return None
+    from seatrial.fleet.dask_cluster import cluster
+
+    return cluster(args.scheduler, args.workers)
+
+
+@contextmanager
+def on_workers(args: argparse.Namespace) -> "Iterator[None]":
+    """Long work inside is done by the workers that a command's options name."""
+    from seatrial.util.parallel import working_on
+
+    workers = workers_of(args)
+    if workers is None:
+        yield
+        return
+    with workers as farm, working_on(farm):
+        yield
+
+
 def add_exports(command: argparse.ArgumentParser) -> None:
     """Figures and tables beside a page."""
     command.add_argument("--figures", type=Path, metavar="FOLDER", help="every plot as SVG")
@@ -219,4 +263,21 @@ def add_exports(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--tables", type=Path, metavar="FOLDER", help="every table as CSV and LaTeX"
+    )
+
+
+def open_page(args: argparse.Namespace, uri: str) -> None:
+    """Open a page in the browser, unless --no-browser, or where the user is at no desktop."""
+    if not args.no_browser and _has_browser():
+        import webbrowser
+
+        webbrowser.open(uri)
+
+
+def _has_browser() -> bool:
+    """Whether the user is at a desktop."""
+    if sys.stdout is None or not sys.stdout.isatty():
+        return False
+    return sys.platform in ("darwin", "win32") or any(
+        map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))
     )

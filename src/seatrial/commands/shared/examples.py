@@ -21,13 +21,19 @@ seatrial inspect run*.mcap --vehicle boat.yaml --json - | jq .signs""",
 seatrial init run1.bag -o boat.yaml
 seatrial init log.csv -o boat.yaml --pose x=easting,y=northing,heading=yaw --commands left,right
 seatrial init 00000012.BIN -o boat.yaml --name otter --force""",
+    "live": """\
+seatrial live boat.yaml udp:7001 --walls -2 -1.5 2 1.5
+seatrial live boat.yaml run1.bag --speed 10   # how it would have been
+seatrial live model.yaml mavlink:udp:14550 --use odometry -o second-day
+seatrial live boat.yaml udp:7001 --address 192.168.1.5 --token "$SECRET"   # for a phone at the pool""",
     "convert": """\
 seatrial convert 00000012.BIN -o tables
 seatrial convert run1.bag --vehicle boat.yaml -o run1.mcap""",
     "simulate": """\
 seatrial simulate -o trials                # the paper's S1 to S7, as tables
 seatrial simulate --plan hard --seed 7 --format mcap -o trials
-seatrial simulate --model model.yaml --vehicle boat.yaml -o trials""",
+seatrial simulate --model model.yaml --vehicle boat.yaml -o trials
+seatrial simulate --vehicle mallard-mp --seeds 50 -o boats  # then: seatrial fleet boats""",
     "identify": """\
 seatrial identify run1.bag run2.bag --vehicle boat.yaml -o model.yaml
 seatrial identify run*.bag --vehicle boat.yaml --structure auto --effect current -o model.yaml
@@ -43,6 +49,10 @@ seatrial report model.yaml run3.bag -o report.html --figures figures --tables ta
     "compare": """\
 seatrial compare before.yaml after.yaml
 seatrial compare before.yaml after.yaml run5.bag -o change.html""",
+    "fleet": """\
+seatrial fleet boats                       # one folder a boat, on all cores
+seatrial fleet boats -o may --last-time april
+seatrial fleet fleet.yaml --scheduler tcp://10.0.0.5:8786""",
     "select": """\
 seatrial select run1.bag run2.bag --vehicle boat.yaml
 seatrial select run*.bag --vehicle boat.yaml -o chosen.yaml

@@ -59,6 +59,20 @@ class AutoResult(Result, frozen=True):
     seatrial: Literal["auto 1"] = "auto 1"
 
 
+class LiveResult(Result, frozen=True):
+    """`seatrial live`: what was driven and saved."""
+
+    folder: str  # of everything
+    seconds: float  # from the first pose to the last
+    poses: int  # usable ones
+    enough: bool  # for every chosen use
+    recording: str  # folder of its tables, with the vehicle file that reads it
+    model: str | None  # path; null: the drive did not give one
+    report: str | None  # path of the page
+    next: str  # what to do next
+    seatrial: Literal["live 1"] = "live 1"
+
+
 def identified(model: "Model", path: Path, following: str) -> IdentifyResult:
     """The result of an identification. following: what to do next."""
     from seatrial.boat.findings import finding_text

@@ -11,6 +11,7 @@ from seatrial.commands.shared.results import (
     ExportResult,
     IdentifyResult,
     InitResult,
+    LiveResult,
     MimicResult,
     PredictResult,
     ReportResult,
@@ -21,6 +22,7 @@ from seatrial.commands.shared.results import (
 from seatrial.control.gains_file import GainsFile
 from seatrial.evaluation.comparison.compare import COMPARISON_FORMAT, Comparison
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores
+from seatrial.fleet.results import FleetResult
 from seatrial.inspection.consistency.check import Gain
 from seatrial.inspection.overview import RecordingView
 from seatrial.io.columns import TableView
@@ -194,6 +196,7 @@ class AllocationResult(Result, frozen=True):
 
 SCHEMAS = {  # command: kinds of its content, with their classes
     "auto": {"auto 1": AutoResult},
+    "live": {"live 1": LiveResult},
     "identify": {"identify 1": IdentifyResult},
     "demo": {"demo 1": DemoResult},
     "inspect": {"inspection 1": InspectionResult, "contents 1": ContentsResult},
@@ -203,6 +206,7 @@ SCHEMAS = {  # command: kinds of its content, with their classes
     "validate": {SCORES_FORMAT: Scores},
     "report": {"report 1": ReportResult},
     "compare": {COMPARISON_FORMAT: Comparison},
+    "fleet": {"fleet-result 1": FleetResult},
     "select": {"selection 1": SelectionResult},
     "tune": {"gains 1": GainsFile},
     "predict": {"predict 1": PredictResult},

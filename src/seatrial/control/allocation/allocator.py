@@ -278,9 +278,9 @@ class Allocator:
             "with the command outside the dead zone; check its chain",
             "no room between a dead zone and its limit; check dead_zone and limit",
             "always-forward needs thrusters whose wrenches cancel at equal thrust, as MallARD's "
-            "four; use null-space, or auto",
+            "four; use auto",
             f"{scheme.value}: T's null space has no bias within the limits that keeps all of "
-            f"{names} outside their dead zones; use fewest-crossings, or auto",
+            f"{names} outside their dead zones; use auto",
         )[code]
 
 

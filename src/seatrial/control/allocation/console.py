@@ -114,7 +114,8 @@ def _authority(found: AllocationComparison) -> list[str]:
     for row in found.rows:
         if row.authority is not None:
             ends = "".join(
-                f"{f'{-b:.2f} to {a:.2f}':>15}" for a, b in np.asarray(row.authority)[axes].tolist()
+                f"{f'{_hundredths(-b)} to {_hundredths(a)}':>15}"
+                for a, b in np.asarray(row.authority)[axes].tolist()
             )
             lines.append(f"  {row.name:<{WIDTH}}{ends}   {row.idle_power:10.3f}")
         elif row.allocator is None and not row.drives:
@@ -122,12 +123,17 @@ def _authority(found: AllocationComparison) -> list[str]:
     return lines
 
 
+def _hundredths(value: float) -> str:
+    """Two decimals; zero has no sign."""
+    return f"{round(value, 2) + 0.0:.2f}"
+
+
 def _differential(found: AllocationComparison) -> list[str]:
     """Of a boat without sway thrust: the yaw that is left beside surge."""
     if len(found.boat.driven) == 3:
         return []
     left = ", ".join(
-        f"{0.0 - least:.2f} to {most:.2f} at {surge:.2f}"
+        f"{_hundredths(-least)} to {_hundredths(most)} at {surge:.2f}"
         for surge, least, most in yaw_beside_surge(found.allocator).tolist()
     )
     return ["", f"  no sway thrust; yaw that is left at a surge of: {left}"]

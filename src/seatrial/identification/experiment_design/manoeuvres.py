@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import AXES, Array
 
 MANOEUVRE_LENGTH = 60.0  # [s]
@@ -65,21 +66,33 @@ def manoeuvres(model: Model) -> list[Manoeuvre]:
 
 def _directions(model: Model) -> Iterator[tuple[int, str, Array]]:
     """Axis, name, and the inputs (inputs,) at the largest recorded value of every force."""
-    vehicle = model.vehicle
+    for force, axis, label, unit in force_commands(model.vehicle):
+        low, high = model.envelope.forces.get(force, (-1.0, 1.0))
+        command = unit * max(abs(low), abs(high))
+        yield axis, label, command / max(1.0, float(np.abs(command).max()))
+
+
+def force_commands(vehicle: Vehicle) -> Iterator[tuple[str, int, str, Array]]:
+    """Every force that commands drive: its name, axis, label, and the inputs (inputs,) for a force of 1."""
     names = [force.name for force in vehicle.forces]
     direct = set(vehicle.inputs) == set(names)
     axes = [force.axis for force in vehicle.forces]
     for force, axis in enumerate(axes):
         label = AXES[axis] + (f" ({names[force]})" if axes.count(axis) > 1 else "")
         if direct:
-            command = np.array([float(name == names[force]) for name in vehicle.inputs])
-        elif set(vehicle.inputs) == set(vehicle.actuators):
-            command = np.linalg.pinv(vehicle.mix)[:, force]
-        else:
-            continue
-        low, high = model.envelope.forces.get(names[force], (-1.0, 1.0))
-        command = command * max(abs(low), abs(high))  # thruster commands for the force
-        yield axis, label, command / max(1.0, float(np.abs(command).max()))
+            yield (
+                names[force],
+                axis,
+                label,
+                np.array([float(n == names[force]) for n in vehicle.inputs]),
+            )
+        elif set(vehicle.inputs) == set(vehicle.actuators):  # thruster commands for the force
+            yield (
+                names[force],
+                axis,
+                label,
+                np.asarray(np.linalg.pinv(vehicle.mix)[:, force], dtype=float),
+            )
 
 
 def _made(text: str, effort: int, t: Array, wave: Array, command: Array) -> Manoeuvre:

@@ -247,6 +247,25 @@ class Problem:
         out[free] = np.clip(theta[free], *self.bounds)
         return out
 
+    def boat(self, theta: Array) -> _core.Boat:
+        """The boat with these parameters, and a disturbance in every axis."""
+        coefficients = np.concatenate([theta[: self.n_coefficients], np.zeros(3)])
+        return _core.Boat(self.structure, coefficients, 0, self.step)
+
+    def trace(self, theta: Array, recording: Recording) -> _core.ThrustTrace:
+        """Thrust along a recording, with the columns of the free parameters."""
+        n, m = self.n_coefficients, self.n_constants
+        coefficients, constants = self.free_of_model
+        return thrust_trace(
+            self.vehicle, np.ascontiguousarray(theta[n : n + m]), recording,
+            initial=True, coefficients=[*coefficients, n, n + 1, n + 2], tangents=constants,
+        )  # fmt: skip
+
+    def own_effects(self, theta: Array, recording: int) -> Array | None:
+        """A recording's effects (11,), where any is free."""
+        own = np.ascontiguousarray(theta[self.effects(recording)])
+        return own if self.has_effects else None
+
     def run_filter(
         self,
         theta: Array,
@@ -261,20 +280,13 @@ class Problem:
         `counts`: weight of each pose. `repeatable`: the linearised trajectory is kept, to evaluate other noise
         without integration. `shares`: the information of each block is kept as well.
         """
-        n, m = self.n_coefficients, self.n_constants
-        coefficients, constants = self.free_of_model
-        boat = _core.Boat(self.structure, np.concatenate([theta[:n], np.zeros(3)]), 0, self.step)
-        columns = [*coefficients, n, n + 1, n + 2]
-        q = np.ascontiguousarray(theta[n : n + m])
+        boat = self.boat(theta)
 
         def one(i: int) -> _core.FilterRun:
-            trace = thrust_trace(
-                self.vehicle, q, self.recordings[i],
-                initial=True, coefficients=columns, tangents=constants,
-            )  # fmt: skip
+            trace = self.trace(theta, self.recordings[i])
             return _core.innovations(
                 boat, trace, self.series[i], noise, self.outlier,
-                np.ascontiguousarray(theta[self.effects(i)]) if self.has_effects else None,
+                self.own_effects(theta, i),
                 None if counts is None else counts[i],
                 self.blocks[i],
                 repeatable,

@@ -6,12 +6,16 @@ Innovations may be correlated, but hardly over longer than a block (Künsch, Ann
 the unchanged recording, so that there are no seams.
 """
 
+from dataclasses import dataclass, replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.identification.likelihood.optimiser import Point, bounded_step
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.solution import Fit
 from seatrial.util.frames import Array
-from seatrial.util.parallel import spread
+from seatrial.util.parallel import farmed
 
 BOOTSTRAP_REPLICATES = 200
 # Gauss-Newton steps at most; one or two do where the likelihood is nearly quadratic
@@ -31,12 +35,21 @@ def bootstrap(fit: Fit, replicates: int = BOOTSTRAP_REPLICATES, seed: int = 0) -
     sizes = [int(b.max()) + 1 for b in blocks]
     total = sum(sizes)
     first = np.cumsum([0, *sizes[:-1]])
+    places = [f + b for f, b in zip(first, blocks, strict=True)]
     draws = rng.multinomial(total, np.full(total, 1.0 / total), size=replicates).astype(float)
+    # `replace`: without what the problem has computed from itself, which can't travel to other processes
+    optimum = _Optimum(replace(fit.problem), fit.theta, fit.noise, places)
+    return np.array(farmed(_refit, optimum, draws, "bootstrap"))
 
-    def one(draw: Array) -> Array:
-        return _refit(fit, [draw[f + b] for f, b in zip(first, blocks, strict=True)])
 
-    return np.array(spread(one, draws, "bootstrap"))
+@dataclass(frozen=True)
+class _Optimum:
+    """What all replicates begin from."""
+
+    problem: Problem
+    theta: Array  # all parameters
+    noise: Array  # (11,)
+    places: list[NDArray[np.int64]]  # of every recording, the number of each pose's block
 
 
 def intervals(draws: Array) -> Array:
@@ -49,8 +62,9 @@ def intervals(draws: Array) -> Array:
     return np.percentile(draws, [tail, 100.0 - tail], axis=0, method="weibull").T
 
 
-def _refit(fit: Fit, counts: list[Array]) -> Array:
-    """The free parameters (p,) with these weights of the poses; Gauss-Newton from the optimum."""
+def _refit(fit: _Optimum, draw: Array) -> Array:
+    """The free parameters (p,) with these weights (blocks,) of the blocks; Gauss-Newton from the optimum."""
+    counts = [draw[place] for place in fit.places]
     at = Point(fit.theta, fit.noise, fit.problem.run_filter(fit.theta, fit.noise, counts))
     for _ in range(BOOTSTRAP_STEPS):
         move, promised = bounded_step(at, 0.0)

@@ -69,6 +69,7 @@ class ConsistencyReport:
     text: tuple[str, ...]  # the effect of each input, and what is not checked
     repair: Repair
     search: HypothesisSearch | None = field(default=None, compare=False)  # None: too little data
+    unexcited: tuple[str, ...] = ()  # inputs whose sign the recordings do not determine
 
     def repaired(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle file with all inconsistencies corrected."""
@@ -122,15 +123,18 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
     repair = replace(search.best(), units=(*lengths, angle))
     effects = _input_effects(vehicle, search, repair)
+    unexcited = _unexcited(vehicle, search, repair)
     return ConsistencyReport(
         (*clock_inconsistency(offset), *inconsistencies(vehicle, repair, effects, speed)),
         _table(vehicle, found),
         (
             *(f"{name} {does}" for name, does in effects.items()),
-            *_undetermined(vehicle, search, repair),
+            *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
+            *_exchangeable(vehicle, search, repair, unexcited),
         ),
         repair,
         search,
+        tuple(vehicle.inputs[i] for i in unexcited),
     )
 
 
@@ -194,14 +198,18 @@ def _input_effects(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -
     return effects
 
 
-def _undetermined(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> Iterator[str]:
-    """What these recordings do not determine."""
+def _unexcited(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> list[int]:
+    """Inputs that explain the motion as well with the other sign."""
+    every = range(len(vehicle.inputs))
+    return [i for i in every if search.relative_misfit(repair, negated(repair, i)) < 1.0]
+
+
+def _exchangeable(
+    vehicle: Vehicle, search: HypothesisSearch, repair: Repair, unexcited: Sequence[int]
+) -> Iterator[str]:
+    """Pairs of inputs that explain the motion as well in the other order."""
     names = vehicle.inputs
-    unexcited = {
-        i for i in range(len(names)) if search.relative_misfit(repair, negated(repair, i)) < 1.0
-    }
-    yield from (f"{names[i]}: {NOT_EXCITED}" for i in sorted(unexcited))
-    for i, j in combinations(sorted(set(range(len(names))) - unexcited), 2):
+    for i, j in combinations([k for k in range(len(names)) if k not in unexcited], 2):
         if search.relative_misfit(
             repair, swapped(repair, i, j)
         ) < 1.0 and not search.interchangeable(i, j):

@@ -12,7 +12,7 @@ stamps are those of arrival.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -95,6 +95,37 @@ def _message(found: Any) -> Message:  # noqa: ANN401 (a class that is generated)
     )  # fmt: skip
 
 
+def frame_at(
+    data: bytes,
+    frame: int,
+    end: int,
+    known: Mapping[int, Message],
+    checksum: Callable[[bytes], int],
+) -> tuple[int, int, Source, int, int] | None:
+    """The frame that begins at a place: where the next begins, number, source, and its payload's place and length.
+
+    None: no whole frame, or its checksum is wrong. The checksum of an unknown message can't be checked.
+    """
+    if frame + 12 > end or data[frame] not in STARTS:
+        return None
+    length = data[frame + 1]
+    if data[frame] == STARTS[0]:
+        body, source, number = frame + 6, (data[frame + 3], data[frame + 4]), data[frame + 5]
+        after = body + length + 2
+    else:
+        body, source = frame + 10, (data[frame + 5], data[frame + 6])
+        number = data[frame + 7] | data[frame + 8] << 8 | data[frame + 9] << 16
+        after = body + length + (15 if data[frame + 2] & 1 else 2)  # signed
+    if after > end:
+        return None
+    message = known.get(number)
+    if message is not None:
+        checked = checksum(data[frame + 1 : body + length] + message.extra)
+        if checked != data[body + length] | data[body + length + 1] << 8:
+            return None
+    return after, number, source, body, length
+
+
 class MavlinkLog(Log):
     """A `.tlog` file."""
 
@@ -145,14 +176,14 @@ class MavlinkLog(Log):
         values = np.ascontiguousarray(found.values[:, :-1])
         stamps = found.stamps
         if self._offset is not None and len(stamps):
-            own = _unwrapped(found.values[:, -1], time, stamps, self._offset)
+            own = unwrapped(found.values[:, -1], time, stamps, self._offset)
             if own is not None:
                 order = np.argsort(own, kind="stable")
                 stamps, values = own[order], values[order]
         return LogSamples(found.topic, stamps, values, found.dropped)
 
 
-def _unwrapped(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps | None:
+def unwrapped(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps | None:
     """Own times on the clock of arrival; None: not sound. Microseconds in 32 bits wrap every 72 min."""
     own = np.minimum(times, MOST_STAMP // TIMES[name]).astype(np.int64) * TIMES[name] + offset
     if name == "time_usec":
@@ -238,30 +269,19 @@ class _Walk:
     def _record(self, data: bytes, at: int, end: int) -> int:
         """Take the record at a place; its size [bytes], 0 where there is none."""
         frame = at + STAMP
-        if frame + 12 > end or data[frame] not in STARTS:
-            return 0
-        length = data[frame + 1]
-        if data[frame] == STARTS[0]:
-            body, source, number = frame + 6, (data[frame + 3], data[frame + 4]), data[frame + 5]
-            after = body + length + 2
-        else:
-            body, source = frame + 10, (data[frame + 5], data[frame + 6])
-            number = data[frame + 7] | data[frame + 8] << 8 | data[frame + 9] << 16
-            after = body + length + (15 if data[frame + 2] & 1 else 2)  # signed
+        found = frame_at(data, frame, end, self.messages, self.checksum)
         arrival = int.from_bytes(data[at:frame], "big")
-        if after > end or not EARLIEST < arrival < LATEST:
+        if found is None or not EARLIEST < arrival < LATEST:
             return 0
-        found = self.messages.get(number)
-        if found is None:  # its checksum is unknown: another record must follow
+        after, number, source, body, length = found
+        known = self.messages.get(number)
+        if known is None:  # its checksum is unknown: another record must follow
             if after + STAMP < end and data[after + STAMP] not in STARTS:
                 return 0
             self.unknown[number] += 1
             return after - at
-        checked = self.checksum(data[frame + 1 : body + length] + found.extra)
-        if checked != data[body + length] | data[body + length + 1] << 8:
-            return 0
-        record = data[at:frame] + data[body : body + min(length, found.payload)]
-        self._take(number, source, record.ljust(found.layout.size, b"\0"), arrival)
+        record = data[at:frame] + data[body : body + min(length, known.payload)]
+        self._take(number, source, record.ljust(known.layout.size, b"\0"), arrival)
         return after - at
 
     def _take(self, number: int, source: Source, record: bytes, arrival: int) -> None:

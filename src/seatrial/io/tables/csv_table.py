@@ -91,6 +91,11 @@ class CsvTable(Table):
         """The line of a row; of a file with empty lines, as if it had none."""
         return f"{self.path} line {self._skipped + row + 1}"
 
+    @property
+    def skipped(self) -> int:
+        """Lines before the first row."""
+        return self._skipped
+
     # The beginning of the file #
 
     def _beginning(self) -> tuple[str, list[str]]:

@@ -80,10 +80,7 @@ class TableSignals(Signals):
     def _read(self, request: Request, *, mixed: bool) -> Rows:
         """Rows of one request; in a table of several signals those that have any of its numbers."""
         table = self._tables[request.place]
-        stamp = as_column(request.spec.stamp)
-        if request.columns[0].stamp:
-            own = request.columns[0].stamp  # in the unit of the others
-            stamp = msgspec.structs.replace(stamp, column=own, nanoseconds="")
+        stamp = stamp_column(request)
         key = "pose" if isinstance(request.spec, PoseSource) else "commands"
         self._check_named(stamp, f"{self._source}: {key}: stamp", table)
         for column, where in zip(request.columns, request.wheres, strict=True):
@@ -131,3 +128,12 @@ class TableSignals(Signals):
                 f"{table.place(int(rows[row]))}: '{request.columns[which].column}' is empty or not finite; "
                 "write a number, or remove the line"
             )
+
+
+def stamp_column(request: Request) -> Column:
+    """The column with the stamps of a request's rows."""
+    stamp = as_column(request.spec.stamp)
+    if request.columns[0].stamp:
+        own = request.columns[0].stamp  # in the unit of the others
+        return msgspec.structs.replace(stamp, column=own, nanoseconds="")
+    return stamp

@@ -18,6 +18,7 @@ from seatrial.util.errors import LiveError
 LOOPBACK = "127.0.0.1"
 LONGEST_LINE = 65536  # [bytes] of a line, and of a datagram
 MOST_WAITING = 1 << 24  # [bytes] that wait to be handled: minutes of a fast sender
+CLOSING = 0.1  # [s] after which a closed port is free
 Address = tuple[str, int]
 
 
@@ -80,6 +81,14 @@ class Inbox:
             self._changed.notify_all()
             return lines, self._over
 
+    def join(self) -> None:
+        """Wait for the end of the thread that fills it; lines that wait are lost."""
+        with self._changed:
+            self._lines, self._size = [], 0
+            self._changed.notify_all()
+        if self._thread.ident:
+            self._thread.join()
+
     def _run(self, fill: Callable[["Inbox"], None]) -> None:
         try:
             fill(self)
@@ -128,19 +137,21 @@ class Pipes:
 
 
 class Datagrams:
-    """UDP on loopback: answers go to port `to`, or to the last sender of a valid line."""
+    """UDP, on loopback unless told: answers go to port `to`, or to the last sender of a valid line."""
 
-    def __init__(self, port: int, to: int | None = None) -> None:
+    def __init__(self, port: int, to: int | None = None, *, address: str = LOOPBACK) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
-            self._socket.bind((LOOPBACK, port))
-        except (OSError, OverflowError) as error:
+            self._socket.bind((address, port))
+        except (OSError, OverflowError, UnicodeError) as error:
             self._socket.close()
-            raise LiveError(f"UDP port {port}: can't be opened ({error})") from None
+            place = "" if address == LOOPBACK else f" of {address}"
+            raise LiveError(f"UDP port {port}{place}: can't be opened ({error})") from None
         self.port = int(self._socket.getsockname()[1])
         self._to = None if to is None else (LOOPBACK, to)
         self._peer: Address | None = None  # sender of the last valid line
         self._leaving: set[Address | None] = set()  # senders of empty datagrams
+        self._closed = False
         self._inbox = Inbox(self._fill)
         self.ended = False
 
@@ -153,9 +164,16 @@ class Datagrams:
         self._leaving = {line.sender for line in lines if not line}
         return [line for line in lines if line]
 
+    def close(self) -> None:
+        """End the reading within `CLOSING`, and free the port."""
+        self._closed = True
+        self._inbox.join()
+        self._socket.close()
+
     def _fill(self, inbox: Inbox) -> None:
-        while True:
-            select.select([self._socket], [], [])
+        while not self._closed:
+            if not select.select([self._socket], [], [], CLOSING)[0]:
+                continue
             try:
                 block, sender = self._socket.recvfrom(LONGEST_LINE)
             except ConnectionError:  # an answer was not received

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: MIT
+"""`seatrial live`."""
+
+import argparse
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from seatrial.commands.shared import add_json, guard, open_page, write_json
+from seatrial.identification.methods import EFFECT_KINDS
+from seatrial.util.printing import complain, say
+from seatrial.workflow.fitness import Use
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from seatrial.boat.model import Model
+    from seatrial.boat.vehicle import Vehicle
+    from seatrial.poolside.area import Area
+    from seatrial.poolside.session import Session
+    from seatrial.poolside.web.server import PageServer
+
+PORT = 8330
+POLL = 0.2  # [s]
+LAST_LOOK = 1.0  # [s] in which the page gets the last state
+CTRL_C = "Ctrl-C: the recording only"
+NEEDS = "the page needs starlette, uvicorn and websockets: pip install 'seatrial[live]'"
+
+
+def add(command: argparse.ArgumentParser) -> None:
+    """Its arguments."""
+    command.add_argument("boat", metavar="VEHICLE", help="vehicle file, or model of the boat")
+    command.add_argument(
+        "source", nargs="?", default="-", metavar="SOURCE",
+        help="where poses and commands come from: - lines of standard input; udp:PORT; mavlink:udp:PORT or "
+        "mavlink:DEVICE; a log or bag, replayed, or followed while it grows (default: -)",
+    )  # fmt: skip
+    command.add_argument(
+        "-o", "--out", type=Path, metavar="DIR",
+        help="new folder for the recording, the model and the report (default: NAME-DATE-TIME)",
+    )  # fmt: skip
+    command.add_argument(
+        "--walls", nargs=4, type=float, metavar=("X0", "Y0", "X1", "Y1"),
+        help="two opposite corners of the pool [m], in the frame of the poses",
+    )  # fmt: skip
+    command.add_argument(
+        "--area", type=Path, metavar="FILE", help="file with the corners of another area"
+    )
+    command.add_argument(
+        "--use", nargs="+", action="extend", default=[], choices=[use.value for use in Use], metavar="USE",
+        help="what the model must be good enough for: odometry, control, simulation (default: all)",
+    )  # fmt: skip
+    command.add_argument(
+        "--effect", action="append", default=[], choices=EFFECT_KINDS,
+        help="estimate this effect, too, as identify does",
+    )  # fmt: skip
+    command.add_argument(
+        "--speed", type=float, default=1.0, metavar="X",
+        help="replay: times the pace of the log; 0: as fast as possible (default: %(default)g)",
+    )  # fmt: skip
+    command.add_argument(
+        "--port", type=int, default=PORT, help="port of the page (default: %(default)s; 0: any)"
+    )
+    command.add_argument(
+        "--address", default="127.0.0.1", metavar="A",
+        help="address that the page is served on; another than loopback needs --token (default: %(default)s)",
+    )  # fmt: skip
+    command.add_argument("--token", metavar="T", help="secret that opens the page")
+    command.add_argument("--no-browser", action="store_true", help="do not open the page")
+    add_json(command)
+
+
+def run(args: argparse.Namespace) -> None:
+    """Serve the page until the session is stopped there, or by Ctrl-C."""
+    from seatrial.boat.vehicle import Vehicle
+    from seatrial.poolside.session import RECORDING, Wishes, make_session
+    from seatrial.poolside.sources import open_source
+
+    open_port = _server()
+    guard(args.json, "{", args.boat, args.source, args.area)
+    boat = _boat(args.boat)
+    vehicle = boat if isinstance(boat, Vehicle) else boat.vehicle
+    wishes = Wishes(_area(args), tuple(map(Use, args.use)) or tuple(Use), tuple(args.effect))
+    folder = args.out or Path(f"{vehicle.name.replace(' ', '-')}-{time.strftime('%Y%m%d-%H%M%S')}")
+    with (
+        open_port(args.address, args.port, args.token) as page,
+        open_source(args.source, vehicle, args.speed) as source,
+    ):
+        session = make_session(boat, source, folder, wishes)
+        try:
+            page.serve(session)
+            session.start()
+            say(f"page      {page.url}")
+            say(f"recording {folder / RECORDING}")
+            say(f"next: open the page, drive what it shows, press stop and save ({CTRL_C})")
+            open_page(args, page.url)
+            _wait(session)
+        except KeyboardInterrupt:
+            session.close()
+            complain(f"stopped; the recording is in {folder / RECORDING}")
+            raise
+    _saved(args, session, folder)
+
+
+def _wait(session: "Session") -> None:
+    """Until the session is saved, and a little longer: the page learns of it."""
+    while not session.state().stopped:
+        time.sleep(POLL)
+    time.sleep(LAST_LOOK)
+
+
+def _saved(args: argparse.Namespace, session: "Session", folder: Path) -> None:
+    from seatrial.commands.shared.results import LiveResult
+
+    state = session.state()
+    for what, path in state.saved:
+        say(f"{what:9} {path}")
+    if state.message:
+        complain(state.message)
+    paths = dict(state.saved)
+    step = _next(args, paths)
+    say(step)
+    found = LiveResult(
+        str(folder), state.time, state.poses, state.enough, paths.get("recording", ""),
+        paths.get("model"), paths.get("report"), step,
+    )  # fmt: skip
+    write_json(args, "live 1", found)
+
+
+def _next(args: argparse.Namespace, paths: dict[str, str]) -> str:
+    from seatrial.workflow.next_step import after_predict, command
+
+    if "model" in paths:
+        return after_predict(Path(paths["model"])).text
+    vehicle = Path(paths["recording"]) / "vehicle.yaml"
+    return f"next: {command('inspect', paths['recording'], '--vehicle', vehicle)}"
+
+
+def _boat(path: str) -> "Vehicle | Model":
+    """A model file's model, or a vehicle."""
+    from seatrial.boat.model import load
+    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.util.files import read_yaml
+
+    if Path(path).is_file() and str(read_yaml(Path(path)).get("seatrial")).startswith("model"):
+        return load(path)
+    return load_vehicle(path)
+
+
+def _area(args: argparse.Namespace) -> "Area | None":
+    """The walls. Raises FileError, LiveError."""
+    from seatrial.poolside.area import Area, read_walls
+    from seatrial.util.errors import LiveError
+
+    if args.walls is not None and args.area is not None:
+        raise LiveError("give --walls or --area, not both")
+    if args.area is not None:
+        return read_walls(args.area)
+    if args.walls is None:
+        return None
+    import numpy as np
+
+    x0, y0, x1, y1 = args.walls
+    return Area(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
+
+
+def _server() -> "Callable[[str, int, str | None], PageServer]":
+    """What opens the port of the page. Raises LiveError where its packages are not installed."""
+    from seatrial.util.errors import LiveError
+
+    try:
+        from seatrial.poolside.web.server import PageServer, Place
+    except ImportError as error:
+        raise LiveError(f"{NEEDS} ({error})") from None
+    return lambda *place: PageServer(Place(*place))

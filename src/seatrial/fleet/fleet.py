@@ -1,0 +1,112 @@
+# SPDX-License-Identifier: MIT
+"""`fleet`: many boats, each by itself on a worker, then all against their kind."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from seatrial.fleet.boat_work import REPORT, failed, work_on_boat
+from seatrial.fleet.fleet_file import BOATS, Boat, Fleet
+from seatrial.fleet.kinds import SIGNIFICANCE, Compared, compare_kind
+from seatrial.fleet.page import write_fleet_page
+from seatrial.fleet.results import BoatResult, FleetBoat, FleetResult
+from seatrial.util.distributions import holm
+from seatrial.util.errors import FleetError, SeatrialError
+from seatrial.util.files import dump_json, finite_or_none, write_text
+from seatrial.util.parallel import Farm, InTurn
+from seatrial.util.progress import stage
+
+JSON, PAGE = "fleet.json", "fleet.html"
+REPORT_SHARE = 0.01  # of the time
+
+
+@dataclass(frozen=True)
+class FleetRun:
+    """What a fleet's run ended with."""
+
+    folder: Path
+    result: FleetResult
+
+    @property
+    def report(self) -> Path:
+        """The page of all boats."""
+        return self.folder / PAGE
+
+
+def fleet(boats: Fleet, folder: str | Path, farm: Farm | None = None) -> FleetRun:
+    """All boats of a fleet, their table and their page, in a folder.
+
+    A boat whose files and options are as in an earlier run is not worked on again. What fails for one boat is in
+    its row. The result does not depend on `farm`, the workers (default: this process). Raises FileError where the
+    folder can't be written.
+    """
+    out = Path(folder).resolve()
+    with stage("", 1.0 - REPORT_SHARE):
+        found = list(_by_boat(boats.boats, out, farm or InTurn()))
+    result = _together(boats.name, found, out)
+    with stage("report"):
+        content = finite_or_none(msgspec.to_builtins(result))
+        write_text(out / JSON, dump_json(content))
+        write_fleet_page(result, out / PAGE)
+    return FleetRun(Path(folder), result)
+
+
+def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResult]:
+    """The result of each boat, in the boats' order."""
+    found = {place: failed(boat, boat.refused) for place, boat in enumerate(boats) if boat.refused}
+    todo = [place for place in range(len(boats)) if place not in found]
+    without = len(found)
+    ended = farm.outcomes(work_on_boat, out, [boats[place] for place in todo])
+    for _ in todo:
+        words = f", {without} failed" if without else ""
+        with stage(f"boats {len(found)}/{len(boats)}{words}", 1.0 / len(todo)):
+            place, outcome = next(ended)
+        boat = boats[todo[place]]
+        found[todo[place]] = (
+            failed(boat, _in_words(outcome)) if isinstance(outcome, Exception) else outcome
+        )
+        without += found[todo[place]].error is not None
+    yield from (found[place] for place in range(len(boats)))
+
+
+def _in_words(error: Exception) -> str:
+    """What no boat's file is to blame for: the disk, a worker, or seatrial."""
+    if isinstance(error, SeatrialError):
+        return str(error)
+    if isinstance(error, OSError):
+        return str(FleetError(f"{error.filename or 'a file'}: {error.strerror or error}"))
+    return str(FleetError(f"seatrial failed: {type(error).__name__}: {error}; please report it"))
+
+
+def _together(name: str, found: Sequence[BoatResult], out: Path) -> FleetResult:
+    """Boats against their kind and against their previous models, with the corrections for many tests."""
+    compared: dict[str, Compared] = {}
+    for kind in sorted({boat.kind for boat in found}):
+        compared[kind] = compare_kind([boat for boat in found if boat.kind == kind])
+    changed = _changed(found)
+    rows = [
+        FleetBoat(
+            boat, f"{BOATS}/{boat.name}/{REPORT}" if boat.error is None else None,
+            compared[boat.kind].differs.get(boat.name, []),
+            compared[boat.kind].not_compared.get(boat.name), boat.name in changed,
+        )
+        for boat in found
+    ]  # fmt: skip
+    return FleetResult(
+        name, rows, {kind: one.kind for kind, one in compared.items()},
+        [boat.name for boat in found if boat.error is not None],
+        [row.result.name for row in rows if row.differs],
+        [row.result.name for row in rows if row.changed],
+        [f"{boat.name}/{r.name}" for boat in found for r in boat.recordings if r.bad],
+    )  # fmt: skip
+
+
+def _changed(found: Sequence[BoatResult]) -> set[str]:
+    """Boats that differ from their previous models."""
+    tested = [
+        (b.name, b.change.p) for b in found if b.change is not None and b.change.p is not None
+    ]
+    corrected = holm([p for _, p in tested]).tolist()
+    return {name for (name, _), p in zip(tested, corrected, strict=True) if p < SIGNIFICANCE}

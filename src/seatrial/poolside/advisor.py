@@ -1,0 +1,221 @@
+# SPDX-License-Identifier: MIT
+"""What to drive next: the manoeuvre that shortens the widest needed intervals most, within the walls.
+
+Every stick pattern of a small library is simulated with the current model from the boat's state. Those that keep
+clear of the walls add their expected Fisher information to that of the drive so far.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import NOISE_LEAST, noise_vector
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.experiment_design.information import ReferencePoint, information_of
+from seatrial.identification.experiment_design.manoeuvres import SIDE_WORDS
+from seatrial.poolside.area import Area
+from seatrial.poolside.needs import Need
+from seatrial.poolside.simulated_drive import SimulatedDrive, simulated_drive
+from seatrial.poolside.state import ManoeuvreState
+from seatrial.poolside.stick_patterns import StickPattern, first_patterns, stick_patterns
+from seatrial.util.errors import ModelError
+from seatrial.util.frames import POSE_SIGNS, Array, Axes
+from seatrial.util.statistics import NORMAL_95
+
+BOAT_RADIUS = 0.3  # [m] where none is given
+PATH_PERIOD = 0.25  # [s] of a manoeuvre's drawn path
+RETURN_SPEED = 0.1  # [m/s] back to the middle
+MOST_ADVICE = 3  # manoeuvres
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A stick pattern, simulated."""
+
+    pattern: StickPattern
+    drive: SimulatedDrive
+    margin: float | None  # [m] from the walls
+
+
+class Advisor:
+    """What to drive next, for a vehicle within walls.
+
+    area: walls, in the vehicle file's axes; None: open water. period: [s] of the poses. radius: [m] of the boat.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        area: Area | None = None,
+        *,
+        period: float = 1 / 15,
+        radius: float = BOAT_RADIUS,
+    ) -> None:
+        self.vehicle, self.period, self.radius = vehicle, period, radius
+        self._signs = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._walls = None if area is None else Area(area.corners * self._signs[:2])
+        self._patterns = stick_patterns(vehicle)
+
+    def advise(
+        self,
+        model: Model | None,
+        state: Sequence[float] | Array,
+        needs: Sequence[Need] = (),
+        *,
+        driven: Array | None = None,
+        trust: float = 1.0,
+    ) -> tuple[ManoeuvreState, ...]:
+        """Manoeuvres from here, the best first; before there is a model, each axis in turn.
+
+        state: (6,) x, y [m], psi [rad], u, v [m/s], r [rad/s], in the vehicle file's axes. needs: of `needs_of`.
+        driven: seconds (3, 2) that `Coverage` counts. trust: information that driving turns out to have, over what
+        the model's noise promises.
+        """
+        here = np.asarray(state, dtype=float) * np.tile(self._signs, 2)
+        found: list[ManoeuvreState] = []
+        if model is not None and (np.diag(model.covariance) > 0.0).any():
+            found = _ranked(model, self._candidates(model, here), needs, trust)
+        if not found and self._walls is not None and _off_middle(self._walls, here):
+            found = [_to_middle(self._walls, here)]
+        if not found:
+            seconds = np.zeros((3, 2)) if driven is None else driven
+            found = [_without_model(one) for one in first_patterns(self.vehicle, seconds)]
+        return tuple(_in_file_axes(one, self.vehicle, self._signs) for one in found[:MOST_ADVICE])
+
+    def _candidates(self, model: Model, here: Array) -> list[Candidate]:
+        """The patterns that keep within the walls, simulated from here (6,)."""
+        found = []
+        for pattern in self._patterns:
+            times = np.arange(0.0, pattern.seconds, self.period)
+            commands = pattern.t, pattern.commands
+            try:
+                drive = simulated_drive(model, here, commands, times)
+            except ModelError:
+                continue
+            margin = None
+            if self._walls is not None:
+                margin = float(self._walls.margins(drive.states[:, :2]).min())
+                if margin < self.radius:
+                    continue
+            found.append(Candidate(pattern, drive, margin))
+        return found
+
+
+def _ranked(
+    model: Model, candidates: Sequence[Candidate], needs: Sequence[Need], trust: float
+) -> list[ManoeuvreState]:
+    """The candidates by what they gain a second: in the widest needs, of equal ones in the log-determinant."""
+    if not candidates:
+        return []
+    point = _point(model)
+    free = np.ix_(*2 * [[model.parameters.index(name) for name in point.names]])
+    runs = point.run_filter([one.drive.recording for one in candidates])
+    before = _excess(model.covariance, needs)
+    scored = []
+    for i, one in enumerate(candidates):
+        if not runs.by_recording[i].good:
+            continue
+        after = np.zeros_like(model.covariance)
+        information = trust * information_of(runs, i)
+        after[free], smaller = _added(model.covariance[free], information)
+        gain = before - _excess(after, needs)
+        scored.append((gain / one.pattern.seconds, smaller / one.pattern.seconds, i, after))
+    scored.sort(key=lambda row: (-row[0], -row[1]))
+    return [_state(model, candidates[i], after) for _, _, i, after in scored[:MOST_ADVICE]]
+
+
+def _excess(covariance: Array, needs: Sequence[Need]) -> float:
+    """Sum of the logarithms of widths over allowed ones, of the needs that are not met."""
+    ratios = np.array([need.ratio(covariance) for need in needs if need.allowed > 0.0])
+    return float(np.log(np.maximum(ratios, 1.0)).sum())
+
+
+def _point(model: Model) -> ReferencePoint:
+    """The model's estimated parameters and noise; without process noise, that of its poses alone."""
+    values = np.concatenate([model.coefficients, model.constants])
+    estimated = np.flatnonzero(np.diag(model.covariance) > 0.0)
+    noise = noise_vector(model.noise)
+    if noise is None:
+        noise = NOISE_LEAST.copy()
+        noise[:2] = np.maximum(noise[:2], [model.noise.position, model.noise.heading])
+    return ReferencePoint(
+        model, tuple(model.parameters[i] for i in estimated), values[estimated], noise
+    )
+
+
+def _added(covariance: Array, information: Array) -> tuple[Array, float]:
+    """The covariance (p, p) after more information (p, p), and the fall of its log-determinant.
+
+    In units of the standard errors. A direction with a negative eigenvalue, by rounding, counts as known.
+    """
+    size = np.sqrt(np.diag(covariance))
+    scale = np.outer(size, size)
+    spectrum, vectors = np.linalg.eigh(covariance / scale)
+    root = vectors * np.sqrt(np.maximum(spectrum, 0.0))
+    inner = np.eye(len(size)) + root.T @ (information * scale) @ root
+    after = root @ np.linalg.solve(inner, root.T) * scale
+    return np.asarray(after), float(np.linalg.slogdet(inner)[1])
+
+
+def _state(model: Model, one: Candidate, after: Array) -> ManoeuvreState:
+    """With the parameter whose interval it shortens most, by a covariance (p, p) after it."""
+    before = np.sqrt(np.maximum(np.diag(model.covariance), 0.0))
+    left = np.sqrt(np.maximum(np.diag(after), 0.0))
+    best = int(np.argmin(np.where(before > 0.0, left / np.where(before > 0.0, before, 1.0), 1.0)))
+    pattern, t = one.pattern, one.drive.recording.t
+    times = np.unique(np.concatenate([np.arange(0.0, pattern.seconds, PATH_PERIOD), pattern.t]))
+    times = times[times <= t[-1]]
+    path = np.column_stack([np.interp(times, t, one.drive.states[:, k]) for k in range(3)])
+    held = np.searchsorted(pattern.t, times, side="right") - 1
+    return ManoeuvreState(
+        pattern.text, pattern.seconds, model.parameters[best],
+        NORMAL_95 * float(before[best]), NORMAL_95 * float(left[best]),
+        tuple(times.round(3).tolist()),
+        tuple((x, y, psi) for x, y, psi in path.round(4).tolist()), _rows(pattern.commands[held]),
+        one.margin,
+    )  # fmt: skip
+
+
+def _rows(values: Array) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in (values.round(4) + 0.0).tolist())
+
+
+def _off_middle(walls: Area, here: Array) -> bool:
+    """Whether the boat is further from the middle than half the middle's distance from the walls."""
+    off = float(np.hypot(*(np.array(walls.middle) - here[:2])))
+    return off > 0.5 * walls.margin(*walls.middle)
+
+
+def _to_middle(walls: Area, here: Array) -> ManoeuvreState:
+    """A straight path to the middle, from here (6,)."""
+    x, y = walls.middle
+    off = np.array([[x - here[0], y - here[1], 0.0]])
+    ahead, left, _ = _core.rotate(np.ascontiguousarray(here[2:3]), off, True)[0].tolist()
+    seconds = float(np.hypot(ahead, left)) / RETURN_SPEED
+    text = (
+        f"Drive to the middle first: {abs(ahead):.1f} m {SIDE_WORDS[0][ahead < 0]}, "
+        f"{abs(left):.1f} m {SIDE_WORDS[1][left < 0]}"
+    )
+    psi = float(here[2])
+    path = ((float(here[0]), float(here[1]), psi), (x, y, psi))
+    margin = float(walls.margins(np.array([here[:2], [x, y]])).min())
+    return ManoeuvreState(text, seconds, "", 0.0, 0.0, (0.0, seconds), path, margin=margin)
+
+
+def _without_model(pattern: StickPattern) -> ManoeuvreState:
+    """Sticks only: no path is known."""
+    t, commands = tuple(pattern.t.tolist()), _rows(pattern.commands)
+    return ManoeuvreState(pattern.text, pattern.seconds, "", 0.0, 0.0, t, commands=commands)
+
+
+def _in_file_axes(one: ManoeuvreState, vehicle: Vehicle, signs: Array) -> ManoeuvreState:
+    path = np.array(one.path, dtype=float).reshape(-1, 3) * signs + 0.0
+    commands = np.array(one.commands, dtype=float).reshape(-1, len(vehicle.inputs))
+    return msgspec.structs.replace(
+        one, path=tuple((x, y, psi) for x, y, psi in path.tolist()),
+        commands=_rows(commands * vehicle.input_signs),
+    )  # fmt: skip

@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: MIT
+"""Coverage of the drive so far: seconds by speed and command of each driven axis, in bounded memory."""
+
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.coverage import AT_REST_COMMAND
+from seatrial.poolside.state import CoverageState
+from seatrial.util.frames import AXES, Array
+
+SPEED_BINS = 8  # even: the range doubles by joining pairs
+COMMAND_EDGES = (-1.0, -2 / 3, -1 / 3, -AT_REST_COMMAND, AT_REST_COMMAND, 1 / 3, 2 / 3, 1.0)
+FIRST_SPEEDS = np.array([0.2, 0.2, 0.4])  # [m/s, m/s, rad/s] range at the start
+STEADY_AFTER = 10.0  # [s] a command acts fully
+LONGEST_INTERVAL = 0.5  # [s] between two poses that counts; a longer one is a gap
+
+
+class Coverage:
+    """Seconds in bins of speed and command; poses are added as they come."""
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
+        self.axes = sorted({force.axis for force in vehicle.forces})
+        self._range = FIRST_SPEEDS.copy()
+        self._seconds = np.zeros((3, SPEED_BINS, len(COMMAND_EDGES) - 1))
+        self._last: float | None = None
+
+    def add(self, t: float, nu: Array, command: Array) -> None:
+        """The state at a pose: t [s] rising, nu (3,) [m/s, m/s, rad/s], command (inputs,), forward-left-up."""
+        step = 0.0 if self._last is None else t - self._last
+        self._last = t
+        if not 0.0 < step <= LONGEST_INTERVAL or not np.isfinite(nu).all():
+            return
+        forces = axis_commands(self.vehicle, np.asarray(command, dtype=float)[None])[0]
+        for axis in self.axes:
+            while abs(nu[axis]) > self._range[axis]:
+                self._widen(axis)
+            share = (nu[axis] / self._range[axis] + 1.0) / 2.0
+            row = min(int(share * SPEED_BINS), SPEED_BINS - 1)
+            column = np.searchsorted(COMMAND_EDGES[1:-1], forces[axis], side="right")
+            self._seconds[axis, row, column] += step
+
+    @property
+    def driven(self) -> Array:
+        """Seconds (3, 2) under command of each axis: to the negative side, to the positive one."""
+        middle = COMMAND_EDGES.index(-AT_REST_COMMAND)
+        by_command = self._seconds.sum(axis=1)
+        return np.column_stack(
+            [by_command[:, :middle].sum(axis=1), by_command[:, middle + 1 :].sum(axis=1)]
+        )
+
+    def state(self) -> tuple[CoverageState, ...]:
+        """Of every driven axis, in the vehicle file's axes."""
+        return tuple(self._axis(axis) for axis in self.axes)
+
+    def _axis(self, axis: int) -> CoverageState:
+        edges = self._range[axis] * np.linspace(-1.0, 1.0, SPEED_BINS + 1)
+        seconds = self._seconds[axis]
+        if self.vehicle.axes.value == "forward-right-down" and axis > 0:
+            seconds = seconds[::-1, ::-1]  # both ranges are symmetric
+        rows = tuple(tuple(row) for row in seconds.round(3).tolist())
+        return CoverageState(AXES[axis], tuple(edges.tolist()), COMMAND_EDGES, rows)
+
+    def _widen(self, axis: int) -> None:
+        """Twice the range of speeds: pairs of bins join in the middle half."""
+        joined = self._seconds[axis].reshape(SPEED_BINS // 2, 2, -1).sum(axis=1)
+        quarter = SPEED_BINS // 4
+        self._seconds[axis] = np.pad(joined, ((quarter, quarter), (0, 0)))
+        self._range[axis] *= 2.0
+
+
+def axis_commands(vehicle: Vehicle, commands: Array) -> Array:
+    """The largest force (n, 3) of each axis under held commands (n, inputs), by the chain's start values."""
+    begin = STEADY_AFTER * np.arange(len(commands), dtype=np.float64)
+    scales = np.array([[vehicle.file.scales[name].reference for name in vehicle.scales]])
+    steady = _core.ThrustTrace(
+        vehicle.chain, vehicle.constants.values, begin, np.ascontiguousarray(commands), begin[:1],
+        scales.reshape(1, len(vehicle.scales)),
+    )  # fmt: skip
+    forces = steady.forces(np.asarray(begin + 0.99 * STEADY_AFTER))
+    out = np.zeros((len(commands), 3))
+    for axis in range(3):
+        own = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
+        if own.shape[1]:
+            out[:, axis] = own[np.arange(len(own)), np.argmax(np.abs(own), axis=1)]
+    return out

@@ -1,0 +1,334 @@
+# SPDX-License-Identifier: MIT
+"""The model's estimate while the boat drives.
+
+Three kinds of work, from cheap to thorough. Searches are due when the drive has grown by a share of itself, so
+that the cost per pose is bounded:
+
+- the filter's run goes on along the new poses, at the parameters of the last search; a Gauss-Newton step from its
+  gradient and information is the estimate;
+- a warm search over the drive so far begins at the estimate, and keeps its noise structure;
+- a thorough search is that of `identify`: noise structure, fit horizon, actuator stages.
+
+Of a drive longer than `MOST_SEARCHED` poses the older half is condensed: its information becomes the prior of
+further searches. So memory and time of a search are bounded, too.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial.boat.findings import FindingKind
+from seatrial.boat.model import Model
+from seatrial.boat.noise_parameters import present
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.estimator import (
+    at_bound_findings,
+    first_maximum,
+    fit,
+    integration_step,
+)
+from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.growing_filter import GrowingFilter
+from seatrial.identification.likelihood.optimiser import (
+    START_DAMPING,
+    Outcome,
+    Point,
+    bounded_step,
+    far_from_poses,
+    search,
+)
+from seatrial.identification.likelihood.problem import Prior, Problem
+from seatrial.identification.recording_checks import check_recordings
+from seatrial.identification.selection.actuator_selection import problem_with
+from seatrial.identification.selection.actuator_stages import with_estimated_stages
+from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
+from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
+from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
+from seatrial.identification.uncertainty.lag import with_lag_by_square
+from seatrial.poolside.drive_log import DriveLog
+from seatrial.recording.excitation import find_roles
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import IdentificationError, RecordingError, SeatrialError
+from seatrial.util.frames import Array
+from seatrial.util.statistics import inverse_of
+
+FIRST_LENGTH = 15.0  # [s] of a drive before the first search
+WARM_GROWTH = 1.12  # of the drive, from one search to the next
+THOROUGH_GROWTH = 1.5  # of the drive, from one thorough search to the next
+LEAST_GROWTH = 4.0  # [s] of the drive, between two searches
+MOST_THOROUGH = 60_000  # poses: of a longer drive the structure is known
+MOST_SEARCHED = 120_000  # poses of a search: 40 min at 50 Hz
+WARM_PASSES = 12  # full ones of a warm search, at most
+STEP = 250_000_000  # [ns] of new poses that the filter goes on along at once
+HOLD = 300_000_000  # [ns] in which rows may arrive late
+CONTEXT = 100  # rows before the new poses, which show their faults
+NO_MAXIMUM = (
+    "the search over the whole drive found no maximum: did the boat change? The estimate goes on from the last "
+    "one. Begin a new session after a change of the boat"
+)
+RENEWED = (FindingKind.AT_BOUND, FindingKind.SHORT_BLOCKS)  # findings of every search
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The last search, and the filter that goes on from it."""
+
+    fit: Fit
+    model: Model
+    going: GrowingFilter
+    information: Array  # (p, p) of the poses that the search used
+    thorough: float  # [s] of the drive at the last thorough search; 0: there was none
+
+    @property
+    def first(self) -> int:
+        """Stamp [ns] of the first pose that is not condensed."""
+        return self.fit.problem.recordings[0].origin
+
+
+class LiveEstimator:
+    """The estimate of a drive that goes on; `use` and `model` from any thread, `work` from one.
+
+    vehicle: as of `seatrial.load_vehicle`; one with `structure: auto` gives no estimate until terms are chosen.
+    start: the model until the drive has one of its own, and where the first search begins; effects: as those of
+    `seatrial.identify`.
+
+        estimator = LiveEstimator(vehicle)
+        estimator.use("command", stamp, values)    # [ns], (inputs,)
+        estimator.use("pose", stamp, (x, y, psi))  # of the measured point, forward-left-up
+        changed = estimator.work()                 # in a thread of its own, a few times a second
+        model = estimator.model()                  # None: see estimator.problem
+
+    The estimate is that of `seatrial.identify(recording, vehicle, effects=effects)` on
+    `estimator.log.recording()`, within a tenth of a standard error. Noise structure, fit horizon, actuator stages
+    and findings are those of the last thorough search; effects (lever arm, current, trim, wind) of the last one.
+    Standard errors of a drive too short for the scatter of its innovations assume these to be white.
+    """
+
+    def __init__(
+        self, vehicle: Vehicle, *, start: Model | None = None, effects: Sequence[str] = ()
+    ) -> None:
+        self.vehicle = vehicle
+        self.log = DriveLog(vehicle)
+        self._settings = OutputErrorSettings(effects=tuple(effects))
+        self._start = start
+        self._model = start
+        self._solution: Solution | None = None
+        self._problem = _waiting(0.0)
+        self._searched = 0.0  # [s] of the drive at the last search
+        self._anew = False  # whether the next search begins from nothing
+        self._begun: int | None = None  # [ns] stamp of the drive's first pose
+
+    def use(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
+        """A row of the drive, as of `DriveLog.add`: microseconds. False where it is not finite."""
+        return self.log.add(kind, stamp, values)
+
+    def discard(self, start: int, end: int) -> None:
+        """Leave out the poses of an interval [ns]; the next `work` searches anew without them.
+
+        What is condensed stays.
+        """
+        self.log.discard(start, end)
+        self._anew, self._searched = True, 0.0
+
+    def model(self) -> Model | None:
+        """The current estimate with its covariance; None: there is none yet, and `problem` says why."""
+        return self._model
+
+    @property
+    def problem(self) -> str:
+        """What hinders an estimate, and what to do; empty: nothing."""
+        return " ".join(text for text in (self._problem, self.log.message) if text)
+
+    @property
+    def lag(self) -> float:
+        """Seconds of the drive that the estimate has not used."""
+        span, found = self.log.span, self._solution
+        return 0.0 if span is None or found is None else 1e-9 * (span[1] - found.going.newest)
+
+    def work(self, *, ended: bool = False) -> bool:
+        """Do what is due, and return whether the estimate changed: milliseconds, or seconds of a search.
+
+        ended: no more rows come. So none is waited for, and the last search is over the whole drive.
+        """
+        length = self._length()
+        if length < FIRST_LENGTH:
+            self._problem = _waiting(length)
+            return False
+        hold = 0 if ended else HOLD
+        due = max(WARM_GROWTH * self._searched, self._searched + LEAST_GROWTH)
+        if length >= due or (ended and length > self._searched):
+            self._searched = length
+            if self._search(length, hold):
+                return True
+        return self._solution is not None and self._go_on(self._solution, hold)
+
+    def _length(self) -> float:
+        """Seconds of the drive, from its first pose."""
+        span = self.log.span
+        if span is None:
+            return 0.0
+        self._begun = span[0] if self._begun is None else min(self._begun, span[0])
+        return 1e-9 * (span[1] - self._begun)
+
+    def _search(self, length: float, hold: int) -> bool:
+        anew, self._anew = self._anew, False
+        last = self._solution
+        try:
+            recording = self.log.recording(None if last is None else last.first)
+            few = len(recording.t) < MOST_THOROUGH
+            found, thorough = self._found(recording, length, None if anew and few else last)
+            self._solution = _solution(found, thorough, hold)
+        except SeatrialError as error:
+            self._problem = str(error)
+            return False
+        self._model, self._problem = _stepped(self._solution, self._solution.going.at()), ""
+        return True
+
+    def _found(
+        self, recording: Recording, length: float, last: Solution | None
+    ) -> tuple[Fit, float]:
+        """What is due of a warm and a thorough search, and the length [s] of the drive at the last thorough one.
+
+        Raises SeatrialError where there is no solution.
+        """
+        many = len(recording.t) >= MOST_THOROUGH
+        if last is not None and (many or length < THOROUGH_GROWTH * last.thorough):
+            found = _warm(last.fit, recording)
+            if found is not None:
+                return found, last.thorough
+            if many:
+                raise IdentificationError(NO_MAXIMUM)
+        check_recordings([recording])
+        find_roles(self.vehicle, [recording])
+        begin = self._begin(last)
+        if self._too_short(recording):
+            return self._early(recording, begin), 0.0
+        return fit([recording], self.vehicle, settings=self._settings, begin=begin), length
+
+    def _too_short(self, recording: Recording) -> bool:
+        """Whether the recording has fewer blocks than parameters, which `identify` refuses."""
+        whole, _ = with_estimated_stages(self.vehicle, [recording])
+        try:
+            with_enough_blocks(problem_with(whole, self.vehicle, [recording], self._settings))
+        except IdentificationError:
+            return True
+        return False
+
+    def _early(self, recording: Recording, begin: StartValues | None) -> Fit:
+        """The maximum of the likelihood, with standard errors for white innovations."""
+        at = first_maximum(
+            [recording], self.vehicle, self._settings.effects, start=begin, short=True
+        )
+        covariance = sandwich_covariance(at)
+        at.runs.drop_linearisation()
+        return Fit(
+            at.runs.problem, at.theta, at.noise, at.runs, covariance, self._settings, (), 0.0, at.noise
+        )  # fmt: skip
+
+    def _begin(self, last: Solution | None) -> StartValues | None:
+        """Where a thorough search begins."""
+        if last is None:
+            return None if self._start is None else StartValues.of_model(self._start)
+        values = dict(zip(last.fit.problem.names, last.fit.theta.tolist(), strict=True))
+        return StartValues(values, last.fit.noise)
+
+    def _go_on(self, last: Solution, hold: int) -> bool:
+        """The estimate with the poses since, up to `hold` [ns] before the newest: a linearised step."""
+        span = self.log.span
+        until = 0 if span is None else span[1] - hold
+        before = last.going.newest
+        if until - before < (STEP if hold else 1):
+            return False
+        try:
+            part = self.log.recording(self.log.before(before, CONTEXT))
+            last.going.advance(part, until)
+        except (RecordingError, ValueError):
+            return False  # no usable pose near: the next search covers it
+        at = last.going.at()
+        if last.going.newest == before or not np.isfinite(at.runs.cost):
+            return False
+        self._model = _stepped(last, at)
+        return True
+
+
+def _warm(last: Fit, recording: Recording) -> Fit | None:
+    """The maximum from the last one, in its structure; None where the search does not end."""
+    problem = replace(last.problem, recordings=(recording,), block=last.settings.block)
+    if len(recording.t) > MOST_SEARCHED:
+        problem = _condensed(problem, last)
+    problem = replace(with_enough_blocks(problem), step=integration_step(problem, last.theta))
+    at, outcome = search(
+        problem, last.theta, last.noise, least=noise_floor(problem, last.horizon),
+        free=present(last.noise), passes=WARM_PASSES,
+    )  # fmt: skip
+    if outcome not in (Outcome.CONVERGED, Outcome.OUT_OF_STEPS) or far_from_poses(at):
+        return None
+    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+    at.runs.drop_linearisation()
+    kept = [f for f in last.findings if f.kind not in RENEWED]
+    return replace(
+        last,
+        findings=(*kept, *at_bound_findings(at)),
+        problem=problem,
+        theta=at.theta,
+        noise=at.noise,
+        runs=at.runs,
+        covariance=covariance,
+    )
+
+
+def _condensed(problem: Problem, last: Fit) -> Problem:
+    """The problem of the later half of its recording, with what the earlier half knows as prior."""
+    (recording,) = problem.recordings
+    middle = float(recording.t[len(recording.t) // 2])
+    older = replace(problem, recordings=(recording.cut(None, middle),))
+    runs = older.run_filter(last.theta, last.noise, repeatable=False)
+    free = list(problem.free)
+    mean, precision = last.theta.copy(), np.zeros((len(last.theta),) * 2)
+    mean[free] += inverse_of(runs.information) @ runs.gradient
+    precision[np.ix_(free, free)] = runs.information
+    later = recording.cut(middle, None)
+    return replace(problem, recordings=(later,), prior=Prior(mean, precision))
+
+
+def _solution(found: Fit, thorough: float, hold: int) -> Solution:
+    """The filter goes on at the solution's parameters, from `hold` [ns] before its newest pose."""
+    newest = int(found.problem.recordings[0].stamps[-1])
+    going = GrowingFilter(found.problem, found.theta, found.noise)
+    going.begin(newest - hold)
+    return Solution(found, found.model(), going, going.at().runs.information, thorough)
+
+
+def _stepped(last: Solution, at: Point) -> Model:
+    """The model a Gauss-Newton step from the last search, with the information of all poses so far."""
+    move, _ = bounded_step(at, START_DAMPING)
+    problem = last.fit.problem
+    theta = problem.clipped(at.theta + move)
+    n, m = problem.n_coefficients, problem.n_constants
+    covariance = _covariance(last, at.runs.information)
+    return replace(
+        last.model, coefficients=theta[:n], constants=theta[n : n + m],
+        covariance=replace(last.fit, covariance=covariance).model_covariance(),
+    )  # fmt: skip
+
+
+def _covariance(last: Solution, information: Array) -> Array:
+    """The covariance (p, p) with more information: the scores of new poses scatter as those of the search did."""
+    old = last.fit.covariance
+    inside = np.diag(old) > 0.0
+    within = np.ix_(inside, inside)
+    before, after = last.information[within], information[within]
+    factor = float(np.sum(before * old[within])) / max(int(inside.sum()), 1)
+    inverse = inverse_of(after)
+    scatter = before @ old[within] @ before + factor * (after - before)
+    out = np.zeros_like(old)
+    out[within] = inverse @ scatter @ inverse
+    return out
+
+
+def _waiting(length: float) -> str:
+    return (
+        f"{length:.0f} s of poses so far: the first estimate needs {FIRST_LENGTH:.0f} s or more. "
+        "Drive pulses of every axis, in both directions"
+    )

@@ -1,0 +1,194 @@
+# SPDX-License-Identifier: MIT
+"""The recording of a session: tables that only grow, on the disk within a second.
+
+A row is in the system's memory when `use` returns, so a killed program loses none; a thread writes it to
+the disk within `SYNC`, so a power cut loses a second.
+
+    FOLDER/poses.csv, or positions.csv and headings.csv; commands.csv, scales.csv
+    FOLDER/notes.jsonl   marks and discarded intervals
+    FOLDER/vehicle.yaml  the vehicle, with the columns of these tables
+"""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from threading import Event, Lock, Thread
+
+import msgspec
+import numpy as np
+
+from seatrial.boat.schema import Column, PoseSource
+from seatrial.boat.vehicle import Vehicle
+from seatrial.poolside.sources.source import EventKind
+from seatrial.util.errors import FileError
+from seatrial.util.files import dump_yaml, sync_folder, write_text
+from seatrial.util.frames import POSE_SIGNS, Array, Axes
+
+SYNC = 0.5  # [s] between two writes to the disk
+SECONDS, NANOSECONDS = "stamp [s]", "stamp [ns]"  # no name of an input ends so
+STAMP = Column(column=SECONDS, nanoseconds=NANOSECONDS)
+NANO = 1_000_000_000
+FILES: dict[EventKind, str] = {
+    "pose": "poses.csv", "position": "positions.csv", "heading": "headings.csv", "command": "commands.csv",
+    "scale": "scales.csv",
+}  # fmt: skip
+POSE_KINDS: tuple[EventKind, ...] = ("pose", "position", "heading")
+NOTES, VEHICLE = "notes.jsonl", "vehicle.yaml"
+KEPT = "kept_"  # begins the name of a table without the discarded intervals
+
+
+class Note(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A mark, or an interval that is discarded."""
+
+    stamp: int  # [ns]
+    mark: str | None = None
+    discard_from: int | None = None  # [ns] to `stamp`
+
+
+class Recorder:
+    """Writes events to a new folder. Methods may be called from any thread; they raise FileError."""
+
+    def __init__(self, folder: Path, vehicle: Vehicle) -> None:
+        self.folder, self._original = folder, vehicle
+        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._names: dict[EventKind, tuple[str, ...]] = {
+            "pose": ("x", "y", "psi"), "position": ("x", "y"), "heading": ("psi",),
+            "command": vehicle.inputs, "scale": vehicle.scales,
+        }  # fmt: skip
+        self._signs: dict[EventKind, Array] = {
+            "pose": self._flip, "position": self._flip[:2], "heading": self._flip[2:],
+            "command": vehicle.input_signs, "scale": np.ones(len(vehicle.scales)),
+        }  # fmt: skip
+        self._handles: dict[str, int] = {}
+        self._lock, self._ended, self._changed = Lock(), Event(), False
+        self.notes: list[Note] = []
+        self.vehicle = _with_tables(vehicle, split=False)  # which reads the folder
+        self._make()
+        self._thread = Thread(target=self._sync, name="recorder", daemon=True)
+        self._thread.start()
+
+    def use(self, kind: EventKind, stamp: int, values: Array) -> None:
+        """A row; values forward-left-up, of poses those of the measured point."""
+        own = (values * self._signs[kind]).tolist()
+        seconds, rest = divmod(stamp, NANO)
+        line = ",".join([str(seconds), str(rest), *map(repr, own)])
+        with self._lock:
+            if kind == "position" and FILES["position"] not in self._handles:
+                self._write_vehicle(_with_tables(self._original, split=True))
+            self._append(FILES[kind], line, ",".join([SECONDS, NANOSECONDS, *self._names[kind]]))
+
+    def mark(self, stamp: int, text: str) -> None:
+        """Mark a moment [ns]."""
+        self._note(Note(stamp, mark=text))
+
+    def discard(self, start: int, end: int) -> None:
+        """Leave poses from `start` to `end` [ns] out when the recording is saved; the tables keep them."""
+        self._note(Note(end, discard_from=start))
+
+    @property
+    def discarded(self) -> tuple[tuple[int, int], ...]:
+        """Intervals [ns] that are left out."""
+        return tuple((n.discard_from, n.stamp) for n in self.notes if n.discard_from is not None)
+
+    def finish(self) -> Path:
+        """Write all to the disk, apply the discarded intervals, and end; the folder."""
+        self.close()
+        if self.discarded:
+            kept = [kind for kind in POSE_KINDS if (self.folder / FILES[kind]).exists()]
+            for kind in kept:
+                self._write_kept(FILES[kind])
+            self._write_vehicle(_with_tables(self._original, split="position" in kept, prefix=KEPT))
+        return self.folder
+
+    def close(self) -> None:
+        """End; what was written stays. Without effect where it has ended."""
+        self._ended.set()
+        self._thread.join()
+        with self._lock:
+            for handle in self._handles.values():
+                os.close(handle)
+            self._handles = {}
+
+    def _make(self) -> None:
+        """The folder, which must not hold anything."""
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            if any(self.folder.iterdir()):
+                raise FileError(
+                    f"{self.folder}: is not empty, and a recording is never overwritten; give another folder"
+                )
+        except OSError as error:
+            raise FileError(f"{self.folder}: can't be written ({error.strerror})") from None
+        self._write_vehicle(self.vehicle)
+
+    def _write_vehicle(self, vehicle: Vehicle) -> None:
+        self.vehicle = vehicle
+        write_text(self.folder / VEHICLE, dump_yaml(vehicle.to_mapping()))
+
+    def _note(self, note: Note) -> None:
+        with self._lock:
+            self._append(NOTES, msgspec.json.encode(note).decode())
+            self.notes.append(note)
+
+    def _append(self, name: str, line: str, header: str = "") -> None:
+        """A whole line by one call of the system."""
+        path = self.folder / name
+        try:
+            if name not in self._handles:
+                if self._ended.is_set():
+                    raise FileError(f"{path}: the recording has ended")
+                flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND
+                self._handles[name] = os.open(path, flags, 0o666)
+                line = f"{header}\n{line}" if header else line
+            os.write(self._handles[name], f"{line}\n".encode())
+        except OSError as error:
+            raise FileError(f"{path}: can't be written ({error.strerror})") from None
+        self._changed = True
+
+    def _sync(self) -> None:
+        """Write what has changed to the disk, every `SYNC`."""
+        ended = False
+        while not ended:
+            ended = self._ended.wait(SYNC)
+            with self._lock:
+                handles, changed = [os.dup(h) for h in self._handles.values()], self._changed
+                self._changed = False
+            for handle in handles:
+                with suppress(OSError):  # a full disk is reported by the next row
+                    if changed:
+                        os.fsync(handle)
+                os.close(handle)
+            if changed:
+                sync_folder(self.folder)
+
+    def _write_kept(self, name: str) -> None:
+        """A table without the rows in discarded intervals."""
+        head, *rows = (self.folder / name).read_text().splitlines()
+        kept = [row for row in rows if not self._is_discarded(row)]
+        write_text(self.folder / f"{KEPT}{name}", "\n".join([head, *kept]) + "\n")
+
+    def _is_discarded(self, row: str) -> bool:
+        seconds, rest, _ = row.split(",", 2)
+        stamp = int(seconds) * NANO + int(rest)
+        return any(start <= stamp <= end for start, end in self.discarded)
+
+
+def _with_tables(vehicle: Vehicle, *, split: bool, prefix: str = "") -> Vehicle:
+    """The vehicle with the columns of the recorder's tables. split: position and heading have their own."""
+    file, spec = vehicle.file, vehicle.file.pose
+    place = FILES["position" if split else "pose"]
+    heading = Column(column="psi", file=prefix + FILES["heading"]) if split else "psi"
+    pose = PoseSource(
+        stamp=STAMP, x="x", y="y", psi=heading, file=prefix + place,
+        lever=spec.lever, delay=spec.delay, heading_delay=spec.heading_delay,
+    )  # fmt: skip
+    commands = msgspec.structs.replace(
+        file.commands, inputs={name: name for name in vehicle.inputs}, stamp=STAMP,
+        file=FILES["command"], topic=None, clock="header",
+    )  # fmt: skip
+    scales = {
+        name: msgspec.structs.replace(one, column=Column(column=name, file=FILES["scale"]))
+        for name, one in file.scales.items()
+    }
+    changed = msgspec.structs.replace(file, pose=pose, commands=commands, scales=scales)
+    return Vehicle(changed, vehicle.source)

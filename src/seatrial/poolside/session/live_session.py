@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: MIT
+"""A session at the poolside: one thread takes the events, two look at them, any may ask for the state."""
+
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from msgspec import structs
+
+from seatrial.boat.vehicle import Vehicle
+from seatrial.poolside.session.body_velocity import BodyVelocity
+from seatrial.poolside.session.parts import Parts, Seen
+from seatrial.poolside.session.saving import save_drive
+from seatrial.poolside.session.track import Row, Track
+from seatrial.poolside.sources import SourceEvent
+from seatrial.poolside.state import LiveState, SignalState
+from seatrial.util.errors import LiveError, SeatrialError
+from seatrial.util.frames import Array
+from seatrial.util.progress import show_progress
+from seatrial.util.status import Status, duration_text
+
+LOOK = 0.2  # [s] between two looks at signals and predictions
+WORK = 0.2  # [s] between two calls of the estimator
+ADVISE = 4.0  # [s] between two pieces of advice, at least
+IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
+CHECK = 5.0  # [s] between two checks of signs and units, at least
+FEWEST_POSES = 100  # of a check
+LONGEST_END = 5.0  # [s] until a source that is closed ends
+NANO = 1e-9  # [s]
+RECORDING = "recording"
+ENDED = "The source has ended. Press stop and save."
+Save = Callable[[Path], dict[str, str]]
+
+
+class Session:
+    """A `Controller`. `start` it once; `stop` ends it and saves, `close` ends it without.
+
+    vehicle: the boat's; walls: corners [m] in its axes; folder: of what is saved; save: makes model and report
+    from the recording's folder.
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        parts: Parts,
+        folder: Path,
+        *,
+        walls: Sequence[tuple[float, float]] = (),
+        save: Save | None = None,
+    ) -> None:
+        self._parts, self._save = parts, save or (lambda path: save_drive(path, folder))
+        self._track, self._velocity = Track(vehicle), BodyVelocity()
+        self._command: Array | None = None  # the newest
+        self._state = LiveState(
+            vehicle=vehicle.name, axes=vehicle.axes.value, inputs=vehicle.inputs,
+            source=parts.source.name, folder=str(folder), walls=tuple(walls),
+        )  # fmt: skip
+        self._lock = threading.Lock()  # of the state and the track
+        self._inputs = threading.Lock()  # of what the parts take
+        self._stopping = threading.Lock()
+        self._ending = threading.Event()
+        self._failed: dict[str, str] = {}  # what a thread could not do
+        self._saved: dict[str, str] | None = None
+        self._threads = [
+            threading.Thread(target=run, name=name, daemon=True)
+            for name, run in (("source", self._take), ("look", self._look), ("work", self._work))
+        ]
+
+    def start(self) -> None:
+        """Begin to take events."""
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        """End without a model; the recording stays."""
+        self._end()
+        self._parts.recorder.close()
+
+    @property
+    def drained(self) -> bool:
+        """Whether the source has ended, and all its events are used."""
+        return not self._threads[0].is_alive()
+
+    # What the page asks for
+
+    def state(self) -> LiveState:
+        """As of `Controller`."""
+        with self._lock:
+            track = self._track
+            return structs.replace(
+                self._state, time=track.time, driven=track.driven, poses=track.poses,
+                pose=track.pose, discards=track.changes,
+            )  # fmt: skip
+
+    def track(self, since: int) -> tuple[int, list[Row]]:
+        """As of `Controller`."""
+        with self._lock:
+            return len(self._track.rows), self._track.rows[since:]
+
+    def mark(self, text: str) -> None:
+        """As of `Controller`. Raises LiveError before the first pose."""
+        with self._lock:
+            now = self._newest()
+            self._parts.recorder.mark(now, text)
+            marks = (*self._state.marks, (self._track.time, text))
+            self._state = structs.replace(self._state, marks=marks)
+
+    def discard(self, seconds: float) -> None:
+        """As of `Controller`. Raises LiveError before the first pose."""
+        with self._lock:
+            now = self._newest()
+            start = now - round(seconds / NANO)
+            self._parts.recorder.discard(start, now)
+            self._parts.estimator.discard(start, now)
+            self._track.discard(start)
+
+    def stop(self) -> dict[str, str]:
+        """As of `Controller`. Once: further calls give the same."""
+        with self._stopping:
+            if self._saved is None:
+                self._saved = self._finish()
+            return self._saved
+
+    def _newest(self) -> int:
+        """Stamp of the newest pose. Raises LiveError."""
+        if self._state.stopped or self._ending.is_set():
+            raise LiveError("the session is over")
+        if self._track.newest is None:
+            raise LiveError("no pose has arrived yet")
+        return self._track.newest
+
+    # Threads
+
+    def _take(self) -> None:
+        with self._reported("source"):
+            self._take_all()
+
+    def _take_all(self) -> None:
+        for event in self._parts.source:
+            if self._ending.is_set():
+                return
+            with self._lock:
+                self._track.use(event.kind, event.stamp, event.values)
+            with self._reported(RECORDING):
+                self._parts.recorder.use(event.kind, event.stamp, event.values)
+            with self._inputs:
+                self._use(event)
+
+    def _use(self, event: SourceEvent) -> None:
+        parts, kind, stamp, values = self._parts, event.kind, event.stamp, event.values
+        parts.estimator.use(kind, stamp, values)
+        parts.prediction.use(kind, stamp, values)
+        parts.health.use(kind, stamp, values, event.arrival)
+        if parts.detector is not None:
+            parts.detector.use(kind, stamp, values)
+        self._cover(event)
+
+    def _cover(self, event: SourceEvent) -> None:
+        if event.kind == "command":
+            self._command = event.values
+        if self._velocity.use(event.kind, event.stamp, event.values) and self._command is not None:
+            self._parts.coverage.add(NANO * event.stamp, self._velocity.nu, self._command)
+
+    def _look(self) -> None:
+        """Signals, coverage and predictions, several times a second."""
+        parts = self._parts
+        while not self._ending.wait(LOOK):
+            with self._reported("signals"), self._inputs:
+                signals = parts.health.states(parts.source.now())
+                coverage, predictions = parts.coverage.state(), parts.prediction.states()
+                self._publish(
+                    signals=(*self._not_recorded(), *signals),
+                    coverage=coverage, predictions=predictions,
+                )  # fmt: skip
+
+    def _work(self) -> None:
+        """Estimate, advice, the test for a change, and the checks of signs: what takes longer."""
+        advice, check = Turn(ADVISE), Turn(CHECK)
+        while not self._ending.wait(WORK):
+            with self._reported("estimate"):
+                self._estimate()
+            if advice.due:
+                with self._reported("advice"), advice:
+                    self._advise()
+            if check.due and self._track.poses > FEWEST_POSES:
+                with self._reported("check of signs"), check:
+                    self._parts.health.check(self._parts.estimator.log.recording())
+            with self._reported("test for a change"):
+                self._watch()
+            self._publish(message=self._message(), lag=self._parts.estimator.lag)
+
+    def _estimate(self) -> None:
+        if self._parts.estimator.work() and (model := self._parts.estimator.model()) is not None:
+            with self._inputs:
+                self._parts.prediction.reload(model)
+
+    def _advise(self) -> None:
+        now = self.state()
+        pose = None if self.drained else now.pose
+        period = now.time / max(now.poses - 1, 1)
+        seen = Seen(now.time, pose, self._velocity.nu, period, now.predictions)
+        found = self._parts.guide.advise(self._parts.estimator.model(), seen)
+        self._publish(**structs.asdict(found))
+
+    def _watch(self) -> None:
+        detector = self._parts.detector
+        found = detector.look() if detector is not None and detector.due else None
+        if found is not None:
+            self._publish(change=found.text)
+
+    def _message(self) -> str:
+        """The first thing that hinders the estimate."""
+        others = [f"{what}: {text}" for what, text in self._failed.items() if what != RECORDING]
+        over = [ENDED] if self.drained else []
+        found = [*over, self._parts.estimator.problem, *self._parts.source.problems, *others]
+        return next((text for text in found if text), "")
+
+    def _not_recorded(self) -> Sequence[SignalState]:
+        """A signal that is not one: the recording, where it can't be written."""
+        found = self._failed.get(RECORDING)
+        return (
+            []
+            if found is None
+            else [SignalState(RECORDING, RECORDING, 0, level="error", finding=found)]
+        )
+
+    def _publish(self, **changed: object) -> None:
+        with self._lock:
+            self._state = structs.replace(self._state, **changed)
+
+    @contextmanager
+    def _reported(self, what: str) -> Iterator[None]:
+        """What can't be done is stated on the page, and all else goes on."""
+        try:
+            yield
+            self._failed.pop(what, None)
+        except (SeatrialError, ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
+            self._failed[what] = str(error)
+
+    # The end
+
+    def _end(self) -> None:
+        self._ending.set()
+        self._parts.source.close()
+        for thread in self._threads[:2]:  # the third may be in a search
+            if thread.is_alive():
+                thread.join(LONGEST_END)
+
+    def _finish(self) -> dict[str, str]:
+        """Recording first; what comes after it may fail."""
+        self._publish(saving="writing the recording", next=None, others=())
+        self._end()
+        folder = self._parts.recorder.finish()
+        found, problem = {"recording": str(folder)}, ""
+        try:
+            with show_progress(self._progress):
+                found |= self._save(folder)
+        except Exception as error:  # whatever it is, the page must not wait for ever
+            problem = f"The recording is saved, but there is no model: {error}"
+        saved = tuple(found.items())
+        self._publish(saving="", saved=saved, stopped=True, message=problem)
+        return found
+
+    def _progress(self, status: Status) -> None:
+        left = "" if status.left is None else f", {duration_text(status.left)} left"
+        self._publish(saving=f"{status.stage} ({100.0 * status.share:.0f} %{left})")
+
+
+class Turn:
+    """When work is due again: after `least` [s], and after `IDLE` times its own duration."""
+
+    def __init__(self, least: float) -> None:
+        self._least, self._begun, self._next = least, 0.0, 0.0
+
+    @property
+    def due(self) -> bool:
+        """Whether it is."""
+        return time.monotonic() >= self._next
+
+    def __enter__(self) -> None:
+        self._begun = time.monotonic()
+
+    def __exit__(self, *_: object) -> None:
+        now = time.monotonic()
+        self._next = now + max(self._least, IDLE * (now - self._begun))

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: MIT
+"""What a session leaves beside its recording: the model and its report."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from seatrial.boat.model import save
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.identification.methods import identify
+from seatrial.io import read
+from seatrial.report import write_report
+from seatrial.util.progress import stage
+
+VEHICLE, MODEL, REPORT = "vehicle.yaml", "model.yaml", "report.html"
+
+
+def save_drive(recording: Path, folder: Path, effects: Sequence[str] = ()) -> dict[str, str]:
+    """Model and report of a recording, as `identify` and `report` write them, into `folder`; their paths.
+
+    recording: a folder with the vehicle file that reads it. A file appears when it is whole. Raises SeatrialError.
+    """
+    vehicle = load_vehicle(recording / VEHICLE)
+    with stage("reading", 0.05):
+        read_back = read(recording, vehicle)
+    with stage("identifying", 0.75):
+        model = identify([read_back], vehicle, effects=effects)
+    save(model, folder / MODEL)
+    with stage("report"):
+        write_report(model, [read_back], folder / REPORT)
+    paths = {"vehicle": recording / VEHICLE, "model": folder / MODEL, "report": folder / REPORT}
+    return {what: str(path) for what, path in paths.items()}

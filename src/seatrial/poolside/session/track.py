@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""Where the boat was: its newest pose, the time, and a thinned track for the page."""
+
+import numpy as np
+
+from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.coverage import AT_REST_COMMAND
+from seatrial.util.frames import POSE_SIGNS, Array, Axes
+
+STEP = 200_000_000  # [ns] between two rows of the track
+MOST_ROWS = 20_000  # more are thinned to half: 67 min at 5 Hz
+LONGEST_INTERVAL = 0.5  # [s] between two poses that counts as driven
+NANO = 1e-9  # [s]
+Row = tuple[float, float, float, float]
+
+
+class Track:
+    """In the vehicle's own axes. One thread calls `use`, any thread the rest, one at a time.
+
+    A position without a heading, or a heading without a position, completes the pose before it.
+    """
+
+    def __init__(self, vehicle: Vehicle) -> None:
+        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._pose = np.full(3, np.nan)
+        self._largest = np.zeros(len(vehicle.inputs))
+        self._active = False  # whether a command drives the boat
+        self._since = 0  # [ns] stamp of the last row
+        self.rows: list[Row] = []
+        self.origin: int | None = None  # [ns] stamp of the first pose
+        self.newest: int | None = None  # [ns]
+        self.poses = 0
+        self.driven = 0.0  # [s]
+        self.changes = 0  # times that rows got other indices
+
+    def use(self, kind: str, stamp: int, values: Array) -> None:
+        """An event of the source, forward-left-up."""
+        if kind == "command":
+            self._largest = np.maximum(self._largest, np.abs(values))
+            self._active = bool(np.any(np.abs(values) > AT_REST_COMMAND * self._largest))
+        elif kind == "heading":
+            self._pose[2] = self._flip[2] * values[0]
+        elif kind in ("pose", "position"):
+            self._pose[: len(values)] = self._flip[: len(values)] * values
+            self._add(stamp)
+
+    @property
+    def pose(self) -> tuple[float, float, float] | None:
+        """x, y [m], psi [rad]; None before all are known."""
+        x, y, psi = self._pose.tolist()
+        return None if np.isnan(self._pose).any() else (x, y, psi)
+
+    @property
+    def time(self) -> float:
+        """[s] from the first pose to the newest."""
+        return 0.0 if self.origin is None or self.newest is None else self._seconds(self.newest)
+
+    def discard(self, start: int) -> None:
+        """Without the rows from this stamp [ns] on."""
+        while self.rows and self.rows[-1][0] >= self._seconds(start):
+            self.rows.pop()
+        self.changes += 1
+
+    def _seconds(self, stamp: int) -> float:
+        return NANO * (stamp - (self.origin or 0))
+
+    def _add(self, stamp: int) -> None:
+        self.poses += 1
+        self.origin = stamp if self.origin is None else self.origin
+        step = 0.0 if self.newest is None else NANO * (stamp - self.newest)
+        self.newest = stamp if self.newest is None else max(stamp, self.newest)
+        if self._active and 0.0 < step <= LONGEST_INTERVAL:
+            self.driven += step
+        if self.pose is None or (self.rows and stamp < self._since + STEP):
+            return
+        self._since = stamp
+        if len(self.rows) == MOST_ROWS:
+            self.rows = self.rows[::2]
+            self.changes += 1
+        self.rows.append((self._seconds(stamp), *self.pose))

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""Signals that look wrong in the drive so far, and the lines of the vehicle file that mend them."""
+
+from dataclasses import dataclass
+
+import msgspec
+
+from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
+from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import dump_yaml
+
+OF_INPUTS = (InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED)
+SENDER = (
+    "the lines are after the vehicle file's signs and units: correct the program that sends them"
+)
+
+
+@dataclass(frozen=True)
+class Edit:
+    """What looks wrong in one signal."""
+
+    signal: str  # pose, or the name of an input
+    text: str  # what the data show
+    line: str = ""  # of the vehicle file, as it should be; empty: no line mends it
+
+
+def edits(recording: Recording, vehicle: Vehicle, *, by_columns: bool = True) -> tuple[Edit, ...]:
+    """What looks wrong. by_columns: the vehicle file's columns read the signals."""
+    try:
+        report = check_consistency([recording], vehicle)
+    except RecordingError:  # too little data yet
+        return ()
+    lines = _changed_lines(report, vehicle) if by_columns else {}
+    found = []
+    for one in report.findings:
+        text = one.text if by_columns else f"{one.text.partition('; ')[0]}; {SENDER}"
+        found += [Edit(signal, text, lines.get(signal, "")) for signal in _signals(one, vehicle)]
+    return tuple(found)
+
+
+def _signals(found: Inconsistency, vehicle: Vehicle) -> tuple[str, ...]:
+    """The signals that an inconsistency is about."""
+    if found.kind is InconsistencyKind.CLOCK:
+        return vehicle.inputs
+    if found.kind in OF_INPUTS:
+        head = found.text.partition(":")[0].partition(" moves ")[0].partition(" are ")[0]
+        words = head.replace(",", " ").split()
+        return tuple(name for name in vehicle.inputs if name in words) or vehicle.inputs
+    return ("pose",)
+
+
+def _changed_lines(report: ConsistencyReport, vehicle: Vehicle) -> dict[str, str]:
+    """By signal, the entries of the repaired vehicle file that differ."""
+    before, after = vehicle.file, report.repaired(vehicle).file
+    lines = {}
+    pose = [
+        _line(key, getattr(after.pose, key))
+        for key in ("x", "y", "psi")
+        if as_column(getattr(after.pose, key)) != as_column(getattr(before.pose, key))
+    ]
+    if pose:
+        lines["pose"] = "pose: " + ", ".join(pose)
+    for name in vehicle.inputs:
+        own, new = (as_column(file.commands.inputs[name]) for file in (before, after))
+        if own != new:
+            lines[name] = f"commands: inputs: {_line(name, new)}"
+    return lines
+
+
+def _line(key: str, entry: str | Column) -> str:
+    """An entry of a vehicle file on one line."""
+    content = msgspec.to_builtins(as_column(entry))
+    if content.get("column") == content.get("field"):
+        content.pop("field", None)
+    inside = dump_yaml(content).strip().replace("\n", ", ")
+    return f"{key}: {{{inside}}}"

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: MIT
+"""Health of the signals while they arrive: rate, delay, gaps, jumps, clocks, signs, units and order.
+
+Timing is judged over the last seconds; signs, units and order over the drive so far
+(`seatrial.inspection.consistency`).
+"""
+
+from collections.abc import Iterator
+from threading import Lock
+
+import numpy as np
+
+from seatrial.boat.vehicle import Vehicle
+from seatrial.poolside.signal_edits import Edit, edits
+from seatrial.poolside.signal_findings import (
+    OWN_CLOCK,
+    Found,
+    clock_findings,
+    command_findings,
+    frozen_findings,
+    jump_findings,
+    missing,
+    step_findings,
+)
+from seatrial.poolside.signal_stream import NANO, SignalStream, StreamTiming
+from seatrial.poolside.sources.source import EventKind
+from seatrial.poolside.state import Level, SignalState
+from seatrial.recording.pose_faults import FaultKind, examine
+from seatrial.recording.recording import Recording
+from seatrial.recording.timing import FEW_STEPS
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
+
+SETTLED = 2.0  # [s] of poses after a jump that show whether it is one
+EXAMINED = 1.0  # [s] between two examinations of the poses
+RANK: dict[Level, int] = {"ok": 0, "warning": 1, "error": 2}
+PLACED: tuple[EventKind, ...] = ("pose", "position")
+
+
+class SignalHealth:
+    """Health of all signals of a vehicle. Methods may be called from any thread.
+
+    by_columns: the source reads by the vehicle file's columns, so that an edit of the file mends a signal.
+    """
+
+    def __init__(self, vehicle: Vehicle, *, by_columns: bool = True) -> None:
+        self._vehicle, self._by_columns = vehicle, by_columns
+        self._streams: dict[EventKind, SignalStream] = {}
+        self._edits: tuple[Edit, ...] = ()
+        self._begin: int | None = None  # [ns]
+        self._jumps, self._judged, self._examined = (
+            0,
+            0,
+            0,
+        )  # judged [ns] of stamps, examined [ns] of now
+        self._two_places = ""
+        self._lock = Lock()
+
+    def use(self, kind: EventKind, stamp: int, values: Array, arrival: int) -> None:
+        """An event of the source."""
+        with self._lock:
+            self._begin = arrival if self._begin is None else self._begin
+            if kind not in self._streams:
+                self._streams[kind] = SignalStream(kind, arrival, len(values))
+            self._streams[kind].add(stamp, values, arrival)
+
+    def check(self, recording: Recording) -> None:
+        """Signs, units and order by the drive so far; takes tenths of a second."""
+        self._edits = edits(recording, self._vehicle, by_columns=self._by_columns)
+
+    def states(self, now: int) -> tuple[SignalState, ...]:
+        """State of every signal at a time [ns] of the source's clock."""
+        with self._lock:
+            self._begin = now if self._begin is None else self._begin
+            self._examine(now)
+            timings = {kind: stream.timing() for kind, stream in self._streams.items()}
+            return tuple(self._states(now, timings))
+
+    def _states(self, now: int, timings: dict[EventKind, StreamTiming]) -> Iterator[SignalState]:
+        split = not {"position", "heading"}.isdisjoint(self._streams)
+        parts: tuple[EventKind, ...] = ("position", "heading") if split else ("pose",)
+        for kind in parts:
+            yield self._state(kind, kind, None, now, timings)
+        for i, name in enumerate(self._vehicle.inputs):
+            yield self._state("command", name, i, now, timings)
+        for i, name in enumerate(self._vehicle.scales):
+            yield self._state("scale", name, i, now, timings)
+
+    def _state(
+        self,
+        kind: EventKind,
+        name: str,
+        index: int | None,
+        now: int,
+        timings: dict[EventKind, StreamTiming],
+    ) -> SignalState:
+        """One signal; `index`: its column in the rows of its kind."""
+        stream = self._streams.get(kind)
+        if stream is None:
+            found = missing(kind, (now - (self._begin or now)) * NANO)
+            return SignalState(name, kind, 0, level=found.level, finding=found.text)
+        timing = timings[kind]
+        all_found = [*clock_findings(kind, timings), *step_findings(stream, timing, now)]
+        all_found += self._of_values(stream, name, index, now)
+        worst = max(all_found, key=lambda f: RANK[f.level], default=Found("ok", ""))
+        _, arrival, values = stream.newest
+        own = values if index is None else values[index : index + 1]
+        return SignalState(
+            name, kind, stream.rows, timing.rate, max(0.0, (now - arrival) * NANO),
+            timing.delay if abs(timing.delay) < OWN_CLOCK else None, timing.jitter, stream.gaps,
+            self._jumps if kind in PLACED else 0, tuple(own.tolist()), worst.level, worst.text, worst.line,
+        )  # fmt: skip
+
+    def _of_values(
+        self, stream: SignalStream, name: str, index: int | None, now: int
+    ) -> Iterator[Found]:
+        """What the values show, and the drive so far."""
+        signal = name if index is not None else "pose"
+        yield from (Found("error", e.text, e.line) for e in self._edits if e.signal == signal)
+        if index is not None:
+            yield from command_findings(name, stream, index, now)
+            return
+        if self._two_places:
+            yield Found("error", self._two_places)
+        yield from frozen_findings(stream, self._streams.get("command"), now)
+        if stream.kind in PLACED:
+            yield from jump_findings(self._jumps)
+
+    def _examine(self, now: int) -> None:
+        """Count the jumps of the poses in the window, each once."""
+        stream = next((self._streams[k] for k in PLACED if k in self._streams), None)
+        if (
+            stream is None
+            or len(stream.recent) < FEW_STEPS
+            or now - self._examined < EXAMINED / NANO
+        ):
+            return
+        self._examined = now
+        stamps, _, values = stream.columns()
+        eta = values if values.shape[1] == 3 else np.column_stack([values, np.zeros(len(values))])
+        try:
+            found = examine("poses", stamps, eta, None)
+        except RecordingError as error:
+            self._two_places = str(error)
+            return
+        self._two_places = ""
+        first, settled = int(stamps[found.in_order][0]), int(stamps[-1] - SETTLED / NANO)
+        for fault in found.faults:
+            if fault.kind in (FaultKind.JUMP, FaultKind.EXCURSION):
+                self._jumps += self._judged < first + round(fault.start / NANO) <= settled
+        self._judged = max(self._judged, settled)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: MIT
+"""Rows of one kind of signal: the last seconds, and what is counted over the whole session. Bounded memory."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.poolside.sources.source import EventKind
+from seatrial.recording.pose_faults import GAP_FACTOR, usual_step
+from seatrial.recording.timing import FEW_STEPS, regular_period, silence_length
+from seatrial.util.frames import Array, Stamps
+
+WINDOW = 10.0  # [s] of arrivals that timing is judged by
+MOST_ROWS = 4096  # in it
+PACE_TIME = 2.0  # [s] of arrivals that show the pace of the stamps
+NANO = 1e-9
+SIGNALS: tuple[EventKind, ...] = ("command", "scale")  # which hold until the next row
+
+
+@dataclass(frozen=True)
+class StreamTiming:
+    """Timing of the window."""
+
+    rate: float | None  # [Hz]; None: fewer than two stamps
+    delay: float  # [s] median of arrival minus stamp, whatever the clocks
+    jitter: float | None  # [s] 95th percentile of the steps less their median
+    longest: float  # [s] longest step
+    backward: int  # stamps at or before the one before
+    pace: float | None  # [s] of stamps for one of arrivals; None: too short to know
+    regular: bool
+    usual: float  # [s] usual step; 0: not known yet
+
+
+class SignalStream:
+    """Poses, or commands, as they arrive."""
+
+    def __init__(self, kind: EventKind, arrival: int, width: int) -> None:
+        self.kind, self.first = kind, arrival
+        self.rows = self.gaps = 0
+        self.recent: deque[tuple[int, int, Array]] = deque(maxlen=MOST_ROWS)
+        self.least, self.most = np.full(width, np.inf), np.full(width, -np.inf)
+        self.at_largest: NDArray[np.int64] = np.zeros(width, np.int64)  # rows there
+        self.changed = [arrival] * width  # [ns] arrival of the last change of each value
+        self._gap = 0.0  # [s] least length of one; 0: not known yet
+
+    @property
+    def largest(self) -> Array:
+        """Largest absolute value of each column."""
+        return np.asarray(np.maximum(np.abs(self.least), np.abs(self.most)))
+
+    @property
+    def newest(self) -> tuple[int, int, Array]:
+        """Stamp and arrival [ns] and values of the newest row."""
+        return self.recent[-1]
+
+    def add(self, stamp: int, values: Array, arrival: int) -> None:
+        """A row."""
+        if self.rows:
+            last, _, before = self.newest
+            self.gaps += 0.0 < self._gap < (stamp - last) * NANO
+            for i in np.flatnonzero(values != before).tolist():
+                self.changed[i] = arrival
+        size = np.abs(values)
+        larger = size > self.largest
+        self.at_largest = np.where(larger, 1, self.at_largest + (size == self.largest))
+        self.least, self.most = np.minimum(self.least, values), np.maximum(self.most, values)
+        self.rows += 1
+        self.recent.append((stamp, arrival, values))
+        while self.recent[0][1] < arrival - WINDOW / NANO:
+            self.recent.popleft()
+
+    def columns(self) -> tuple[Stamps, Stamps, Array]:
+        """Stamps (n,) and arrivals (n,) [ns], values (n, k) of the window."""
+        stamps, arrivals, values = zip(*self.recent, strict=True)
+        return np.array(stamps), np.array(arrivals), np.array(values)
+
+    def timing(self) -> StreamTiming:
+        """Timing of the window; later gaps are counted by it."""
+        stamps, arrivals, _ = self.columns()
+        steps = np.diff(stamps) * NANO
+        forward = steps[steps > 0]
+        usual = usual_step(forward) if len(forward) >= FEW_STEPS else 0.0
+        self._gap = _least_gap(self.kind, usual) if usual else 0.0
+        delay = float(np.median(arrivals - stamps)) * NANO
+        if not len(forward):
+            return StreamTiming(None, delay, None, 0.0, len(steps), None, False, 0.0)
+        middle = float(np.median(forward))
+        return StreamTiming(
+            1.0 / middle, delay, float(np.percentile(forward, 95)) - middle, float(forward.max()),
+            len(steps) - len(forward), _pace(stamps, arrivals), regular_period(forward) is not None, usual,
+        )  # fmt: skip
+
+
+def _least_gap(kind: EventKind, usual: float) -> float:
+    """Least length [s] of a gap."""
+    return silence_length(usual) if kind in SIGNALS else GAP_FACTOR * usual
+
+
+def _pace(stamps: Stamps, arrivals: Stamps) -> float | None:
+    """Seconds of stamps for one of arrivals. Rows that arrive together count as their last."""
+    last = np.flatnonzero(np.diff(arrivals, append=arrivals[-1] + 1))
+    span = float(arrivals[last[-1]] - arrivals[last[0]]) * NANO
+    if span < PACE_TIME:
+        return None
+    return float(stamps[last[-1]] - stamps[last[0]]) * NANO / span

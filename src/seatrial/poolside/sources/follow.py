@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: MIT
+"""A table, or a folder of tables, that another program writes: rows as they are added."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from threading import Event
+
+import numpy as np
+
+from seatrial.boat.schema import PoseSource
+from seatrial.boat.vehicle import Vehicle
+from seatrial.io.signals import Request, of_columns
+from seatrial.io.table import Table
+from seatrial.io.tables.csv_table import COMMENTS, LONGEST_LINE, CsvTable
+from seatrial.io.tables.signals import TableSignals, stamp_column
+from seatrial.poolside.sources.conversion import Conversion
+from seatrial.poolside.sources.source import EventSource, SourceEvent
+from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
+from seatrial.util.frames import Array, Mask, Stamps
+
+POLL = 0.05  # [s]
+TEXT_TABLES = (".csv", ".txt", ".tsv")
+BLOCK = 1 << 20  # [bytes] that are read at once
+BEGUN = 3  # lines, without comments, that show a header, its units, and a row
+MARKS = tuple(mark.encode() for mark in COMMENTS)
+
+
+class GrowingTable:
+    """A text table: its beginning, and the lines that are added."""
+
+    def __init__(self, path: Path, folder: Path) -> None:
+        self.path, self._copy = path, folder / "rows.csv"
+        self._read, self._rest = 0, b""
+        self._head: list[bytes] = []  # lines before the first row
+        self._waiting: list[bytes] = []  # lines before the head is known
+        self.requests: list[Request] = []
+
+    def rows(self) -> list[bytes]:
+        """Rows since the last call, once the table has begun. Raises FileError, RecordingError."""
+        lines = self._lines()
+        if self._head:
+            return lines
+        self._waiting += lines
+        if sum(not line.lstrip().startswith(MARKS) for line in self._waiting) < BEGUN:
+            return []
+        lines, self._waiting = self._waiting, []
+        table = self.table(lines)
+        for one in self.requests:
+            for name in (*one.paths, stamp_column(one).column):
+                table.find(name)
+        self._head = lines[: table.skipped]
+        return lines[table.skipped :]
+
+    def table(self, lines: list[bytes]) -> CsvTable:
+        """These rows below the table's own header. Raises RecordingError."""
+        self._copy.write_bytes(b"\n".join([*self._head, *lines, b""]))
+        return CsvTable(self._copy)
+
+    def plain(self, error: SeatrialError) -> str:
+        """An error about the copied rows, as one about the table."""
+        return str(error).replace(str(self._copy), self.path.name)
+
+    def _lines(self) -> list[bytes]:
+        """Whole lines that were added."""
+        try:
+            with self.path.open("rb") as file:
+                if file.seek(0, 2) < self._read:
+                    raise FileError(
+                        f"{self.path}: became shorter; a table that is followed only grows"
+                    )
+                file.seek(self._read)
+                block = file.read(BLOCK)
+        except OSError as error:
+            raise FileError(f"{self.path}: can't be read ({error.strerror})") from None
+        self._read += len(block)
+        *whole, self._rest = (self._rest + block).split(b"\n")
+        if len(self._rest) > LONGEST_LINE:
+            raise RecordingError(f"{self.path}: a line of more than {LONGEST_LINE} bytes is no row")
+        return [line for line in whole if line.strip()]
+
+
+class FollowSource(EventSource):
+    """Rows of text tables while they grow, from their beginning. It ends when it is closed.
+
+    A table that is not there yet is waited for. Iteration raises SeatrialError where a table lacks a column, or
+    becomes shorter.
+    """
+
+    def __init__(self, name: str, path: Path, vehicle: Vehicle) -> None:
+        if not path.is_dir() and path.suffix.lower() not in TEXT_TABLES:
+            raise LiveError(
+                f"{path}: expected a folder, or a table as text ({', '.join(TEXT_TABLES)})"
+            )
+        if not path.parent.is_dir():
+            raise FileError(f"{path}: there is no folder {path.parent}")
+        self.name, self._path, self._vehicle = name, path, vehicle
+        self._closed = Event()
+        self._tables: list[GrowingTable] = []
+        self._conversion: Conversion | None = None
+        self._wait = ""  # what it waits for
+
+    def __iter__(self) -> Iterator[SourceEvent]:
+        """See `EventSource`."""
+        with TemporaryDirectory(prefix="seatrial-") as folder:
+            while not self._closed.is_set():
+                if self._conversion is None:
+                    self._begin(Path(folder))
+                else:
+                    yield from self._new(self._conversion)
+                self._closed.wait(POLL)
+
+    def close(self) -> None:
+        """See `EventSource`."""
+        self._closed.set()
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """See `EventSource`."""
+        mistakes = str(self._conversion.mistakes) if self._conversion else ""
+        return tuple(text for text in (self._wait, mistakes) if text)
+
+    def _begin(self, copies: Path) -> None:
+        """Find the tables of the vehicle file's signals, once they are there."""
+        try:
+            conversion = Conversion(self._vehicle, TableSignals(self._path, self._vehicle))
+        except SeatrialError as error:
+            self._wait = f"waiting: {error}"
+            return
+        self._wait = ""
+        places = dict.fromkeys(one.place for one in conversion.wanted)
+        for number, place in enumerate(places):
+            folder = copies / str(number)
+            folder.mkdir()
+            table = GrowingTable(self._path / place if self._path.is_dir() else self._path, folder)
+            table.requests = [one for one in conversion.wanted if one.place == place]
+            self._tables.append(table)
+        self._conversion = conversion
+
+    def _new(self, conversion: Conversion) -> Iterator[SourceEvent]:
+        """Events of the rows that were added."""
+        parts = []
+        for table in self._tables:
+            rows = table.rows()
+            if rows:
+                parts += self._parts(table, rows, conversion)
+        if parts:
+            yield from conversion.events(parts, time.time_ns())
+
+    def _parts(
+        self, table: GrowingTable, rows: list[bytes], conversion: Conversion
+    ) -> list[tuple[Request, Stamps, Array]]:
+        """Rows by request; where some can't be used, each by itself."""
+        mixed = len({one.role for one in table.requests}) > 1
+        try:
+            known = table.table(rows)
+            return [_rows_of(known, one, mixed=mixed) for one in table.requests]
+        except RecordingError as error:
+            if len(rows) == 1:
+                conversion.mistakes.total += 1
+                conversion.mistakes.add(table.plain(error))
+                return []
+            found = []
+            for row in rows:
+                found += self._parts(table, [row], conversion)
+            return found
+
+
+def _rows_of(table: Table, request: Request, *, mixed: bool) -> tuple[Request, Stamps, Array]:
+    """Stamps and raw values of a request; of a table of several signals the rows that have any of its numbers."""
+    spec = request.spec
+    valid = spec.valid if request.role == "poses" and isinstance(spec, PoseSource) else None
+    raw = table.columns([*request.paths, *([valid] if valid else [])])
+    n = len(request.paths)
+    given: Mask = np.ones(len(raw), dtype=bool)
+    if mixed:
+        given = np.asarray(~np.isnan(raw[:, :n]).all(axis=1))
+    if valid:
+        given = np.asarray(given & (raw[:, n] > 0.5))
+    stamps = table.stamps(stamp_column(request), given)
+    return request, stamps, of_columns(raw[given, :n], request.columns)

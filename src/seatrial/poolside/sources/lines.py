@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: MIT
+"""Lines of poses and commands, as `seatrial predict --live` reads them: standard input or UDP."""
+
+from collections.abc import Iterator
+from time import time_ns
+
+from seatrial.boat.vehicle import Vehicle
+from seatrial.onboard.live.endpoints import LOOPBACK, Arrived, Datagrams, Pipes, Source
+from seatrial.onboard.live.protocol import Reader
+from seatrial.poolside.sources.source import (
+    EVENT_KINDS,
+    EventSource,
+    Mistakes,
+    SourceEvent,
+    usable,
+)
+from seatrial.util.errors import LiveError, SeatrialError
+
+WAIT = 0.2  # [s] after which a closed source is noticed
+
+
+class LineSource(EventSource):
+    """Lines of an endpoint; JSON where a line begins with a brace, else CSV."""
+
+    by_columns = False
+
+    def __init__(self, name: str, vehicle: Vehicle, endpoint: Source) -> None:
+        self.name, self._endpoint, self._open = name, endpoint, True
+        self._readers = {form: Reader(vehicle, form) for form in ("json", "csv")}
+        self._mistakes = Mistakes("lines")
+
+    def __iter__(self) -> Iterator[SourceEvent]:
+        """See `EventSource`."""
+        while self._open and not self._endpoint.ended:
+            for line in self._endpoint.read(WAIT):
+                if not line.strip() or line.lstrip().startswith("#"):
+                    continue
+                if event := self._event(line):
+                    yield event
+
+    def close(self) -> None:
+        """See `EventSource`."""
+        self._open = False
+        if isinstance(self._endpoint, Datagrams):
+            self._endpoint.close()
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """See `EventSource`."""
+        return (str(self._mistakes),) if self._mistakes.bad else ()
+
+    def _event(self, line: str) -> SourceEvent | None:
+        """The event of a line; None, and counted, where it can't be used."""
+        self._mistakes.total += 1
+        arrival = line.at if isinstance(line, Arrived) else time_ns()
+        try:
+            found = self._readers["json" if line.lstrip().startswith("{") else "csv"](str(line))
+            if found.kind not in EVENT_KINDS:
+                raise LiveError(
+                    f"'{found.kind}' is for a predictor; a session takes poses and commands"
+                )
+            if not usable(found.values):
+                raise LiveError(f"{found.kind}: expected finite numbers; got {line.strip()[:80]}")
+        except SeatrialError as error:
+            self._mistakes.add(f"line {self._mistakes.total}: {error}")
+            return None
+        self._endpoint.follow(line)
+        stamp = arrival if found.stamp is None else found.stamp
+        return SourceEvent(found.kind, stamp, found.values, arrival, found.covariance)
+
+
+def standard_input(vehicle: Vehicle) -> LineSource:
+    """Lines of standard input."""
+    return LineSource("-", vehicle, Pipes())
+
+
+def datagrams(text: str, vehicle: Vehicle) -> LineSource:
+    """Lines of `udp:PORT`, on loopback, or of `udp:ADDRESS:PORT`. Raises LiveError."""
+    address, port = address_of(text.removeprefix("udp:"), text)
+    return LineSource(text, vehicle, Datagrams(port, address=address))
+
+
+def address_of(text: str, whole: str) -> tuple[str, int]:
+    """Address and port of `PORT` or `ADDRESS:PORT`. Raises LiveError."""
+    address, _, port = text.rpartition(":")
+    if not (port.isascii() and port.isdecimal() and int(port) < 1 << 16):
+        raise LiveError(f"{whole}: expected a port from 1 to 65535, or ADDRESS:PORT, after udp:")
+    return address or LOOPBACK, int(port)

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: MIT
+"""Which source a text names."""
+
+from pathlib import Path
+
+from seatrial.boat.vehicle import Vehicle
+from seatrial.poolside.sources.follow import FollowSource
+from seatrial.poolside.sources.lines import datagrams, standard_input
+from seatrial.poolside.sources.replay import ReplaySource
+from seatrial.poolside.sources.source import EventSource
+from seatrial.poolside.sources.telemetry import telemetry
+
+
+def open_source(text: str, vehicle: Vehicle, speed: float = 1.0) -> EventSource:
+    """The source that a text names. Raises LiveError, RecordingError, FileError.
+
+    `-` standard input; `udp:PORT`, `udp:ADDRESS:PORT` lines; `mavlink:udp:PORT`, `mavlink:DEVICE:BAUD`;
+    `follow:PATH` a table or folder that grows; else the path of a recording, replayed at `speed` times its
+    pace (0: as fast as it is taken).
+    """
+    if text == "-":
+        return standard_input(vehicle)
+    if text.startswith("udp:"):
+        return datagrams(text, vehicle)
+    if text.startswith("mavlink:"):
+        return telemetry(text, vehicle)
+    if text.startswith("follow:"):
+        return FollowSource(text, Path(text.removeprefix("follow:")), vehicle)
+    return ReplaySource(Path(text), vehicle, speed)

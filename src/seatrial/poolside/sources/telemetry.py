@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: MIT
+"""MAVLink as it arrives, over UDP or a serial line: the messages that a `.tlog` has, by the same definitions.
+
+It listens only: the autopilot is asked for nothing. Stamps are the autopilot's own times on this machine's
+clock; their offset is that of the least delayed message of the first `SETTLING`.
+"""
+
+import queue
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from seatrial.boat.vehicle import Vehicle
+from seatrial.io.formats.layout import topic_name
+from seatrial.io.formats.mavlink import (
+    AUTOPILOT,
+    LONGEST,
+    STAMP,
+    TIMES,
+    Message,
+    frame_at,
+    messages,
+    unwrapped,
+)
+from seatrial.io.log import Log, LogSamples, Wanted
+from seatrial.io.log_signals import LogSignals
+from seatrial.io.signals import Request, of_columns
+from seatrial.poolside.sources.conversion import Conversion
+from seatrial.poolside.sources.lines import address_of
+from seatrial.poolside.sources.source import EventSource, Mistakes, SourceEvent
+from seatrial.util.errors import LiveError, RecordingError
+
+SETTLING = 1.0  # [s] of messages that give the offset of the autopilot's clock
+RESTART = 2_000_000_000  # [ns] by which its time falls back where it starts again
+WAIT = 0.2  # [s] after which a closed source is noticed
+MOST_WAITING = 1024  # blocks that wait to be handled
+BLOCK = 65536  # [bytes]
+BAUD = 115200
+Sender = tuple[int, int]  # system, component
+
+
+class Transport(Protocol):
+    """Bytes from a line."""
+
+    def read(self) -> bytes:
+        """The next bytes, waiting up to `WAIT`; none: nothing came. Raises OSError."""
+
+    def close(self) -> None:
+        """Free it."""
+
+
+class UdpTransport:
+    """Datagrams to a port."""
+
+    def __init__(self, address: str, port: int) -> None:
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            self._socket.bind((address, port))
+        except (OSError, UnicodeError) as error:
+            self._socket.close()
+            raise LiveError(f"UDP port {port} of {address}: can't be opened ({error})") from None
+        self._socket.settimeout(WAIT)
+        self.port = int(self._socket.getsockname()[1])
+
+    def read(self) -> bytes:
+        """See `Transport`."""
+        try:
+            return self._socket.recv(BLOCK)
+        except TimeoutError:
+            return b""
+
+    def close(self) -> None:
+        """See `Transport`."""
+        self._socket.close()
+
+
+class SerialTransport:
+    """A serial line."""
+
+    def __init__(self, device: str, baud: int) -> None:
+        try:
+            import serial
+        except ImportError:
+            raise LiveError("a serial line needs pyserial: pip install 'seatrial[live]'") from None
+        try:
+            self._port = serial.Serial(device, baud, timeout=WAIT, exclusive=True)
+        except (OSError, ValueError) as error:  # SerialException is an OSError
+            raise LiveError(f"{device}: can't be opened ({error})") from None
+
+    def read(self) -> bytes:
+        """See `Transport`."""
+        first: bytes = self._port.read(1)
+        rest: bytes = self._port.read(self._port.in_waiting) if first else b""
+        return first + rest
+
+    def close(self) -> None:
+        """See `Transport`."""
+        self._port.close()
+
+
+@dataclass(frozen=True)
+class Heard:
+    """A message of one sensor."""
+
+    topic: str
+    message: Message
+    record: bytes  # eight bytes of nothing, then the payload
+    sender: Sender
+
+
+class FrameStream:
+    """Frames out of bytes that arrive in blocks of any size."""
+
+    def __init__(self) -> None:
+        from fastcrc.crc16 import mcrf4xx
+
+        self.lost = 0  # [bytes] that are no frame of a known message
+        self._known, self._checksum, self._rest = messages(), mcrf4xx, b""
+        self._autopilot: Sender | None = None
+
+    def feed(self, block: bytes) -> Iterator[Heard]:
+        """The messages that these bytes complete."""
+        data, at = self._rest + block, 0
+        while at < len(data):
+            found = frame_at(data, at, len(data), self._known, self._checksum)
+            message = None if found is None else self._known.get(found[1])
+            if found is not None and message is not None:
+                at, _, sender, body, length = found
+                payload = data[body : body + min(length, message.payload)]
+                yield self._heard(message, sender, payload)
+            elif self._may_begin(data, at):
+                break
+            else:
+                self.lost += 1
+                at += 1
+        self._rest = data[at:]
+
+    @staticmethod
+    def _may_begin(data: bytes, at: int) -> bool:
+        """Whether a frame may begin here that has not arrived whole."""
+        left = len(data) - at
+        if data[at] not in (0xFE, 0xFD) or left >= LONGEST:
+            return False
+        if left < 12:
+            return True
+        size = 8 + data[at + 1] if data[at] == 0xFE else 12 + data[at + 1] + 13 * (data[at + 2] & 1)
+        return left < size
+
+    def _heard(self, message: Message, sender: Sender, payload: bytes) -> Heard:
+        if self._autopilot is None or (self._autopilot[1] != AUTOPILOT == sender[1]):
+            self._autopilot = sender
+        record = (bytes(STAMP) + payload).ljust(message.layout.size, b"\0")
+        instance = message.layout.instance
+        name = topic_name(message.name, 0 if instance is None else record[instance])
+        if sender != self._autopilot:
+            name += f"@{sender[0]}.{sender[1]}"
+        return Heard(name, message, record, sender)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A row of one request, before its stamp is known."""
+
+    request: Request
+    values: list[float]  # one number a path
+    own: float | None  # its own time, in units of `unit`
+    unit: str
+    arrival: int  # [ns]
+
+
+class AutopilotClock:
+    """The autopilot's times on the clock of arrival."""
+
+    def __init__(self) -> None:
+        self.offset: int | None = None  # [ns] least of arrival minus time since boot
+        self._last = 0  # [ns] since boot
+
+    def hear(self, boot: int, arrival: int) -> bool:
+        """A time since boot and its arrival [ns]; whether the autopilot has started again."""
+        restarted = self.offset is not None and boot < self._last - RESTART
+        if restarted:
+            self.offset = None
+        self._last = boot
+        since = arrival - boot
+        self.offset = since if self.offset is None else min(self.offset, since)
+        return restarted
+
+    def stamp(self, own: float | None, unit: str, arrival: int) -> int:
+        """The stamp [ns]: its own time where it is sound, else that of its arrival."""
+        if own is None or self.offset is None:
+            return arrival
+        found = unwrapped(np.array([own]), unit, np.array([arrival]), self.offset)
+        return arrival if found is None else int(found[0])
+
+
+class TelemetrySource(EventSource):
+    """MAVLink messages of the vehicle file's topics."""
+
+    def __init__(self, name: str, vehicle: Vehicle, transport: Transport) -> None:
+        self.name, self._transport, self._open = name, transport, True
+        self._frames, self._clock = FrameStream(), AutopilotClock()
+        try:
+            self._conversion = Conversion(vehicle, LogSignals(_Definitions(), vehicle))
+            _require(self._conversion.wanted)
+        except BaseException:
+            transport.close()
+            raise
+        self._broken = ""
+        self._blocks: queue.Queue[tuple[int, bytes]] = queue.Queue(MOST_WAITING)
+        self._thread = threading.Thread(target=self._fill, name="telemetry", daemon=True)
+        self._heard: set[str] = set()
+
+    def __iter__(self) -> Iterator[SourceEvent]:
+        """See `EventSource`."""
+        self._thread.start()
+        waiting: list[_Row] = []
+        settled = 0  # [ns] arrival from which stamps are known; 0: no message yet
+        while self._open and not (self._broken and self._blocks.empty()):
+            try:
+                arrival, block = self._blocks.get(timeout=WAIT)
+            except queue.Empty:
+                arrival, block = time.time_ns(), b""
+            for heard in self._frames.feed(block):
+                settled = settled or arrival + round(1e9 * SETTLING)
+                if self._hear(heard, arrival, settling=arrival < settled):
+                    settled = arrival + round(1e9 * SETTLING)
+                waiting += self._rows(heard, arrival)
+            if settled and arrival >= settled:
+                for row in waiting:
+                    yield from self._events(row)
+                waiting = []
+
+    def close(self) -> None:
+        """See `EventSource`."""
+        self._open = False
+        if self._thread.ident:
+            self._thread.join()
+        self._transport.close()
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """See `EventSource`."""
+        mistakes: Mistakes = self._conversion.mistakes
+        wanted = {one.place for one in self._conversion.wanted}
+        missing = sorted(wanted - self._heard) if self._heard else []
+        found = [
+            f"{self._frames.lost} bytes are no known MAVLink message" if self._frames.lost else "",
+            f"no message {', '.join(missing)} yet: let the autopilot send it" if missing else "",
+            str(mistakes),
+            self._broken,
+        ]
+        return tuple(text for text in found if text)
+
+    def _fill(self) -> None:
+        """Read until closed; a thread's."""
+        while self._open:
+            try:
+                block = self._transport.read()
+            except OSError as error:
+                self._broken = f"{self.name}: can't be read any more ({error})"
+                return
+            while block and self._open:
+                try:
+                    self._blocks.put((time.time_ns(), block), timeout=WAIT)
+                    block = b""
+                except queue.Full:
+                    continue
+
+    def _hear(self, heard: Heard, arrival: int, *, settling: bool) -> bool:
+        """Set the autopilot's clock; whether it has started again."""
+        self._heard.add(heard.topic)
+        offset = heard.message.boot
+        if offset is None or "@" in heard.topic:
+            return False
+        boot = int.from_bytes(heard.record[offset : offset + 4], "little") * TIMES["time_boot_ms"]
+        if settling or self._clock.offset is None:
+            return self._clock.hear(boot, arrival)
+        held = self._clock.offset
+        restarted = self._clock.hear(boot, arrival)
+        if not restarted:
+            self._clock.offset = held
+        return restarted
+
+    def _rows(self, heard: Heard, arrival: int) -> Iterator[_Row]:
+        layout = heard.message.layout
+        unit = next((t for t in TIMES if t in layout.fields), "")
+        number: Callable[[str], float] = lambda name: float(  # noqa: E731
+            layout.fields[name].values(bytearray(heard.record), layout.size)[0]
+        )
+        for one in self._conversion.wanted:
+            if one.place == heard.topic:
+                own = number(unit) if unit else None
+                yield _Row(one, [number(path) for path in one.paths], own, unit, arrival)
+
+    def _events(self, row: _Row) -> Iterator[SourceEvent]:
+        stamp = self._clock.stamp(row.own, row.unit, row.arrival)
+        raw = of_columns(np.array([row.values]), row.request.columns)
+        return self._conversion.events([(row.request, np.array([stamp]), raw)], row.arrival)
+
+
+class _Definitions(Log):
+    """What MAVLink's messages are, without a log."""
+
+    path = Path("LOG.tlog")  # in the advice to let `seatrial init` write a vehicle file
+    files = ()
+
+    def read(self, wanted: list[Wanted]) -> list[LogSamples]:  # type: ignore[override]
+        """There is nothing to read."""
+        raise NotImplementedError
+
+
+def _require(wanted: list[Request]) -> None:
+    """Raise RecordingError where MAVLink has no such message or field."""
+    known = {message.name: message for message in messages().values()}
+    for one in wanted:
+        name = one.place.partition("@")[0].partition("[")[0]
+        if name not in known:
+            near = get_close_matches(name, known, n=1)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise RecordingError(f"{one.wheres[0]}: MAVLink has no message {name}{hint}")
+        fields = known[name].layout.fields
+        for path in one.paths:
+            if path not in fields:
+                raise RecordingError(
+                    f"{one.wheres[0]}: MAVLink's {name} has no field '{path}'; it has {', '.join(fields)}"
+                )
+
+
+def telemetry(text: str, vehicle: Vehicle) -> TelemetrySource:
+    """MAVLink of `mavlink:udp:PORT`, `mavlink:udp:ADDRESS:PORT` or `mavlink:DEVICE:BAUD`. Raises LiveError."""
+    place = text.removeprefix("mavlink:")
+    if place.startswith("udp:"):
+        return TelemetrySource(text, vehicle, UdpTransport(*address_of(place[4:], text)))
+    device, _, baud = place.rpartition(":")
+    if not device or not (baud.isascii() and baud.isdecimal() and 0 < int(baud) <= 12_000_000):
+        raise LiveError(
+            f"{text}: expected mavlink:udp:PORT, mavlink:udp:ADDRESS:PORT, or mavlink:DEVICE:BAUD, "
+            f"as mavlink:/dev/ttyACM0:{BAUD}"
+        )
+    return TelemetrySource(text, vehicle, SerialTransport(device, int(baud)))

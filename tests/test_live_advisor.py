@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: MIT
+"""What to drive next: the axis that is least known, within the walls."""
+
+import numpy as np
+import pytest
+from live_advice_boat import known_boat
+
+from benchmarks.studies.guidance import boat as twin
+from seatrial.poolside.advisor import Advisor, _added
+from seatrial.poolside.area import Area, rectangle
+from seatrial.poolside.needs import needs_of
+from seatrial.poolside.simulated_drive import simulated_drive
+from seatrial.poolside.stick_patterns import stick_patterns
+from seatrial.workflow.fitness import Use
+
+POOL = rectangle(3.6, 2.4)
+REST = np.zeros(6)
+
+
+def advice(model, state=REST, area=POOL, **options):
+    needs = needs_of(model, tuple(Use))
+    return Advisor(model.vehicle, area).advise(model, state, needs, **options)
+
+
+def effort(one):
+    """RMS of each stick."""
+    return np.sqrt(np.mean(np.square(one.commands), axis=0))
+
+
+@pytest.mark.parametrize(("letter", "stick"), [("X", 0), ("Y", 1), ("N", 2)])
+def test_the_axis_that_is_not_known_is_driven(letter, stick):
+    first = advice(known_boat(0.005, **{letter: 0.5}))[0]
+    assert effort(first)[stick] > 0.25
+    assert first.parameter.startswith(letter)
+    assert first.after < 0.5 * first.before
+
+
+def test_the_best_comes_first_and_is_a_manoeuvre_of_some_seconds():
+    found = advice(known_boat(0.2))
+    assert len(found) == 3
+    for one in found:
+        assert 7.0 <= one.seconds <= 30.0
+        assert len(one.t) == len(one.path) == len(one.commands)
+        assert max(np.abs(one.commands).max(axis=0)) <= 1.0
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.3), (1.1, 0.5, 0.5), (-1.2, -0.7, -2.0)])
+def test_it_keeps_clear_of_the_walls(place):
+    state = np.array([*place, 0.05, 0.0, 0.1])
+    for one in advice(known_boat(0.2), state):
+        assert POOL.margins(np.array(one.path)[:, :2]).min() >= 0.3 - 0.02
+        assert one.margin == pytest.approx(POOL.margins(np.array(one.path)[:, :2]).min(), abs=0.03)
+        assert one.path[0] == pytest.approx(place, abs=1e-3)
+
+
+def test_a_boat_without_room_drives_to_the_middle_first():
+    found = advice(known_boat(0.2), np.array([1.65, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    assert len(found) == 1
+    assert "middle first: 1.6 m astern" in found[0].text.replace("1.7", "1.6")
+    assert found[0].path[-1][:2] == pytest.approx((0.0, 0.0))
+
+
+def test_the_drawn_path_is_what_the_model_does_with_the_sticks():
+    model = known_boat(0.2)
+    one = advice(model, area=None)[0]
+    assert one.margin is None
+    held = np.array(one.t), np.array(one.commands)
+    states = simulated_drive(model, REST, held, np.array(one.t)).states
+    assert np.array(one.path) == pytest.approx(states[:, :3], abs=0.02)
+
+
+def test_in_axes_forward_right_down_path_and_sticks_are_mirrored():
+    left, right = (known_boat(0.2, axes=f"forward-{side}") for side in ("left-up", "right-down"))
+    area = np.array([[-2.0, -0.5], [2.0, -0.5], [2.0, 1.5], [-2.0, 1.5]])
+    begin = np.array([0.2, 0.4, 0.3, 0.0, 0.02, 0.0])
+    signs = np.array([1.0, -1.0, -1.0])
+    one = advice(left, begin, Area(area))[0]
+    other = advice(right, begin * np.tile(signs, 2), Area(area * signs[:2]))[0]
+    assert one.text == other.text
+    assert np.array(other.path) == pytest.approx(np.array(one.path) * signs)
+    assert np.array(other.commands) == pytest.approx(np.array(one.commands) * signs)
+
+
+def test_without_a_model_the_axis_that_was_driven_least_is_next():
+    boat = known_boat().vehicle
+    driven = np.array([[4.0, 4.0], [0.0, 1.0], [3.0, 3.0]])
+    first = Advisor(boat, POOL).advise(None, REST, driven=driven)[0]
+    assert first.text.startswith("Sway: half stick to the left")
+    assert effort(first)[[0, 2]] == pytest.approx(0.0)
+    assert first.path == ()
+
+
+def test_without_a_model_a_boat_far_from_the_middle_goes_there_first():
+    first = Advisor(known_boat().vehicle, POOL).advise(None, [1.2, 0, 0, 0, 0, 0])[0]
+    assert first.text.startswith("Drive to the middle first: 1.2 m astern")
+
+
+def test_information_is_added_to_the_covariance():
+    rng = np.random.default_rng(5)
+    root, other = rng.normal(size=(2, 5, 5))
+    covariance, information = root @ root.T, other @ other.T
+    after, smaller = _added(covariance, information)
+    expected = np.linalg.inv(np.linalg.inv(covariance) + information)
+    assert after == pytest.approx(expected)
+    fall = np.linalg.slogdet(covariance)[1] - np.linalg.slogdet(expected)[1]
+    assert smaller == pytest.approx(fall)
+
+
+def test_driving_that_is_not_trusted_shortens_nothing():
+    one = advice(known_boat(0.2), area=None, trust=1e-9)[0]
+    assert one.after == pytest.approx(one.before, rel=1e-3)
+
+
+def test_two_thrusters_have_patterns_of_surge_and_yaw():
+    found = stick_patterns(twin.vehicle())
+    ahead = next(p for p in found if p.text.startswith("Surge: full stick ahead 3 s"))
+    assert ahead.commands[0] == pytest.approx([1.0, 1.0])
+    left = next(p for p in found if p.text.startswith("Yaw: full stick turning left 3 s"))
+    assert left.commands[0] == pytest.approx([-1.0, 1.0])
+    assert not any("Sway" in p.text for p in found)
+    assert max(np.abs(p.commands).max() for p in found) <= 1.0

@@ -1,0 +1,237 @@
+"""`seatrial live` from end to end: a replay, stopped through the API of its page, and what is saved."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.commands.cli import main
+from seatrial.simulation.plan import load_plan
+
+PATIENCE = 120.0  # [s]
+TRIAL = "S4-MP"
+
+
+def get(port, path):
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=30) as answer:
+        return json.load(answer)
+
+
+def post(port, path, body):
+    request = urllib.request.Request(
+        f"http://127.0.0.1:{port}{path}",
+        json.dumps(body).encode(),
+        {"content-type": "application/json"},
+    )
+    with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
+        return json.load(answer)
+
+
+def until(port, wanted):
+    """The state once it is as wanted."""
+    end = time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        try:
+            state = get(port, "/api/state")
+        except OSError:
+            state = None
+        if state is not None and wanted(state):
+            return state
+        time.sleep(0.1)
+    raise AssertionError(state)
+
+
+def free_port():
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trials")
+    assert main(["simulate", "--plan", "clean", "-o", str(folder), "--quiet"]) == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def session(trials, tmp_path_factory):
+    """Of a whole trial at 40 times its pace: the folder, the states on the way, the track, the result."""
+    out, port, seen = tmp_path_factory.mktemp("live") / "drive", free_port(), {}
+
+    def operate():
+        try:
+            seen["begin"] = until(port, lambda state: state["poses"] > 0)
+            post(port, "/api/mark", {"text": "begin"})
+            seen["end"] = until(
+                port,
+                lambda state: (
+                    state["message"].startswith("The source has ended") and state["parameters"]
+                ),
+            )
+            seen["track"] = get(port, "/api/track?since=0")
+        finally:
+            seen["saved"] = post(port, "/api/stop", {})
+
+    operator = threading.Thread(target=operate)
+    operator.start()
+    vehicle, log = trials / f"vehicle-{TRIAL[-2:]}.yaml", trials / TRIAL
+    code = main([
+        "live", str(vehicle), str(log), "-o", str(out), "--speed", "40", "--port", str(port), "--no-browser",
+        "--walls", "-3", "-3", "3", "3", "--json", str(out.parent / "live.json"), "--quiet",
+    ])  # fmt: skip
+    operator.join()
+    assert code == 0
+    return out, seen, json.loads((out.parent / "live.json").read_text())
+
+
+def test_the_saved_recording_is_the_log(session, trials):
+    out, _, _ = session
+    vehicle = seatrial.load_vehicle(trials / f"vehicle-{TRIAL[-2:]}.yaml")
+    log = seatrial.read(trials / TRIAL, vehicle)
+    kept = seatrial.read(
+        out / "recording", seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
+    )
+    np.testing.assert_array_equal(kept.stamps, log.stamps)
+    np.testing.assert_array_equal(kept.raw, log.raw)
+    np.testing.assert_array_equal(kept.commands.values, log.commands.values)
+
+
+def test_the_saved_model_is_near_the_truth(session):
+    out, _, _ = session
+    model, truth = seatrial.load(out / "model.yaml"), load_plan("clean").plant.coefficients
+    assert set(model.values) == set(truth)
+    for name, value in truth.items():
+        error = abs(model.values[name] - value)
+        assert error < 4.0 * model.standard_errors[name], name
+        assert error < 0.1 * max(abs(value), 0.1), name
+
+
+def test_the_saved_model_is_that_of_identify(session):
+    out, _, _ = session
+    vehicle = seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
+    again = seatrial.identify([seatrial.read(out / "recording", vehicle)], vehicle)
+    saved = seatrial.load(out / "model.yaml").coefficients  # of ten digits
+    np.testing.assert_allclose(saved, again.coefficients, rtol=1e-9)
+
+
+def test_the_estimate_at_the_end_is_that_of_the_saved_model(session):
+    out, seen, _ = session
+    model = seatrial.load(out / "model.yaml")
+    for one in seen["end"]["parameters"]:
+        value = {
+            **model.values,
+            **dict(zip(model.vehicle.constants.names, model.constants, strict=True)),
+        }[one["name"]]
+        assert abs(one["value"] - value) < max(3.0 * one["error"], 1e-9), one["name"]
+
+
+def test_the_page_had_all_of_the_drive(session, trials):
+    _, seen, _ = session
+    state, rows = seen["end"], seen["track"]["rows"]
+    log = seatrial.read(
+        trials / TRIAL, seatrial.load_vehicle(trials / f"vehicle-{TRIAL[-2:]}.yaml")
+    )
+    assert state["poses"] == len(log.stamps)
+    assert state["time"] == pytest.approx(log.duration)
+    assert 0.5 * log.duration < state["driven"] <= log.duration
+    assert state["marks"][0][1] == "begin"
+    assert state["walls"] == [[-3, -3], [3, -3], [3, 3], [-3, 3]]
+    assert {one["use"] for one in state["uses"]} == {"odometry", "control", "simulation"}
+    assert [one["axis"] for one in state["coverage"]] == ["surge", "sway", "yaw"]
+    assert {one["name"] for one in state["signals"]} >= {"pose", "F_u", "F_v", "F_r"}
+    assert len(rows) == pytest.approx(5.0 * log.duration, rel=0.1)
+    assert rows[-1][1:3] == pytest.approx(
+        log.eta[np.searchsorted(log.t, rows[-1][0] - 1e-6), :2].tolist()
+    )
+
+
+def test_the_result_names_what_is_saved(session):
+    out, seen, result = session
+    paths = {name: str(out / path) for name, path in (
+        ("recording", "recording"), ("vehicle", "recording/vehicle.yaml"), ("model", "model.yaml"), ("report", "report.html"),
+    )}  # fmt: skip
+    assert seen["saved"] == paths
+    assert result["seatrial"] == "live 1"
+    assert [result[name] for name in ("recording", "model", "report")] == [
+        paths[name] for name in ("recording", "model", "report")
+    ]
+    assert "seatrial predict" in result["next"]
+    assert (out / "report.html").read_text().startswith("<!DOCTYPE html>")
+    assert {path.name for path in out.iterdir()} == {"recording", "model.yaml", "report.html"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "fault"),
+    [
+        (["--address", "0.0.0.0"], "give a token"),
+        (["--token", "short"], "5 characters"),
+        (["--walls", "0", "0", "1", "1", "--area", "walls.yaml"], "not both"),
+        (["--walls", "0", "0", "0", "1"], "area"),
+        (["--area", "nowhere.yaml"], "no such file"),
+        (["--speed", "-1"], "speed"),
+        (["-o", "full"], "is not empty"),
+    ],
+)
+def test_a_mistake_is_one_line(trials, tmp_path, monkeypatch, capsys, arguments, fault):  # noqa: PLR0917
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "file").touch()
+    assert (
+        main(
+            [
+                "live",
+                str(trials / "vehicle-MP.yaml"),
+                str(trials / TRIAL),
+                "--no-browser",
+                *arguments,
+            ]
+        )
+        == 1
+    )
+    told = capsys.readouterr().err
+    assert fault in told and told.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["full"]  # nothing is begun
+
+
+def test_without_its_packages_it_says_what_to_install(trials, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    monkeypatch.delitem(sys.modules, "seatrial.poolside.web.server", raising=False)
+    assert main(["live", str(trials / "vehicle-MP.yaml"), str(trials / TRIAL), "--no-browser"]) == 1
+    assert "pip install 'seatrial[live]'" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_keeps_the_recording(trials, tmp_path):
+    port, out = free_port(), tmp_path / "drive"
+    vehicle = trials / "vehicle-MP.yaml"
+    program = subprocess.Popen(
+        [sys.executable, "-m", "seatrial", "live", str(vehicle), "-", "-o", str(out), "--port", str(port)],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        for i in range(50):
+            program.stdin.write(f'{{"t": {0.1 * i:.1f}, "pose": [0.1, {0.01 * i}, 0]}}\n')
+            program.stdin.write(f'{{"t": {0.1 * i:.1f}, "command": [0.1, 0, 0]}}\n')
+        program.stdin.flush()
+        until(port, lambda state: state["poses"] == 50)
+        program.send_signal(signal.SIGINT)
+        said, complained = program.communicate(timeout=PATIENCE)
+    finally:
+        program.kill()
+    assert program.returncode == 130
+    assert f"http://127.0.0.1:{port}/" in said
+    assert str(out / "recording") in complained
+    kept = seatrial.read(
+        out / "recording", seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
+    )
+    assert len(kept.stamps) == 50 and kept.eta[-1, 1] == pytest.approx(0.49)

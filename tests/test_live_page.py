@@ -1,0 +1,276 @@
+"""The live page in a real browser, on a laptop and on a phone: drawn, updated, its buttons, its accessibility."""
+
+import re
+import time
+from importlib.util import find_spec
+
+import pytest
+from live_states import FakeSession, shown_state
+from test_report_accessibility import LAPTOP, PHONE, violations
+from test_report_browser import CHROMIUM, browser  # noqa: F401  a fixture
+
+from seatrial.poolside.state import SignalState
+from seatrial.poolside.web.server import PageServer, Place
+
+pytestmark = [
+    pytest.mark.system,
+    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
+    pytest.mark.skipif(
+        find_spec("axe_playwright_python") is None, reason="axe-playwright-python is not installed"
+    ),
+    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
+]
+PATIENCE = 20.0  # [s]
+INK = """() => { const c = document.querySelector("#pool"), copy = document.createElement("canvas");
+    [copy.width, copy.height] = [c.width, c.height];
+    const pen = copy.getContext("2d", { willReadFrequently: true });
+    pen.drawImage(c, 0, 0); const d = pen.getImageData(0, 0, c.width, c.height).data; let n = 0;
+    for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; }"""
+
+
+class Poolside:
+    """A fake session, its server and one open page, with what the page asked for and complained about."""
+
+    def __init__(self, browser, state, size, token=None):  # noqa: F811
+        self.session = FakeSession(state)
+        self.server = PageServer(Place(port=0, token=token))
+        self.server.serve(self.session)
+        width, height = size
+        self.context = browser.new_context(
+            viewport={"width": width, "height": height}, has_touch=size == PHONE
+        )
+        self.page = self.context.new_page()
+        self.complaints, self.elsewhere = [], []
+        self.page.on("console", lambda message: self.complaints.append(message.text))
+        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        self.page.on("request", lambda request: self._asked(request.url))
+        self.page.goto(self.server.url)
+
+    def _asked(self, url):
+        if not url.startswith(f"http://127.0.0.1:{self.server.port}/"):
+            self.elsewhere.append(url)
+
+    def until(self, script, argument=None):
+        """Wait until a script's value is true."""
+        end = time.monotonic() + PATIENCE
+        while not (found := self.page.evaluate(script, argument)):
+            assert time.monotonic() < end, script
+            time.sleep(0.05)
+        return found
+
+    def shows(self, place, text):
+        self.until(
+            """([place, text]) => document.querySelector(place).innerText.replaceAll("\\u00a0", " ").includes(text)""",
+            [place, text],
+        )
+
+    def plots(self):
+        """Wait for the plots, which are drawn in view only."""
+        self.page.locator("#prediction-title").scroll_into_view_if_needed()
+        self.page.evaluate("() => window.scrollTo(0, document.body.scrollHeight)")
+        self.until("() => document.querySelectorAll('#predictions .main-svg').length >= 3")
+        self.page.evaluate("() => window.scrollTo(0, 0)")
+
+    def close(self):
+        self.context.close()
+        self.server.__exit__()
+
+
+@pytest.fixture
+def visit(browser):  # noqa: F811
+    opened = []
+
+    def go(state=None, size=LAPTOP, **settings):
+        opened.append(
+            Poolside(browser, shown_state() if state is None else state, size, **settings)
+        )
+        return opened[-1]
+
+    yield go
+    for one in opened:
+        one.close()
+        assert one.elsewhere == []
+        assert one.complaints == []
+
+
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_everything_is_drawn(visit, size):
+    one = visit(size=size)
+    one.shows("#order", "Drive backwards at 60 %, then turn to port.")
+    one.shows(
+        "#why", "12 s, for X_uu: ± 0.21 now, ± 0.12 expected. Least distance from the walls 0.35 m."
+    )
+    assert one.page.locator("#sticks li").all_inner_texts() == [
+        "0–6 s\nF_u −60 %", "6–12 s\nF_u −60 % · F_r +40 %",
+    ]  # fmt: skip
+    assert one.page.locator("h1").inner_text() == "model ship: live"
+    assert one.page.locator("#parameters tr").count() == 5
+    assert one.page.locator("#parameters tr").nth(3).locator("td").last.inner_text() == "✓ known"
+    one.shows("#signals", "The boat turns to the other side than F_r states.")
+    one.shows("#signals", "F_r: {column: rudder, sign: -1}")
+    assert one.page.locator(".heat").count() == 3
+    fastest = one.page.locator(".heat").first.locator("tbody tr").first.locator("td")
+    assert fastest.all_inner_texts() == ["", "3", "6", "9", "12"]
+    one.shows("#uses", "simulation: not fit")
+    one.plots()
+    one.until("() => document.querySelectorAll('#sticks-plot .main-svg').length >= 1")
+    assert one.until(INK) > 2000
+    one.shows("#marks", "touched the wall")
+    assert one.page.evaluate("() => document.documentElement.scrollWidth") <= size[0]
+
+
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_what_to_do_now_is_readable_from_two_metres(visit, size):
+    """On a laptop of 0.25 mm a pixel capitals (0.7 em) of 50 px are 9 mm: 15 minutes of arc at two metres."""
+    one = visit(size=size)
+    one.shows("#order", "Drive backwards")
+    box, letters = one.page.evaluate(
+        """() => { const place = document.querySelector("#order");
+            return [place.getBoundingClientRect().bottom, parseFloat(getComputedStyle(place).fontSize)]; }"""
+    )
+    assert letters >= (50 if size == LAPTOP else 28)  # [px]
+    assert box < size[1] / 2
+    stop = one.page.locator("#stop").bounding_box()
+    assert stop["y"] + stop["height"] <= size[1]  # without scrolling
+
+
+def test_the_page_follows_the_session(visit):
+    one = visit()
+    one.shows("#facts", "42 s, 38 s driven, 2100 poses")
+    before = one.until(INK)
+    one.session.rows += [(24.0 + 0.2 * i, 0.5 + 0.01 * i, -1.0, 0.0) for i in range(100)]
+    one.session.set(time=61.0, pose=(1.4, -1.0, 0.0), next=None, lag=3.4)
+    one.shows("#facts", "61 s, 38 s driven, 2100 poses, estimate 3.4 s behind")
+    one.until("() => document.documentElement.dataset.shown === '61'")
+    assert one.page.evaluate(INK) != before
+    one.shows("#order", "Drive: forwards and backwards")
+    assert not one.page.locator("#sticks-plot").is_visible()
+    one.session.set(message="9 s of poses so far: the first estimate needs 15 s or more.")
+    one.shows("#order", "the first estimate needs 15 s")
+    one.session.set(enough=True, message="")
+    one.shows("#order", "Enough for the chosen uses. Press stop and save.")
+    one.session.set(change="boat changed (noticed): mass, +20 ± 5 %")
+    one.shows("#change", "boat changed (noticed): mass, +20 ± 5 %")
+    wrong = SignalState(
+        "F_u", "command", 3, level="error", finding="No command for 8 s.", edit="sign: -1"
+    )
+    one.session.set(signals=(wrong,))
+    one.shows("#order", "F_u: No command for 8 s.")
+    assert one.page.locator("#now").get_attribute("class") == "mend"
+
+
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_buttons_mark_discard_and_save(visit, size):
+    one = visit(size=size)
+    one.shows("#connection", "connected")
+    if size == LAPTOP:
+        one.page.locator("#mark-text").fill("gust")
+    one.page.locator("#mark").click()
+    one.shows("#answer", "marked")
+    one.page.locator("#seconds").fill("7")
+    one.page.locator("#discard").click()
+    one.shows("#answer", "the last 7 s are discarded")
+    one.page.locator("#seconds").fill("99")
+    one.page.locator("#discard").click()
+    one.shows("#answer", "only 42 s are recorded")
+    one.session.saving = 1.0
+    one.page.locator("#stop").click()
+    one.shows("#order", "Wait: identifying (40 %)")
+    assert one.page.locator("#discard").is_disabled()
+    one.shows("#order", "Saved")
+    one.shows("#why", "recording pool-1/recording")
+    one.shows("#answer", "saved")
+    text = "gust" if size == LAPTOP else ""
+    assert one.session.calls == [("mark", text), ("discard", 7.0), ("stop", None)]
+    # the refused discard is a complaint of the browser's own: the answer's status
+    one.complaints = [text for text in one.complaints if "409" not in text]
+
+
+def test_the_session_is_driven_by_keys_alone(visit):
+    one = visit()
+    one.shows("#order", "Drive backwards")
+    reached = []
+    for _ in range(12):
+        one.page.keyboard.press("Tab")
+        reached.append(one.page.evaluate("() => document.activeElement.id"))
+    assert [name for name in reached if name][:6] == [
+        "drive",
+        "mark",
+        "mark-text",
+        "discard",
+        "seconds",
+        "stop",
+    ]
+    one.page.locator("#mark").focus()
+    one.page.keyboard.press("Enter")
+    one.shows("#answer", "marked")
+    assert one.session.calls == [("mark", "")]
+
+
+def test_the_countdown_keeps_one_manoeuvre(visit):
+    one = visit()
+    one.shows("#order", "Drive backwards")
+    one.page.locator("#drive").click()
+    one.shows("#now-title", "GET READY")
+    one.session.set(next=None)
+    one.shows("#order", "F_u −60 %")  # after three seconds
+    assert one.page.locator("#sticks .current").count() == 1
+    assert re.fullmatch(r"DRIVE NOW, 1[0-2] S LEFT", one.page.locator("#now-title").inner_text())
+    one.page.locator("#drive").click()
+    one.shows("#order", "Drive: forwards")
+
+
+@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+def test_no_rule_of_axe_core_fails(visit, size):
+    one = visit(size=size)
+    one.plots()
+    assert violations(one.page) == {}
+    one.page.emulate_media(color_scheme="dark")
+    one.until("() => getComputedStyle(document.body).color === 'rgb(232, 234, 237)'")
+    assert violations(one.page) == {}
+    for state in ({"enough": True}, {"message": "too short"}, {"stopped": True}):
+        one.session.set(next=None, **state)
+        one.until("() => !document.querySelector('#sticks').childElementCount")
+        assert violations(one.page) == {}
+
+
+def test_names_of_a_log_are_text(visit):
+    evil = "<img src=x onerror=\"document.title='taken'\">"
+    one = visit()
+    one.session.set(
+        vehicle=evil, inputs=(evil, "<b>F</b>"), source=evil, message=evil, change=evil,
+        marks=((1.0, evil),), signals=(SignalState(evil, "pose", 1, level="warning", finding=evil, edit=evil),),
+    )  # fmt: skip
+    one.shows("#marks", "onerror")
+    one.shows("#signals", "onerror")
+    one.shows("#sticks", "<b>F</b>")
+    time.sleep(0.5)
+    assert one.page.locator("img").count() == 0
+    assert one.page.title() != "taken"
+
+
+def test_a_lost_connection_is_stated_and_found_again(visit):
+    one = visit()
+    one.shows("#connection", "connected")
+    port = one.server.port
+    one.server.__exit__()
+    one.shows("#connection", "connection lost")
+    one.page.locator("#mark").click()
+    one.shows("#answer", "nothing was done")
+    one.server = PageServer(Place(port=port))
+    one.server.serve(one.session)
+    one.session.set(time=99.0)
+    one.shows("#connection", "connected")
+    one.shows("#facts", "99 s")
+    assert one.session.calls == []
+    one.complaints = [text for text in one.complaints if "ERR_CONNECTION_REFUSED" not in text]
+
+
+def test_a_token_opens_the_page_and_leaves_the_address(visit):
+    one = visit(token="correct-horse-battery")
+    one.shows("#connection", "connected")
+    assert one.page.url == f"http://127.0.0.1:{one.server.port}/"
+    one.page.reload()
+    one.shows("#connection", "connected")
+    cookies = one.context.cookies()
+    assert [(c["sameSite"], c["httpOnly"]) for c in cookies] == [("Strict", True)]

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: MIT
+"""The recorder: what is read back is what arrived, a kill loses nothing that was taken, nothing is overwritten."""
+
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+from test_poolside_sources import VEHICLE, table, vehicle
+
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.commands.cli import main
+from seatrial.io.reader import read
+from seatrial.poolside.recorder import NANO, Recorder
+from seatrial.poolside.sources import open_source
+from seatrial.util.errors import FileError
+
+BEGIN = 1_700_000_000_123_456_789  # [ns]
+FRD = "forward-right-down"
+
+
+def rows(count, step=50_000_000):
+    rng = np.random.default_rng(1)
+    values = np.cumsum(rng.normal(size=(count, 3)), axis=0) * 1e-3
+    return [(BEGIN + i * step, values[i], rng.uniform(-1, 1, 3)) for i in range(count)]
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", FRD])
+def test_what_is_read_back_is_what_arrived_bit_by_bit(tmp_path, axes):
+    boat = vehicle(axes=axes, pose={**VEHICLE["pose"], "lever": [0.1, 0.2]})
+    recorder = Recorder(tmp_path / "drive", boat)
+    given = rows(100)
+    for stamp, pose, command in given:
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+    folder = recorder.finish()
+    own = load_vehicle(folder / "vehicle.yaml")
+    assert own.lever == boat.lever
+    assert own.to_mapping()["structure"] == boat.to_mapping()["structure"]
+    recording = read(folder, own)
+    assert recording.stamps.tolist() == [stamp for stamp, _, _ in given]
+    np.testing.assert_array_equal(recording.commands.values, [c for _, _, c in given])
+    np.testing.assert_array_equal(recording.commands.stamps, recording.stamps)
+    ahead, left = boat.lever
+    c, s = np.cos(recording.eta[:, 2]), np.sin(recording.eta[:, 2])
+    measured = recording.eta[:, :2] + np.column_stack([c * ahead - s * left, s * ahead + c * left])
+    np.testing.assert_allclose(measured, [p[:2] for _, p, _ in given], atol=1e-15)
+
+
+def test_position_and_heading_of_two_sensors_and_scales(tmp_path):
+    boat = vehicle(
+        scales={"volts": {"column": "v", "reference": 12.0}}, chain=[{"scale": {"signal": "volts"}}]
+    )
+    recorder = Recorder(tmp_path / "drive", boat)
+    for stamp, pose, command in rows(100):
+        recorder.use("command", stamp, command)
+        recorder.use("scale", stamp, np.array([11.9]))
+        recorder.use("position", stamp, pose[:2])
+        recorder.use("heading", stamp + 3_000_000, pose[2:])
+    folder = recorder.finish()
+    recording = read(folder, load_vehicle(folder / "vehicle.yaml"))
+    np.testing.assert_array_equal(recording.eta[:, :2], [p[:2] for _, p, _ in rows(100)])
+    assert recording.scales is not None
+    assert set(recording.scales.values.ravel()) == {11.9}
+    assert not (folder / "poses.csv").exists()
+
+
+def test_discarded_intervals_are_left_out_of_the_saved_recording_and_stay_in_the_raw_one(tmp_path):
+    recorder = Recorder(tmp_path / "drive", vehicle())
+    given = rows(200)
+    for stamp, pose, command in given:
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+    recorder.mark(given[20][0], 'begin "zigzag"\n')
+    recorder.discard(given[50][0], given[59][0])
+    recorder.discard(given[195][0], given[199][0])
+    folder = recorder.finish()
+    recording = read(folder, load_vehicle(folder / "vehicle.yaml"))
+    kept = [stamp for i, (stamp, _, _) in enumerate(given) if not (50 <= i <= 59 or i >= 195)]
+    assert recording.stamps.tolist() == kept
+    assert len(recording.commands.stamps) == 200
+    assert len((folder / "poses.csv").read_text().splitlines()) == 201
+    notes = (folder / "notes.jsonl").read_text().splitlines()
+    assert len(notes) == 3
+    assert '"mark":"begin \\"zigzag\\"\\n"' in notes[0]
+    assert recorder.discarded == ((given[50][0], given[59][0]), (given[195][0], given[199][0]))
+
+
+def test_an_existing_recording_is_never_overwritten(tmp_path):
+    first = Recorder(tmp_path / "drive", vehicle())
+    first.use("pose", BEGIN, np.zeros(3))
+    first.close()
+    first.close()
+    before = {p: p.read_bytes() for p in (tmp_path / "drive").iterdir()}
+    with pytest.raises(FileError, match="never overwritten"):
+        Recorder(tmp_path / "drive", vehicle())
+    with pytest.raises(FileError, match="has ended"):
+        first.use("command", BEGIN, np.zeros(3))
+    assert {p: p.read_bytes() for p in (tmp_path / "drive").iterdir()} == before
+    (tmp_path / "file").write_text("")
+    with pytest.raises(FileError, match="can't be written"):
+        Recorder(tmp_path / "file" / "drive", vehicle())
+
+
+def test_a_full_disk_is_an_error_of_the_row():
+    import os
+
+    from seatrial.poolside import recorder as module
+
+    recorder = module.Recorder.__new__(module.Recorder)
+    recorder.folder, recorder._handles = (
+        module.Path("/dev"),
+        {"full": os.open("/dev/full", os.O_WRONLY)},
+    )
+    with pytest.raises(FileError, match="can't be written"):
+        recorder._append("full", "1,2,3")
+    os.close(recorder._handles["full"])
+
+
+DRIVE = """
+import sys, time
+import numpy as np
+from pathlib import Path
+from seatrial.boat.vehicle import load_vehicle
+from seatrial.poolside.recorder import Recorder
+recorder = Recorder(Path(sys.argv[2]), load_vehicle(sys.argv[1]))
+i = 0
+while True:
+    stamp = 1700000000000000000 + 10_000_000 * i
+    t = 0.01 * i
+    recorder.use("command", stamp, np.array([np.sin(t), np.cos(3 * t), 0.1]))
+    recorder.use("pose", stamp, np.array([np.sin(0.3 * t), np.cos(0.3 * t), 0.1 * t]))
+    i += 1
+    print(i, flush=True)
+    time.sleep(0.001)
+"""
+
+
+def test_a_killed_process_leaves_a_recording_that_inspect_opens(tmp_path, capsys):
+    import json
+
+    (tmp_path / "vehicle.yaml").write_text(json.dumps(VEHICLE))
+    folder = tmp_path / "drive"
+    with subprocess.Popen(
+        [sys.executable, "-c", DRIVE, str(tmp_path / "vehicle.yaml"), str(folder)],
+        stdout=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        begin, last = 0.0, 0
+        for line in process.stdout:
+            begin, last = begin or time.monotonic(), int(line)
+            if time.monotonic() - begin > 2.0:
+                break
+        process.send_signal(signal.SIGKILL)
+        last = max([last, *(int(text) for text in process.stdout.read().split())])
+    for name in ("poses.csv", "commands.csv"):
+        head, *lines = (folder / name).read_text().splitlines()
+        assert len(lines) >= last
+        assert all(line.count(",") == head.count(",") for line in lines)
+    recording = read(folder, load_vehicle(folder / "vehicle.yaml"))
+    assert (
+        recording.stamps[-1] >= 1_700_000_000 * NANO + 10_000_000 * last - 50_000_000
+    )  # dense poses are averaged
+    main(["inspect", str(folder), "--vehicle", str(folder / "vehicle.yaml")])
+    assert "poses" in capsys.readouterr().out
+
+
+def test_the_disk_has_a_row_within_a_second(tmp_path, monkeypatch):
+    synced: list[float] = []
+    monkeypatch.setattr(
+        "seatrial.poolside.recorder.os.fsync", lambda _: synced.append(time.monotonic())
+    )
+    recorder = Recorder(tmp_path / "drive", vehicle())
+    synced.clear()
+    given = time.monotonic()
+    recorder.use("pose", BEGIN, np.zeros(3))
+    while not synced and time.monotonic() < given + 10.0:
+        time.sleep(0.01)
+    assert synced[0] - given < 1.0
+    time.sleep(1.2)
+    assert len(synced) == 2  # the table, its folder; not again without a row
+    recorder.close()
+
+
+def test_a_replay_that_is_recorded_reads_as_its_log(tmp_path):
+    table(tmp_path / "run.csv")
+    boat = vehicle(axes=FRD)
+    recorder = Recorder(tmp_path / "drive", boat)
+    for event in open_source(str(tmp_path / "run.csv"), boat, 0.0):
+        recorder.use(event.kind, event.stamp, event.values)
+    folder = recorder.finish()
+    before, after = read(tmp_path / "run.csv", boat), read(folder, recorder.vehicle)
+    np.testing.assert_array_equal(before.eta, after.eta)
+    np.testing.assert_array_equal(before.stamps, after.stamps)
+    np.testing.assert_array_equal(before.commands.values, after.commands.values)

@@ -1,0 +1,480 @@
+# SPDX-License-Identifier: MIT
+"""Sources of a session: the same events as the reader of logs finds, whatever arrives; hostile input ends none."""
+
+import json
+import os
+import pty
+import socket
+import struct
+import subprocess
+import sys
+import threading
+import time
+import tty
+from dataclasses import replace
+from itertools import islice
+
+import msgspec
+import numpy as np
+import pytest
+from autopilot_logs import telemetry as write_telemetry
+from autopilot_logs import trial
+from test_init_logs import proposed
+
+from seatrial.boat.vehicle import Vehicle, load_vehicle, vehicle_from
+from seatrial.io.reader import read
+from seatrial.onboard.live.endpoints import LONGEST_LINE, Pipes
+from seatrial.poolside.sources import open_source
+from seatrial.poolside.sources.lines import LineSource, datagrams
+from seatrial.poolside.sources.telemetry import FrameStream, TelemetrySource, telemetry
+from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
+from seatrial.util.frames import POSE_SIGNS
+
+PATIENCE = 20.0  # [s]
+VEHICLE = {
+    "seatrial": "vehicle 1",
+    "name": "boat",
+    "axes": "forward-left-up",
+    "pose": {"stamp": "t", "x": "x", "y": "y", "psi": {"column": "psi", "unit": "deg"}},
+    "commands": {"stamp": "t", "inputs": {"F_u": "F_u", "F_v": "F_v", "F_r": "F_r"}},
+    "structure": "mallard",
+}
+
+
+def vehicle(**changed) -> Vehicle:
+    return vehicle_from({**VEHICLE, **changed}, "vehicle.yaml")
+
+
+@pytest.fixture
+def sender():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+        yield opened
+
+
+def through_pipe(text: bytes, boat: Vehicle) -> tuple[list[object], tuple[str, ...]]:
+    """The events of text on standard input, and what is said of it."""
+    inlet, outlet = os.pipe()
+
+    def write() -> None:
+        with os.fdopen(outlet, "wb") as file:
+            file.write(text)
+
+    threading.Thread(target=write).start()
+    with os.fdopen(inlet, "rb") as file:
+        source = LineSource("-", boat, Pipes(file, sys.stdout.buffer))
+        return list(source), source.problems
+
+
+# Lines #
+
+
+def test_lines_are_events_in_forward_left_up():
+    boat = vehicle(axes="forward-right-down")
+    text = b"""# a comment
+{"t": 1.5, "pose": [1, 2, 0.5]}
+
+command,1.6,0.1,0.2,0.3
+{"stamp": 1700000000123456789, "position": [1, 2]}
+{"t": 3, "heading": 0.25}
+"""
+    before = time.time_ns()
+    events, said = through_pipe(text, boat)
+    assert said == ()
+    assert [e.kind for e in events] == ["pose", "command", "position", "heading"]
+    assert [e.stamp for e in events[:3]] == [1_500_000_000, 1_600_000_000, 1700000000123456789]
+    np.testing.assert_array_equal(events[0].values, [1, -2, -0.5])
+    np.testing.assert_array_equal(events[1].values, [0.1, -0.2, -0.3])
+    np.testing.assert_array_equal(events[2].values, [1, -2])
+    np.testing.assert_array_equal(events[3].values, [-0.25])
+    assert all(before <= e.arrival <= time.time_ns() for e in events)
+
+
+def test_a_line_without_a_time_is_stamped_when_it_arrives():
+    ((event,), _) = through_pipe(b'{"pose": [1, 2, 3]}\n', vehicle())
+    assert event.stamp == event.arrival
+
+
+BAD = [
+    b"\xff\xfe\x00", b"nonsense", b"[" * 50_000, b'{"t": 1, "pose": [1, 2]}', b'{"t": 1, "pose": [1, 2, 1e300]}',
+    b"pose,1,nan,2,3", b"pose,1,inf,2,3", b'{"t": 1e99, "pose": [1,2,3]}', b'{"stamp": 1e30, "pose": [1,2,3]}',
+    b'{"t": 1, "command": [1]}', b'{"at": 3}', b'{"reload": true}', b'{"adapt": true}', b"x" * (LONGEST_LINE + 10),
+    b'{"t": 1, "scale": [1]}', b"command,2,,,", b"\0" * 100,
+]  # fmt: skip
+
+
+def test_bad_lines_are_counted_and_end_nothing():
+    good = b'{"t": 9, "pose": [1, 2, 3]}\n'
+    events, (text,) = through_pipe(b"\n".join([*BAD, good]), vehicle())
+    assert [e.stamp for e in events] == [9_000_000_000]
+    number = int(text.split()[0])
+    assert number >= len(BAD)  # the long line is several
+    assert "lines could not be used; the last: line" in text
+    assert len(text) < 400
+
+
+def test_udp_is_on_loopback_unless_an_address_is_given(sender):
+    with datagrams("udp:0", vehicle()) as source:
+        port = source._endpoint.port
+        assert source._endpoint._socket.getsockname()[0] == "127.0.0.1"
+        found: list[object] = []
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        sender.sendto(
+            b'{"t": 1, "pose": [1, 2, 3]}\n{"t": 1, "command": [0, 0, 0]}', ("127.0.0.1", port)
+        )
+        sender.sendto(b"junk", ("127.0.0.1", port))
+        end = time.monotonic() + PATIENCE
+        while (len(found) < 2 or not source.problems) and time.monotonic() < end:
+            time.sleep(0.02)
+        source.close()
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+    assert [e.kind for e in found] == ["pose", "command"]
+    again = datagrams(f"udp:127.0.0.1:{port}", vehicle())  # the port is free again
+    again.close()
+
+
+def test_an_empty_datagram_of_the_sender_ends_it(sender):
+    with datagrams("udp:0", vehicle()) as source:
+        events = iter(source)
+        place = ("127.0.0.1", source._endpoint.port)
+        for text in (b"pose,1,1,2,3", b""):
+            sender.sendto(text, place)
+        assert [e.kind for e in events] == ["pose"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["udp:", "udp:x", "udp:99999", "udp:-1", "udp:1.2.3.4:", "udp:\u0663", "udp:300.1.1.1:9000", "mavlink:", "mavlink:x",
+     "mavlink:/dev/none:57600", "mavlink:/dev/null:x", "mavlink:udp:x", "follow:/nowhere/at/all.csv", "follow:log.bin",
+     "nothing.csv", ""],
+)  # fmt: skip
+def test_a_source_that_is_none_is_one_error(text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    boat = vehicle(
+        pose={"topic": "GPS_RAW_INT", "latitude": "lat", "longitude": "lon", "psi": {"topic": "ATTITUDE", "field": "yaw"}},
+        commands={"topic": "SERVO_OUTPUT_RAW", "inputs": {"F_u": "servo1_raw", "F_v": "servo2_raw", "F_r": "servo3_raw"}},
+    )  # fmt: skip
+    with pytest.raises(SeatrialError):
+        open_source(text, boat)
+
+
+# Replays #
+
+
+def poses_of(events):
+    return [e for e in events if e.kind == "pose"]
+
+
+def table(path, rows=200, begin=0):
+    t = begin + np.arange(rows) * 0.05
+    cells = np.column_stack(
+        [t, np.sin(t), np.cos(t), np.degrees(0.3 * t), np.sign(np.sin(3 * t)), 0.1 * t, 0 * t]
+    )
+    lines = [",".join(map(repr, row)) for row in cells.tolist()]
+    path.write_text("t,x,y,psi,F_u,F_v,F_r\n" + "\n".join(lines) + "\n")
+    return lines
+
+
+def test_a_replay_is_the_recording(tmp_path):
+    table(tmp_path / "run.csv")
+    boat = vehicle()
+    source = open_source(str(tmp_path / "run.csv"), boat, 0.0)
+    events = list(source)
+    recording = read(tmp_path / "run.csv", boat)
+    poses = poses_of(events)
+    assert [e.stamp for e in poses] == recording.stamps.tolist()
+    np.testing.assert_allclose([e.values for e in poses], recording.eta, atol=1e-12)
+    commands = [e for e in events if e.kind == "command"]
+    np.testing.assert_array_equal([e.values for e in commands], recording.commands.values)
+    arrivals = [e.arrival for e in events]
+    assert arrivals == sorted(arrivals)
+    assert source.now() == arrivals[-1]
+    assert source.recorded
+
+
+def test_a_replay_gives_the_measured_point_not_the_origin(tmp_path):
+    table(tmp_path / "run.csv")
+    plain, levered = vehicle(), vehicle(pose={**VEHICLE["pose"], "lever": [0.5, -0.2]})
+    both = [poses_of(open_source(str(tmp_path / "run.csv"), b, 0.0)) for b in (plain, levered)]
+    np.testing.assert_array_equal(*[[e.values for e in events] for events in both])
+
+
+def test_a_replay_keeps_rows_that_are_out_of_order(tmp_path):
+    lines = table(tmp_path / "run.csv")
+    lines[50], lines[60] = lines[60], lines[50]
+    (tmp_path / "run.csv").write_text("t,x,y,psi,F_u,F_v,F_r\n" + "\n".join(lines) + "\n")
+    events = list(open_source(str(tmp_path / "run.csv"), vehicle(), 0.0))
+    stamps = [e.stamp for e in poses_of(events)]
+    assert sorted(stamps) != stamps
+    assert len(stamps) == 200
+    arrivals = [e.arrival for e in events]
+    assert arrivals == sorted(arrivals)
+
+
+def test_a_replay_at_speed_takes_its_share_of_the_time(tmp_path):
+    table(tmp_path / "run.csv", 41)
+    begin = time.monotonic()
+    list(open_source(str(tmp_path / "run.csv"), vehicle(), 4.0))
+    assert 0.45 < time.monotonic() - begin < 2.0  # 2 s of recording
+    source = open_source(str(tmp_path / "run.csv"), vehicle(), 0.01)
+    threading.Timer(0.3, source.close).start()
+    begin = time.monotonic()
+    assert len(list(source)) < 10
+    assert time.monotonic() - begin < PATIENCE / 2
+    with pytest.raises(LiveError):
+        open_source(str(tmp_path / "run.csv"), vehicle(), float("nan"))
+
+
+# Telemetry #
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("log")
+    path = write_telemetry(folder / "run.tlog", trial())
+    return path, proposed(path, folder)[1]
+
+
+def records(path):
+    """Arrivals [us] and frames of a log."""
+    data, at = path.read_bytes(), 0
+    while at < len(data):
+        (arrival,) = struct.unpack_from(">Q", data, at)
+        size = 12 + data[at + 9] if data[at + 8] == 0xFD else 8 + data[at + 9]
+        yield arrival, data[at + 8 : at + 8 + size]
+        at += 8 + size
+
+
+class Script:
+    """Bytes with their times of arrival."""
+
+    def __init__(self, monkeypatch, blocks):
+        self.blocks = iter(blocks)
+        self.now = 0
+        self.over = False
+        monkeypatch.setattr("seatrial.poolside.sources.telemetry.time.time_ns", lambda: self.now)
+
+    def read(self):
+        try:
+            self.now, block = next(self.blocks)
+        except StopIteration:
+            raise OSError("unplugged") from None
+        return block
+
+    def close(self):
+        pass
+
+
+def test_telemetry_is_what_the_log_of_it_reads(log, monkeypatch):
+    """Two minutes: positions, headings, and commands are those of the .tlog, stamps but for one offset."""
+    path, boat = log
+    blocks = [(usec * 1000, frame) for usec, frame in records(path)]
+    source = TelemetrySource("mavlink", boat, Script(monkeypatch, blocks))
+    events = list(source)
+    assert any("unplugged" in text for text in source.problems)
+    recorded = list(open_source(str(path), boat, 0.0))
+    for kind in ("position", "heading", "command"):
+        live, later = ([e for e in several if e.kind == kind] for several in (events, recorded))
+        assert len(live) == len(later) > 500
+        live.sort(key=lambda e: e.stamp)
+        later.sort(key=lambda e: e.stamp)
+        offsets = np.array([a.stamp - b.stamp for a, b in zip(live, later, strict=True)])
+        assert np.ptp(offsets) < 1000  # [ns]
+        assert 0 <= offsets[0] < 30_000_000  # the least delay of a second, of two minutes
+        np.testing.assert_allclose([e.values for e in live], [e.values for e in later], atol=1e-9)
+
+
+def test_frames_in_blocks_of_any_size_between_noise(log):
+    path, _ = log
+    frames = [frame for _, frame in islice(records(path), 400)]
+    whole = [h.record for frame in frames for h in FrameStream().feed(frame)]
+    rng = np.random.default_rng(3)
+    noisy = b"".join(
+        frame + (rng.bytes(int(rng.integers(1, 40))) if i % 5 == 0 else b"")
+        for i, frame in enumerate(frames)
+    )
+    stream, found, at = FrameStream(), [], 0
+    while at < len(noisy):
+        size = int(rng.integers(1, 200))
+        found += [h.record for h in stream.feed(noisy[at : at + size])]
+        at += size
+    found += [h.record for h in stream.feed(bytes(600))]
+    assert found == whole
+    assert stream.lost > 500
+
+
+def test_bytes_that_are_no_frames_stay_bounded():
+    stream = FrameStream()
+    rng = np.random.default_rng(4)
+    for _ in range(200):
+        assert list(stream.feed(rng.bytes(1000))) == []
+        assert len(stream._rest) < 400
+    assert list(stream.feed(b"\xfd" * 100_000)) == []
+    assert len(stream._rest) < 400
+
+
+def test_an_autopilot_that_starts_again_gets_a_new_offset(log, monkeypatch):
+    path, boat = log
+    first = [(usec * 1000, frame) for usec, frame in records(path)][:2500]
+    shift = first[-1][0] - first[0][0] + 10_000_000_000
+    again = [(at + shift, frame) for at, frame in first]
+    events = list(TelemetrySource("mavlink", boat, Script(monkeypatch, first + again)))
+    late = np.array([(e.arrival - e.stamp) * 1e-9 for e in events if e.kind == "position"])
+    assert np.all(np.abs(late) < 1.0)
+
+
+def test_telemetry_over_udp_and_over_a_serial_line(log, sender):
+    path, boat = log
+    frames = [frame for _, frame in islice(records(path), 1500)]
+
+    def taken(source, send):
+        found: list[object] = []
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        for i, frame in enumerate(frames):
+            send(frame)
+            if i % 10 == 0:
+                time.sleep(0.015)
+        end = time.monotonic() + PATIENCE
+        while len(found) < 300 and time.monotonic() < end:
+            time.sleep(0.05)
+        source.close()
+        thread.join(PATIENCE)
+        assert not thread.is_alive()
+        assert len(found) >= 300
+        return found
+
+    source = telemetry("mavlink:udp:0", boat)
+    port = source._transport.port
+    taken(source, lambda frame: sender.sendto(frame, ("127.0.0.1", port)))
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    serial = telemetry(f"mavlink:{os.ttyname(slave)}:115200", boat)
+    taken(serial, lambda frame: os.write(master, frame))
+    os.close(master)
+    os.close(slave)
+
+
+def test_a_message_that_mavlink_has_not_is_named(log):
+    _, boat = log
+    commands = msgspec.structs.replace(boat.file.commands, topic="SERVO_OUTPUT")
+    wrong = replace(boat, file=msgspec.structs.replace(boat.file, commands=commands))
+    with pytest.raises(RecordingError, match="did you mean SERVO_OUTPUT_RAW"):
+        telemetry("mavlink:udp:0", wrong)
+    with pytest.raises(RecordingError, match=r"init LOG\.tlog"):
+        telemetry("mavlink:udp:0", vehicle())
+
+
+# Tables that grow #
+
+
+def collected(source, count):
+    found: list[object] = []
+    thread = threading.Thread(target=lambda: found.extend(source), daemon=True)
+    thread.start()
+
+    def wait(number=count):
+        end = time.monotonic() + PATIENCE
+        while len(found) < number and time.monotonic() < end:
+            time.sleep(0.02)
+        return found
+
+    return wait, thread
+
+
+def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):
+    lines = table(tmp_path / "whole.csv")
+    boat, path = vehicle(), tmp_path / "run.csv"
+    source = open_source(f"follow:{path}", boat)
+    wait, thread = collected(source, 400)
+    time.sleep(0.2)
+    assert source.problems[0].startswith("waiting:")
+    with path.open("w") as file:
+        for text in ("t,x,y,psi,F_u", ",F_v,F_r\n", lines[0][:7]):
+            file.write(text)
+            file.flush()
+            time.sleep(0.1)
+        file.write(lines[0][7:] + "\n")
+        for k in range(1, 200, 20):
+            text = "\n".join(lines[k : k + 20]) + "\n"
+            file.write(text[:33])
+            file.flush()
+            time.sleep(0.06)
+            file.write(text[33:])
+            file.flush()
+    events = wait()
+    source.close()
+    thread.join(PATIENCE)
+    recorded = list(open_source(str(tmp_path / "whole.csv"), boat, 0.0))
+    assert [(e.kind, e.stamp) for e in poses_of(events)] == [
+        (e.kind, e.stamp) for e in poses_of(recorded)
+    ]
+    for kind in ("pose", "command"):
+        np.testing.assert_array_equal(
+            *[[e.values for e in several if e.kind == kind] for several in (events, recorded)]
+        )
+    assert source.problems == ()
+
+
+def test_a_bad_row_of_a_growing_table_is_counted(tmp_path):
+    lines = table(tmp_path / "run.csv")
+    with (tmp_path / "run.csv").open("a") as file:
+        file.write("11,1,2\nx,y,z,1,2,3,4\n,,,,,,\n" + "a" * 100 + "\n" + lines[-1] + "\n")
+    source = open_source(f"follow:{tmp_path / 'run.csv'}", vehicle())
+    wait, thread = collected(source, 402)
+    assert len(wait()) == 402
+    source.close()
+    thread.join(PATIENCE)
+    (text,) = source.problems
+    assert "run.csv" in text
+    assert "could not be used" in text
+    assert "/tmp" not in text
+
+
+def test_a_folder_that_grows(tmp_path):
+    boat = vehicle(
+        pose={**VEHICLE["pose"], "file": "poses.csv"},
+        commands={**VEHICLE["commands"], "file": "commands.csv"},
+    )
+    source = open_source(f"follow:{tmp_path}", boat)
+    wait, thread = collected(source, 200)
+    for name in ("poses.csv", "commands.csv"):
+        time.sleep(0.1)
+        table(tmp_path / name, 100)
+    events = wait()
+    assert len(poses_of(events)) == 100
+    source.close()
+    thread.join(PATIENCE)
+
+
+def test_a_growing_table_without_a_column_or_that_shrinks_ends_with_an_error(tmp_path):
+    path = tmp_path / "run.csv"
+    table(path, 20)
+    path.write_text(path.read_text().replace("psi", "phi"))
+    with pytest.raises(RecordingError, match="no column 'psi'"):
+        list(open_source(f"follow:{path}", vehicle()))
+    table(path, 20)
+    events = iter(open_source(f"follow:{path}", vehicle()))
+    for _ in range(40):
+        next(events)
+    table(path, 5)
+    with pytest.raises(FileError, match="became shorter"):
+        next(events)
+
+
+def test_standard_input_by_a_real_pipe(tmp_path):
+    (tmp_path / "vehicle.yaml").write_text(json.dumps(VEHICLE))
+    code = (
+        "import sys\nfrom seatrial.boat.vehicle import load_vehicle\n"
+        "from seatrial.poolside.sources import open_source\n"
+        "s = open_source('-', load_vehicle(sys.argv[1]))\n"
+        "print([(e.kind, e.stamp) for e in s], s.problems)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "vehicle.yaml")], input="pose,1,1,2,3\nbad\n",
+        capture_output=True, text=True, check=True, timeout=60,
+    )  # fmt: skip
+    assert done.stdout.startswith("[('pose', 1000000000)] ('1 of 2 lines could not be used")
+    assert load_vehicle(tmp_path / "vehicle.yaml").inputs == ("F_u", "F_v", "F_r")
+    assert np.all(POSE_SIGNS == [1, -1, -1])
