@@ -64,4 +64,4 @@ def test_the_wheel_for_aarch64_gives_the_same_model_there(tmp_path):
     _, same = json.loads(quiet(sys.executable, "-c", FIGURES, *GIVEN))
     assert there == "aarch64"
     assert len(values) > 20
-    np.testing.assert_allclose(values, same, rtol=1e-9)
+    np.testing.assert_allclose(values, same, rtol=1e-7)  # least squares of another BLAS, FMA
