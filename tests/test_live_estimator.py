@@ -141,6 +141,29 @@ def test_the_oldest_rows_make_room_and_it_is_stated():
     assert log.recording().stamps[-1] == recording.stamps[-1]
 
 
+@pytest.mark.parametrize("clock", ["set", "one pose"])
+def test_a_clock_that_jumps_does_not_end_the_estimate(clock):
+    vehicle, recording = holonomic(120.0, seed=5)
+    found = list(rows(recording))
+    begin, jump = found[0][0], 50_000_000 * SECOND
+    if clock == "set":  # a computer without a battery gets its time from the network
+        found = [(s - jump * (s < begin + 5 * SECOND), *rest) for s, *rest in found]
+    else:
+        at = next(
+            i for i, row in enumerate(found) if row[0] > begin + 5 * SECOND and row[1] == "pose"
+        )
+        found[at] = (found[at][0] + jump, *found[at][1:])
+    estimator = LiveEstimator(vehicle)
+    for i, (stamp, kind, values) in enumerate(found):
+        estimator.use(kind, stamp, values)
+        if i % 200 == 0:
+            estimator.work()
+    assert estimator.log.length == pytest.approx(120.0, abs=10.0)
+    assert estimator.model() is not None, estimator.problem
+    whole = seatrial.identify([estimator.log.recording()], vehicle)
+    assert apart(estimator.model(), whole).max() < 1.0
+
+
 def test_equal_stamps_stay_in_the_order_of_arrival():
     found = SignalRows(1)
     for stamp, value in ((2, 1.0), (2, 2.0), (1, 0.0), (2, 3.0), (1, 0.5)):

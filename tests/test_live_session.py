@@ -32,6 +32,7 @@ class Queue:
     """A source that the test fills."""
 
     name, by_columns, problems = "queue", False, ()
+    fault = None  # at the end
 
     def __init__(self):
         self.events, self.changed, self.closed = [], threading.Condition(), False
@@ -45,6 +46,8 @@ class Queue:
         while True:
             with self.changed:
                 self.changed.wait_for(lambda: self.events or self.closed)
+                if not self.events and self.fault is not None:
+                    raise self.fault
                 if not self.events:
                     return
                 event = self.events.pop(0)
@@ -78,7 +81,7 @@ class Parted:
         )  # fmt: skip
         health = SimpleNamespace(use=lambda *_: None, states=lambda _: (), check=lambda _: None)
         prediction = SimpleNamespace(use=lambda *_: None, reload=lambda _: None, states=lambda: ())
-        self.source, self.parts_estimator = Queue(), estimator
+        self.source, self.parts_estimator, self.recorder = Queue(), estimator, recorder
         parts = Parts(
             self.source, estimator, health, recorder, prediction, Coverage(vehicle),
             SimpleNamespace(advise=lambda *_: self.advice),
@@ -181,6 +184,50 @@ def test_the_end_of_the_source_is_stated(parted):
     assert one.session.drained
 
 
+@pytest.mark.parametrize("fault", [FileError("poses.csv: became shorter"), KeyError("x")])
+def test_a_source_that_fails_is_stated(parted, fault):
+    one = parted()
+    one.source.fault = fault
+    one.drive(3)
+    one.source.close()
+    one.until(lambda state: str(fault) in state.message)
+    assert "source failed" in one.session.state().message
+    assert one.session.state().poses == 3
+
+
+def test_a_fault_of_the_program_ends_no_thread(parted):
+    one = parted()
+    one.fault = IndexError("by a test")
+    one.until(lambda state: "IndexError: by a test" in state.message)
+    one.fault = None
+    one.until(lambda state: state.message == "")
+
+
+def test_an_event_that_fails_ends_no_source(parted):
+    one = parted()
+    take = one.parts_estimator.use
+
+    def use(kind, stamp, values):
+        if stamp == 0:
+            raise TypeError("by a test")
+        take(kind, stamp, values)
+
+    one.parts_estimator.use = use
+    one.drive(4)
+    one.until(lambda state: state.poses == 4)
+    one.source.close()
+    one.until(lambda state: state.message == ENDED)
+    assert len(one.used) == 3
+
+
+def test_rows_that_had_arrived_are_recorded_at_the_end(parted):
+    one, recorded = parted(), []
+    one.recorder.use = lambda *given: recorded.append(given) or time.sleep(0.001)
+    one.drive(200)
+    one.session.stop()
+    assert len(recorded) == 200
+
+
 def test_stop_saves_once_and_shows_its_progress(parted):
     seen = []
 
@@ -222,6 +269,33 @@ def test_a_drive_without_a_model_keeps_its_recording(parted, fault):
     )
 
 
+def test_a_search_that_ends_after_the_stop_changes_no_state(parted):
+    def save(_):
+        raise RecordingError("too short")
+
+    one, going, ended = parted(save=save), threading.Event(), threading.Event()
+
+    def work():
+        going.set()
+        ended.wait(10.0)
+        return False
+
+    one.parts_estimator.work = work
+    assert going.wait(10.0)
+    one.session.stop()
+    state = one.session.state()
+    ended.set()
+    one.session._threads[2].join(10.0)
+    assert "too short" in state.message
+    assert one.session.state() == state
+
+
+def test_without_a_model_what_is_discarded_is_left_out_too(vehicle, parted):
+    one = parted()
+    one.session.close()
+    assert one.notes == [("finish",)]
+
+
 def test_what_is_due_leaves_the_core_idle(monkeypatch):
     now = [100.0]
     monkeypatch.setattr(time, "monotonic", lambda: now[0])
@@ -257,6 +331,27 @@ def test_positions_and_headings_of_two_sensors_are_one_track(vehicle):
     assert track.pose == (2.0, 3.0, 0.5)
     assert track.rows == [(1.0, 2.0, 3.0, 0.5)]
     assert track.poses == 2
+
+
+@pytest.mark.parametrize("jump", [5e7, -7200.0])
+def test_the_time_goes_on_where_a_clock_is_set(vehicle, jump):
+    track, velocity = Track(vehicle), BodyVelocity()
+    step = SECOND // 10
+    for i in range(200):
+        stamp = i * step + (round(jump * SECOND) if i >= 100 else 0)
+        track.use("pose", stamp, ROW)
+        velocity.use("pose", stamp, np.array([0.02 * i, 0.0, 0.0]))
+    assert track.newest == stamp  # a discard begins there
+    assert track.time == pytest.approx(19.8)  # less the step that no clock shows
+    assert len(track.rows) == pytest.approx(100, abs=1)
+    assert velocity.nu == pytest.approx([0.2, 0.0, 0.0])
+
+
+def test_one_pose_of_a_far_stamp_changes_no_time(vehicle):
+    track = Track(vehicle)
+    for i in range(200):
+        track.use("pose", i * SECOND // 10 + (10**17 if i == 100 else 0), ROW)
+    assert track.time == pytest.approx(19.7)
 
 
 def test_driven_is_the_time_under_command(vehicle):

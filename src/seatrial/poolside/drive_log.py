@@ -18,6 +18,9 @@ MOST_ROWS = 1_000_000  # of a signal: 5.5 h at 50 Hz; 32 MB of poses
 DROPPED_SHARE = 0.1  # of the rows, when there is no room for another
 FIRST_ROWS = 1024  # of a signal that begins
 GROWTH = 1.5  # of its room
+LONGEST_STEP = (
+    5.0  # [s] of the length, between two poses: a longer one is a pause, or the clock was set
+)
 
 
 class SignalRows:
@@ -96,6 +99,8 @@ class DriveLog:
         }
         self._most = most_rows
         self._discarded: list[tuple[int, int]] = []
+        self._newest: int | None = None  # [ns] stamp of the pose that arrived last
+        self._length = 0.0  # [s]
         self._lock = threading.Lock()
 
     def add(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
@@ -108,6 +113,8 @@ class DriveLog:
             return False
         with self._lock:
             self._rows[kind].add(stamp, row)
+            if kind in ("pose", "position"):
+                self._lengthen(stamp)
         return True
 
     def discard(self, start: int, end: int) -> None:
@@ -130,6 +137,16 @@ class DriveLog:
                 if self._rows[kind].n
             ]
         return (int(min(s[0] for s in found)), int(max(s[1] for s in found))) if found else None
+
+    @property
+    def length(self) -> float:
+        """Seconds of poses, in the order of their arrival; a clock that jumps adds `LONGEST_STEP` at most."""
+        return self._length
+
+    def _lengthen(self, stamp: int) -> None:
+        step = 0.0 if self._newest is None else 1e-9 * (stamp - self._newest)
+        self._length += min(max(step, 0.0), LONGEST_STEP)
+        self._newest = stamp
 
     def before(self, stamp: int, rows: int) -> int:
         """The stamp [ns] of the pose so many rows before another stamp; of the first, where there are fewer."""

@@ -119,7 +119,6 @@ class LiveEstimator:
         self._problem = _waiting(0.0)
         self._searched = 0.0  # [s] of the drive at the last search
         self._anew = False  # whether the next search begins from nothing
-        self._begun: int | None = None  # [ns] stamp of the drive's first pose
 
     def use(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
         """A row of the drive, as of `DriveLog.add`: microseconds. False where it is not finite."""
@@ -153,7 +152,7 @@ class LiveEstimator:
 
         ended: no more rows come. So none is waited for, and the last search is over the whole drive.
         """
-        length = self._length()
+        length = self.log.length
         if length < FIRST_LENGTH:
             self._problem = _waiting(length)
             return False
@@ -164,14 +163,6 @@ class LiveEstimator:
             if self._search(length, hold):
                 return True
         return self._solution is not None and self._go_on(self._solution, hold)
-
-    def _length(self) -> float:
-        """Seconds of the drive, from its first pose."""
-        span = self.log.span
-        if span is None:
-            return 0.0
-        self._begun = span[0] if self._begun is None else min(self._begun, span[0])
-        return 1e-9 * (span[1] - self._begun)
 
     def _search(self, length: float, hold: int) -> bool:
         anew, self._anew = self._anew, False

@@ -58,6 +58,8 @@ def clock_findings(kind: EventKind, timings: Mapping[EventKind, StreamTiming]) -
             "error", f"stamps advance {own.pace:.3g} s in one second: {_pace_advice(own.pace)}"
         )
         return
+    if own.pace is None:  # all rows at once: their arrival shows nothing
+        return
     poses = next((timings[k] for k in ("pose", "position") if k in timings), None)
     apart = own.delay - poses.delay if poses is not None and kind in SIGNALS else 0.0
     if abs(apart) > APART:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.poolside.session.track import MOST_LATE
 from seatrial.util.frames import Array, body_velocity
 
 BASELINE = 0.4  # [s] between the two poses
@@ -29,6 +30,8 @@ class BodyVelocity:
         if kind not in ("pose", "position"):
             return False
         self._pose[: len(values)] = values
+        if self._kept and not -MOST_LATE <= NANO * (stamp - self._kept[-1][0]) <= LONGEST:
+            self._kept.clear()
         if np.isnan(self._pose).any() or (self._kept and stamp <= self._kept[-1][0]):
             return False
         self._kept.append((stamp, self._pose.copy()))
@@ -48,8 +51,6 @@ class BodyVelocity:
             return np.full(3, np.nan)
         (begin, first), (end, last) = self._kept[0], self._kept[-1]
         step = NANO * (end - begin)
-        if step > LONGEST:
-            return np.full(3, np.nan)
         rate = (last - first) / step
         rate[2] = (np.remainder(last[2] - first[2] + np.pi, 2.0 * np.pi) - np.pi) / step
         middle = first[2] + 0.5 * step * rate[2]

@@ -74,9 +74,9 @@ class Session:
             thread.start()
 
     def close(self) -> None:
-        """End without a model; the recording stays."""
+        """End without a model; the recording stays, without what was discarded. Raises FileError."""
         self._end()
-        self._parts.recorder.close()
+        self._parts.recorder.finish()
 
     @property
     def drained(self) -> bool:
@@ -139,13 +139,13 @@ class Session:
 
     def _take_all(self) -> None:
         for event in self._parts.source:
-            if self._ending.is_set():
-                return
-            with self._lock:
-                self._track.use(event.kind, event.stamp, event.values)
             with self._reported(RECORDING):
                 self._parts.recorder.use(event.kind, event.stamp, event.values)
-            with self._inputs:
+            if self._ending.is_set():  # rows that had arrived are recorded
+                continue
+            with self._reported("event"), self._lock:
+                self._track.use(event.kind, event.stamp, event.values)
+            with self._reported("event"), self._inputs:
                 self._use(event)
 
     def _use(self, event: SourceEvent) -> None:
@@ -213,7 +213,9 @@ class Session:
     def _message(self) -> str:
         """The first thing that hinders the estimate."""
         others = [f"{what}: {text}" for what, text in self._failed.items() if what != RECORDING]
-        over = [ENDED] if self.drained else []
+        failed = self._failed.get("source")
+        end = ENDED if failed is None else f"The source failed: {failed}. Press stop and save."
+        over = [end] if self.drained else []
         found = [*over, self._parts.estimator.problem, *self._parts.source.problems, *others]
         return next((text for text in found if text), "")
 
@@ -228,7 +230,8 @@ class Session:
 
     def _publish(self, **changed: object) -> None:
         with self._lock:
-            self._state = structs.replace(self._state, **changed)
+            if not self._state.stopped:  # a search that ends later has nothing to state
+                self._state = structs.replace(self._state, **changed)
 
     @contextmanager
     def _reported(self, what: str) -> Iterator[None]:
@@ -238,6 +241,10 @@ class Session:
             self._failed.pop(what, None)
         except (SeatrialError, ArithmeticError, ValueError) as error:  # LinAlgError is a ValueError
             self._failed[what] = str(error)
+        except Exception as error:  # a thread that ends would leave the page as it was
+            self._failed[what] = (
+                f"seatrial failed: {type(error).__name__}: {error}; please report it"
+            )
 
     # The end
 

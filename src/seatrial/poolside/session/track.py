@@ -10,6 +10,7 @@ from seatrial.util.frames import POSE_SIGNS, Array, Axes
 STEP = 200_000_000  # [ns] between two rows of the track
 MOST_ROWS = 20_000  # more are thinned to half: 67 min at 5 Hz
 LONGEST_INTERVAL = 0.5  # [s] between two poses that counts as driven
+MOST_LATE, LONGEST_PAUSE = 5.0, 600.0  # [s] from a pose to the next: beyond these the clock was set
 NANO = 1e-9  # [s]
 Row = tuple[float, float, float, float]
 
@@ -64,11 +65,20 @@ class Track:
     def _seconds(self, stamp: int) -> float:
         return NANO * (stamp - (self.origin or 0))
 
+    def _set_clock(self, step: int) -> None:
+        """The time goes on where it was, by the clock that was set by `step` [ns]."""
+        self.origin = (self.origin or 0) + step
+        self.newest = (self.newest or 0) + step
+        self._since += step
+
     def _add(self, stamp: int) -> None:
         self.poses += 1
-        self.origin = stamp if self.origin is None else self.origin
-        step = 0.0 if self.newest is None else NANO * (stamp - self.newest)
-        self.newest = stamp if self.newest is None else max(stamp, self.newest)
+        if self.newest is None:
+            self.origin = self.newest = stamp
+        step = NANO * (stamp - self.newest)
+        if not -MOST_LATE <= step <= LONGEST_PAUSE:
+            self._set_clock(stamp - self.newest)
+        self.newest = max(stamp, self.newest)
         if self._active and 0.0 < step <= LONGEST_INTERVAL:
             self.driven += step
         if self.pose is None or (self.rows and stamp < self._since + STEP):

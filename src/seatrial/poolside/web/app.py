@@ -187,6 +187,10 @@ async def _answered(request: Request, kind: type[T], act: Callable[[T], object])
         return PlainTextResponse(f"{refused.reason}\n", refused.status)
     except SeatrialError as error:
         return PlainTextResponse(f"{error}\n", 409)
+    except (
+        asyncio.CancelledError
+    ):  # Ctrl-C in a long answer, which the server would print as a fault
+        return PlainTextResponse("the session is over\n", 503)
 
 
 async def _body(request: Request, kind: type[T]) -> T:
