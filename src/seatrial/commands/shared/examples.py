@@ -30,7 +30,6 @@ seatrial convert 00000012.BIN -o tables
 seatrial convert run1.bag --vehicle boat.yaml -o run1.mcap""",
     "simulate": """\
 seatrial simulate -o trials                # the paper's S1 to S7, as tables
-seatrial simulate --plan hard --seed 7 --format mcap -o trials
 seatrial simulate --model model.yaml --vehicle boat.yaml -o trials
 seatrial simulate --vehicle mallard-mp --seeds 50 -o boats  # then: seatrial fleet boats""",
     "identify": """\
