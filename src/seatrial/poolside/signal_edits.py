@@ -76,5 +76,5 @@ def _line(key: str, entry: str | Column) -> str:
     content = msgspec.to_builtins(as_column(entry))
     if content.get("column") == content.get("field"):
         content.pop("field", None)
-    inside = dump_yaml(content).strip().replace("\n", ", ")
+    inside = dump_yaml(content).strip().removeprefix("{").removesuffix("}").replace("\n", ", ")
     return f"{key}: {{{inside}}}"
