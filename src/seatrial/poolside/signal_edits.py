@@ -83,7 +83,5 @@ def _line(key: str, entry: str | Column) -> str:
     content = msgspec.to_builtins(as_column(entry))
     if content.get("column") == content.get("field"):
         content.pop("field", None)
-    text = dump_yaml(content).strip()
-    return (
-        f"{key}: {text}" if text.startswith("{") else f"{key}: {{{', '.join(text.splitlines())}}}"
-    )
+    inside = dump_yaml(content).strip().removeprefix("{").removesuffix("}").replace("\n", ", ")
+    return f"{key}: {{{inside}}}"
