@@ -89,7 +89,7 @@ class Parted:
         self.session = Session(vehicle, parts, folder, save=save or (lambda _: {"model": "m.yaml"}))
         self.session.start()
 
-    def _work(self):
+    def _work(self, **_):
         if self.fault is not None:
             raise self.fault
         return False
@@ -275,7 +275,7 @@ def test_a_search_that_ends_after_the_stop_changes_no_state(parted):
 
     one, going, ended = parted(save=save), threading.Event(), threading.Event()
 
-    def work():
+    def work(**_):
         going.set()
         ended.wait(10.0)
         return False

@@ -51,7 +51,7 @@ def test_the_source_builds_offline_and_its_wheel_gives_a_model_without_a_compile
     assert "output-error" in text and "X_u:" in text
 
 
-@pytest.mark.system
+@pytest.mark.study
 def test_the_wheel_for_aarch64_gives_the_same_model_there(tmp_path):
     pytest.importorskip("ziglang", reason="make .venv/.wheels")
     needs("qemu-aarch64", "apt-get", "dpkg")

@@ -64,6 +64,7 @@ WARM_PASSES = 12  # full ones of a warm search, at most
 STEP = 250_000_000  # [ns] of new poses that the filter goes on along at once
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 100  # rows before the new poses, which show their faults
+INDEFINITE = -1e-9  # least eigenvalue of correlations: below, the covariance is none
 NO_MAXIMUM = (
     "the search over the whole drive found no maximum: did the boat change? The estimate goes on from the last "
     "one. Begin a new session after a change of the boat"
@@ -175,7 +176,20 @@ class LiveEstimator:
         except SeatrialError as error:
             self._problem = str(error)
             return False
-        self._model, self._problem = _stepped(self._solution, self._solution.going.at()), ""
+        self._problem = ""
+        return self._state(_stepped(self._solution, self._solution.going.at()))
+
+    def _state(self, found: Model) -> bool:
+        """Make it the estimate; not where rounding leaves its covariance indefinite, as of a few poses."""
+        size = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        own = size > 0.0
+        inside = found.covariance[np.ix_(own, own)] / np.outer(size[own], size[own])
+        if (
+            not np.isfinite(inside).all()
+            or np.linalg.eigvalsh(inside).min(initial=0.0) < INDEFINITE
+        ):
+            return False
+        self._model = found
         return True
 
     def _found(
@@ -241,8 +255,7 @@ class LiveEstimator:
         at = last.going.at()
         if last.going.newest == before or not np.isfinite(at.runs.cost):
             return False
-        self._model = _stepped(last, at)
-        return True
+        return self._state(_stepped(last, at))
 
 
 def _warm(last: Fit, recording: Recording) -> Fit | None:

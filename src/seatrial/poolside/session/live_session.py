@@ -192,7 +192,8 @@ class Session:
             self._publish(message=self._message(), lag=self._parts.estimator.lag)
 
     def _estimate(self) -> None:
-        if self._parts.estimator.work() and (model := self._parts.estimator.model()) is not None:
+        changed = self._parts.estimator.work(ended=self.drained)
+        if changed and (model := self._parts.estimator.model()) is not None:
             with self._inputs:
                 self._parts.prediction.reload(model)
 
