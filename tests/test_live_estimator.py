@@ -159,6 +159,7 @@ def test_a_clock_that_jumps_does_not_end_the_estimate(clock):
         if i % 200 == 0:
             estimator.work()
     assert estimator.log.length == pytest.approx(120.0, abs=10.0)
+    assert estimator.lag < 10.0
     assert estimator.model() is not None, estimator.problem
     whole = seatrial.identify([estimator.log.recording()], vehicle)
     assert apart(estimator.model(), whole).max() < 1.0

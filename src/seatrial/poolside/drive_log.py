@@ -143,6 +143,11 @@ class DriveLog:
         """Seconds of poses, in the order of their arrival; a clock that jumps adds `LONGEST_STEP` at most."""
         return self._length
 
+    @property
+    def newest(self) -> int | None:
+        """Stamp [ns] of the pose that arrived last; None: there is none."""
+        return self._newest
+
     def _lengthen(self, stamp: int) -> None:
         step = 0.0 if self._newest is None else 1e-9 * (stamp - self._newest)
         self._length += min(max(step, 0.0), LONGEST_STEP)

@@ -145,8 +145,12 @@ class LiveEstimator:
     @property
     def lag(self) -> float:
         """Seconds of the drive that the estimate has not used."""
-        span, found = self.log.span, self._solution
-        return 0.0 if span is None or found is None else 1e-9 * (span[1] - found.going.newest)
+        newest, found = self.log.newest, self._solution
+        return (
+            0.0
+            if newest is None or found is None
+            else max(0.0, 1e-9 * (newest - found.going.newest))
+        )
 
     def work(self, *, ended: bool = False) -> bool:
         """Do what is due, and return whether the estimate changed: milliseconds, or seconds of a search.
