@@ -187,9 +187,7 @@ async def _answered(request: Request, kind: type[T], act: Callable[[T], object])
         return PlainTextResponse(f"{refused.reason}\n", refused.status)
     except SeatrialError as error:
         return PlainTextResponse(f"{error}\n", 409)
-    except (
-        asyncio.CancelledError
-    ):  # Ctrl-C in a long answer, which the server would print as a fault
+    except asyncio.CancelledError:  # Ctrl-C: the server would print a fault
         return PlainTextResponse("the session is over\n", 503)
 
 
