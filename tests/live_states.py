@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A session that is not one: its states are set by the test, its buttons are noted."""
 
 import time

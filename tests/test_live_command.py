@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """`seatrial live` from end to end: a replay, stopped through the API of its page, and what is saved."""
 
 import json
@@ -9,12 +10,16 @@ import sys
 import threading
 import time
 import urllib.request
+from argparse import Namespace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import seatrial
+from seatrial.commands import live
 from seatrial.commands.cli import main
+from seatrial.poolside.state import LiveState, SignalState
 from seatrial.simulation.plan import load_plan
 
 PATIENCE = 120.0  # [s]
@@ -225,7 +230,8 @@ def test_without_its_packages_it_says_what_to_install(trials, monkeypatch, capsy
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
-def test_ctrl_c_keeps_the_recording(trials, tmp_path):
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_keeps_the_recording(trials, tmp_path, sent):
     port, out = free_port(), tmp_path / "drive"
     vehicle = trials / "vehicle-MP.yaml"
     program = subprocess.Popen(
@@ -238,7 +244,7 @@ def test_ctrl_c_keeps_the_recording(trials, tmp_path):
             program.stdin.write(f'{{"t": {0.1 * i:.1f}, "command": [0.1, 0, 0]}}\n')
         program.stdin.flush()
         until(port, lambda state: state["poses"] == 50)
-        program.send_signal(signal.SIGINT)
+        program.send_signal(sent)
         said, complained = program.communicate(timeout=PATIENCE)
     finally:
         program.kill()
@@ -249,3 +255,37 @@ def test_ctrl_c_keeps_the_recording(trials, tmp_path):
         out / "recording", seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
     )
     assert len(kept.stamps) == 50 and kept.eta[-1, 1] == pytest.approx(0.49)
+
+
+def test_a_drive_without_a_model_fails(trials, tmp_path, monkeypatch, capsys):
+    lines = [f'{{"t": {0.1 * i:.1f}, "pose": [0, 0, {i}]}}\n' for i in range(60)]
+    read, write = os.pipe()
+    os.write(write, "".join(lines).encode())
+    os.close(write)
+    port = free_port()
+    stop = threading.Thread(
+        target=lambda: (until(port, lambda s: s["poses"] > 0), post(port, "/api/stop", {}))
+    )
+    stop.start()
+    with os.fdopen(read) as inlet:
+        monkeypatch.setattr(sys, "stdin", inlet)
+        code = main(
+            ["live", str(trials / "vehicle-MP.yaml"), "-", "-o", str(tmp_path / "drive"), "--port", str(port),
+             "--no-browser", "--quiet"]
+        )  # fmt: skip
+        stop.join()
+    said = capsys.readouterr()
+    assert code == 1
+    assert "recording" in said.out and "next: seatrial inspect" in said.out
+    assert said.err.startswith("seatrial: The recording is saved, but there is no model")
+    assert (tmp_path / "drive" / "recording" / "poses.csv").exists()
+
+
+def test_the_line_that_mends_the_vehicle_file_is_printed_at_the_end(tmp_path, capsys):
+    wrong = SignalState("F_r", "command", 9, finding="turns the other way", edit="F_r: {sign: -1}")
+    saved = (("recording", "out/recording"), ("model", "out/model.yaml"))
+    state = LiveState(vehicle="boat", signals=(wrong,), saved=saved)
+    live._saved(Namespace(json=None), SimpleNamespace(state=lambda: state), tmp_path)
+    said = capsys.readouterr()
+    assert "F_r: turns the other way; change the vehicle file: F_r: {sign: -1}" in said.err
+    assert "next: seatrial predict out/model.yaml" in said.out

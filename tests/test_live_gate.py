@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The gate of the live page: Host, Origin, token, bodies; and what its routes answer."""
 
 import json

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """The live page in a real browser, on a laptop and on a phone: drawn, updated, its buttons, its accessibility."""
 
 import re

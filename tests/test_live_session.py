@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """A session's threads: what the page sees of events, marks, discards, faults; and the end, with fakes for the rest."""
 
 import threading

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """Many boats at once: the same table whoever did the work, what fails in its row, nothing done twice."""
 
 import json

@@ -134,13 +134,19 @@ def test_udp_is_on_loopback_unless_an_address_is_given(sender):
     again.close()
 
 
-def test_an_empty_datagram_of_the_sender_ends_it(sender):
+def test_an_empty_datagram_ends_nothing(sender):
     with datagrams("udp:0", vehicle()) as source:
         events = iter(source)
         place = ("127.0.0.1", source._endpoint.port)
-        for text in (b"pose,1,1,2,3", b""):
+        for text in (b"pose,1,1,2,3", b"", b"pose,2,1,2,3"):
             sender.sendto(text, place)
-        assert [e.kind for e in events] == ["pose"]
+        assert [next(events).stamp for _ in range(2)] == [1_000_000_000, 2_000_000_000]
+
+
+def test_a_pace_is_of_a_replay(tmp_path):
+    for text in ("-", "udp:0", "follow:here"):
+        with pytest.raises(LiveError, match=r"--speed 2: .* is for a replay"):
+            open_source(text, vehicle(), 2.0)
 
 
 @pytest.mark.parametrize(

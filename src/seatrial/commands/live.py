@@ -2,6 +2,7 @@
 """`seatrial live`."""
 
 import argparse
+import signal
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,6 +77,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.poolside.session import RECORDING, Wishes, make_session
     from seatrial.poolside.sources import open_source
 
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # keeps the recording, as Ctrl-C
     open_port = _server()
     guard(args.json, "{", args.boat, args.source, args.area)
     boat = _boat(args.boat)
@@ -111,13 +113,17 @@ def _wait(session: "Session") -> None:
 
 def _saved(args: argparse.Namespace, session: "Session", folder: Path) -> None:
     from seatrial.commands.shared.results import LiveResult
+    from seatrial.util.errors import LiveError
 
     state = session.state()
     for what, path in state.saved:
         say(f"{what:9} {path}")
-    if state.message:
-        complain(state.message)
+    for one in state.signals:
+        if one.edit:
+            complain(f"{one.name}: {one.finding}; change the vehicle file: {one.edit}")
     paths = dict(state.saved)
+    if state.message and "model" in paths:
+        complain(state.message)
     step = _next(args, paths)
     say(step)
     found = LiveResult(
@@ -125,6 +131,8 @@ def _saved(args: argparse.Namespace, session: "Session", folder: Path) -> None:
         paths.get("model"), paths.get("report"), step,
     )  # fmt: skip
     write_json(args, "live 1", found)
+    if "model" not in paths:
+        raise LiveError(state.message or "the recording is saved, but there is no model")
 
 
 def _next(args: argparse.Namespace, paths: dict[str, str]) -> str:

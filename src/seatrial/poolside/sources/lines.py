@@ -20,7 +20,10 @@ WAIT = 0.2  # [s] after which a closed source is noticed
 
 
 class LineSource(EventSource):
-    """Lines of an endpoint; JSON where a line begins with a brace, else CSV."""
+    """Lines of an endpoint; JSON where a line begins with a brace, else CSV.
+
+    No sender is followed: nothing is answered, and no empty datagram ends a session.
+    """
 
     by_columns = False
 
@@ -64,7 +67,6 @@ class LineSource(EventSource):
         except SeatrialError as error:
             self._mistakes.add(f"line {self._mistakes.total}: {error}")
             return None
-        self._endpoint.follow(line)
         stamp = arrival if found.stamp is None else found.stamp
         return SourceEvent(found.kind, stamp, found.values, arrival, found.covariance)
 

@@ -9,6 +9,7 @@ from seatrial.poolside.sources.lines import datagrams, standard_input
 from seatrial.poolside.sources.replay import ReplaySource
 from seatrial.poolside.sources.source import EventSource
 from seatrial.poolside.sources.telemetry import telemetry
+from seatrial.util.errors import LiveError
 
 
 def open_source(text: str, vehicle: Vehicle, speed: float = 1.0) -> EventSource:
@@ -18,6 +19,11 @@ def open_source(text: str, vehicle: Vehicle, speed: float = 1.0) -> EventSource:
     `follow:PATH` a table or folder that grows; else the path of a recording, replayed at `speed` times its
     pace (0: as fast as it is taken).
     """
+    live = text == "-" or text.startswith(("udp:", "mavlink:", "follow:"))
+    if live and speed != 1.0:
+        raise LiveError(
+            f"--speed {speed:g}: {text} comes at its own pace; the option is for a replay"
+        )
     if text == "-":
         return standard_input(vehicle)
     if text.startswith("udp:"):
