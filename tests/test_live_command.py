@@ -277,7 +277,9 @@ def test_a_drive_without_a_model_fails(trials, tmp_path, monkeypatch, capsys):
     said = capsys.readouterr()
     assert code == 1
     assert "recording" in said.out and "next: seatrial inspect" in said.out
-    assert said.err.startswith("seatrial: The recording is saved, but there is no model")
+    assert said.err.startswith(
+        "seatrial: The recording is saved, but there is no model: no command has come: send commands of F_u"
+    )
     assert (tmp_path / "drive" / "recording" / "poses.csv").exists()
 
 

@@ -8,7 +8,9 @@ from seatrial.boat.model import save
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.identification.methods import identify
 from seatrial.io import read
+from seatrial.poolside.recorder import FILES
 from seatrial.report import write_report
+from seatrial.util.errors import RecordingError
 from seatrial.util.progress import stage
 
 VEHICLE, MODEL, REPORT = "vehicle.yaml", "model.yaml", "report.html"
@@ -20,6 +22,10 @@ def save_drive(recording: Path, folder: Path, effects: Sequence[str] = ()) -> di
     recording: a folder with the vehicle file that reads it. A file appears when it is whole. Raises SeatrialError.
     """
     vehicle = load_vehicle(recording / VEHICLE)
+    if not (recording / FILES["command"]).exists():
+        raise RecordingError(
+            f"no command has come: send commands of {', '.join(vehicle.inputs)} beside the poses"
+        )
     with stage("reading", 0.05):
         read_back = read(recording, vehicle)
     with stage("identifying", 0.75):
