@@ -263,8 +263,9 @@ class Problem:
 
     def own_effects(self, theta: Array, recording: int) -> Array | None:
         """A recording's effects (11,), where any is free."""
-        own = np.ascontiguousarray(theta[self.effects(recording)])
-        return own if self.has_effects else None
+        if not self.has_effects:
+            return None
+        return np.ascontiguousarray(theta[self.effects(recording)])
 
     def run_filter(
         self,
