@@ -77,8 +77,8 @@ TEST_CASE("with a delay the later half of a pose waits for its time") {
   const FilterRun whole = innovations(run.problem.boat, run.problem.trace(), poses, kWhite,
                                       kOutlier, run.start, {}, true);
   const auto parts = begun(run, kWhite, {}, true, poses);
-  for (double until = 0.3; until < poses.time[poses.n - 1] + 1.0; until += 0.37) {
-    parts->advance(run.problem.trace(), poses, until);
+  for (int i = 0; 0.37 * i < poses.time[poses.n - 1] + 1.0; ++i) {
+    parts->advance(run.problem.trace(), poses, 0.3 + 0.37 * i);
   }
   check_same(*parts, whole);
 }

@@ -114,7 +114,7 @@ void Node::send_pose(std::int64_t stamp, const double* eta, const double* covari
   if (!live_.on()) return;
   const std::vector<Channel> channels = {board_.pose.x, board_.pose.y, board_.pose.heading};
   std::vector<double> spread;
-  for (std::size_t i = 0; covariance != nullptr && i < kPose * kPose; ++i) {
+  for (int i = 0; covariance != nullptr && i < kPose * kPose; ++i) {
     spread.push_back(channels[i / kPose].turn * channels[i % kPose].turn * covariance[i]);
   }
   live_.send("pose", stamp, in_file_axes(eta, channels), spread);
