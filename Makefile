@@ -89,4 +89,4 @@ $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)
 	@touch $@
 
 clean: ## remove all that was built
-	rm -rf $(VENV) build demo site .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(VENV) build demo dist site .mypy_cache .ruff_cache .pytest_cache .hypothesis
