@@ -14,6 +14,9 @@ from seatrial.simulation.trials import Trial, simulate
 from seatrial.util.frames import Array
 from tests.boats.drives import model
 
+CHANGE = {  # as `predict --live` answers to a node
+    "state": "confirmed", "cause": "mass", "what": "mass", "probability": 0.97, "size": 0.2, "error": 0.03,
+}  # fmt: skip
 SETTLED, OVER = 4.0, 24.0  # [s] of the drive, between which it is compared
 WORST = (0.003, 0.003, 0.01)  # [m/s, m/s, rad/s] RMS error of the velocity
 

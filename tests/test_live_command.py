@@ -175,6 +175,12 @@ def test_the_result_names_what_is_saved(session):
     assert {path.name for path in out.iterdir()} == {"recording", "model.yaml", "report.html"}
 
 
+def begun(trials, *arguments):
+    """The exit code of a replay on any port."""
+    boat, log = str(trials / "vehicle-MP.yaml"), str(trials / TRIAL)
+    return main(["live", boat, log, "--no-browser", "--port", "0", *arguments])
+
+
 @pytest.mark.parametrize(
     ("arguments", "fault"),
     [
@@ -191,20 +197,7 @@ def test_a_mistake_is_one_line(trials, tmp_path, monkeypatch, capsys, arguments,
     monkeypatch.chdir(tmp_path)
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").touch()
-    assert (
-        main(
-            [
-                "live",
-                str(trials / "vehicle-MP.yaml"),
-                str(trials / TRIAL),
-                "--no-browser",
-                "--port",
-                "0",
-                *arguments,
-            ]
-        )
-        == 1
-    )
+    assert begun(trials, *arguments) == 1
     told = capsys.readouterr().err
     assert fault in told and told.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["full"]  # nothing is begun
@@ -213,19 +206,7 @@ def test_a_mistake_is_one_line(trials, tmp_path, monkeypatch, capsys, arguments,
 def test_without_its_packages_it_says_what_to_install(trials, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "uvicorn", None)
     monkeypatch.delitem(sys.modules, "seatrial.poolside.web.server", raising=False)
-    assert (
-        main(
-            [
-                "live",
-                str(trials / "vehicle-MP.yaml"),
-                str(trials / TRIAL),
-                "--no-browser",
-                "--port",
-                "0",
-            ]
-        )
-        == 1
-    )
+    assert begun(trials) == 1
     assert "pip install 'seatrial[live]'" in capsys.readouterr().err
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cpp_tools import built
+from ros_drive import CHANGE
 from test_changes import drives, sent
 from test_changes import model as driven_model
 from test_model import frd
@@ -26,14 +27,6 @@ from seatrial.poolside.sources.lines import datagrams
 
 pytestmark = pytest.mark.system
 __all__ = ["driven_model", "drives", "model"]
-CHANGE = {
-    "state": "confirmed",
-    "cause": "mass",
-    "what": "mass",
-    "probability": 0.97,
-    "size": 0.2,
-    "error": 0.03,
-}
 
 
 @pytest.fixture(scope="module")

@@ -90,7 +90,7 @@ def wheels(machines: list[str], pythons: list[str], out: Path) -> Iterator[Path]
 
 
 def main() -> None:
-    """Build what is asked for, and print the sizes."""
+    """Build the chosen wheels, and print their sizes."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--arch", nargs="+", choices=MACHINES, default=MACHINES)
     parser.add_argument("--python", nargs="+", choices=PYTHONS, default=PYTHONS)

@@ -24,6 +24,7 @@ from seatrial.util.status import Status, duration_text
 LOOK = 0.2  # [s] between two looks at signals and predictions
 WORK = 0.2  # [s] between two calls of the estimator
 ADVISE = 4.0  # [s] between two pieces of advice, at least
+RELOAD = 2.0  # [s] between two models of the predictions, at least
 IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
 CHECK = 5.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
@@ -63,6 +64,7 @@ class Session:
         self._ending = threading.Event()
         self._failed: dict[str, str] = {}  # what a thread could not do
         self._saved: dict[str, str] | None = None
+        self._changed = False  # whether the estimate is newer than the predictions' model
         self._threads = [
             threading.Thread(target=run, name=name, daemon=True)
             for name, run in (("source", self._take), ("look", self._look), ("work", self._work))
@@ -177,10 +179,10 @@ class Session:
 
     def _work(self) -> None:
         """Estimate, advice, the test for a change, and the checks of signs: what takes longer."""
-        advice, check = Turn(ADVISE), Turn(CHECK)
+        advice, check, reload = Turn(ADVISE), Turn(CHECK), Turn(RELOAD)
         while not self._ending.wait(WORK):
             with self._reported("estimate"):
-                self._estimate()
+                self._estimate(reload)
             if advice.due:
                 with self._reported("advice"), advice:
                     self._advise()
@@ -191,10 +193,12 @@ class Session:
                 self._watch()
             self._publish(message=self._message(), lag=self._parts.estimator.lag)
 
-    def _estimate(self) -> None:
-        changed = self._parts.estimator.work(ended=self.drained)
-        if changed and (model := self._parts.estimator.model()) is not None:
-            with self._inputs:
+    def _estimate(self, reload: "Turn") -> None:
+        self._changed |= self._parts.estimator.work(ended=self.drained)
+        model = self._parts.estimator.model()
+        if self._changed and reload.due and model is not None:
+            self._changed = False
+            with reload, self._inputs:
                 self._parts.prediction.reload(model)
 
     def _advise(self) -> None:

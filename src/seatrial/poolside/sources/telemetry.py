@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """MAVLink as it arrives, over UDP or a serial line: the messages that a `.tlog` has, by the same definitions.
 
-It listens only: the autopilot is asked for nothing. Stamps are the autopilot's own times on this machine's
+It only listens: it sends the autopilot no request. Stamps are the autopilot's own times on this machine's
 clock; their offset is that of the least delayed message of the first `SETTLING`.
 """
 
