@@ -19,6 +19,9 @@ import numpy as np
 import pytest
 from autopilot_logs import telemetry as write_telemetry
 from autopilot_logs import trial
+from bag_tools import joy_sent, poses_sent
+from bag_tools import vehicle as bag_boat
+from mcap_writer import mcap
 from test_init_logs import proposed
 
 from seatrial.boat.vehicle import Vehicle, load_vehicle, vehicle_from
@@ -270,6 +273,15 @@ class Script:
 
     def close(self):
         pass
+
+
+def test_a_bag_that_is_cut_off_is_replayed_by_wish(tmp_path):
+    bag = mcap(tmp_path / "run.mcap", poses_sent(2.0) + joy_sent(2.0), compression="")
+    bag.write_bytes(bag.read_bytes()[:-200])
+    with pytest.raises(RecordingError, match="--salvage reads what is left"):
+        open_source(str(bag), bag_boat())
+    kinds = [event.kind for event in open_source(str(bag), bag_boat(), 0.0, salvage=True)]
+    assert {"pose", "command"} == set(kinds) and len(kinds) > 20
 
 
 def test_telemetry_is_what_the_log_of_it_reads(log, monkeypatch):

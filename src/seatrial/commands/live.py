@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_json, guard, open_page, write_json
+from seatrial.commands.shared import add_json, add_salvage, guard, open_page, write_json
 from seatrial.identification.methods import EFFECT_KINDS
 from seatrial.util.printing import complain, say
 from seatrial.workflow.fitness import Use
@@ -68,6 +68,7 @@ def add(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument("--token", metavar="T", help="secret that opens the page")
     command.add_argument("--no-browser", action="store_true", help="do not open the page")
+    add_salvage(command)
     add_json(command)
 
 
@@ -86,7 +87,7 @@ def run(args: argparse.Namespace) -> None:
     folder = args.out or Path(f"{vehicle.name.replace(' ', '-')}-{time.strftime('%Y%m%d-%H%M%S')}")
     with (
         open_port(args.address, args.port, args.token) as page,
-        open_source(args.source, vehicle, args.speed) as source,
+        open_source(args.source, vehicle, args.speed, salvage=args.salvage) as source,
     ):
         session = make_session(boat, source, folder, wishes)
         try:

@@ -12,12 +12,14 @@ from seatrial.poolside.sources.telemetry import telemetry
 from seatrial.util.errors import LiveError
 
 
-def open_source(text: str, vehicle: Vehicle, speed: float = 1.0) -> EventSource:
+def open_source(
+    text: str, vehicle: Vehicle, speed: float = 1.0, *, salvage: bool = False
+) -> EventSource:
     """The source that a text names. Raises LiveError, RecordingError, FileError.
 
     `-` standard input; `udp:PORT`, `udp:ADDRESS:PORT` lines; `mavlink:udp:PORT`, `mavlink:DEVICE:BAUD`;
     `follow:PATH` a table or folder that grows; else the path of a recording, replayed at `speed` times its
-    pace (0: as fast as it is taken).
+    pace (0: as fast as it is taken); `salvage`: what is left of a damaged bag.
     """
     live = text == "-" or text.startswith(("udp:", "mavlink:", "follow:"))
     if live and speed != 1.0:
@@ -32,4 +34,4 @@ def open_source(text: str, vehicle: Vehicle, speed: float = 1.0) -> EventSource:
         return telemetry(text, vehicle)
     if text.startswith("follow:"):
         return FollowSource(text, Path(text.removeprefix("follow:")), vehicle)
-    return ReplaySource(Path(text), vehicle, speed)
+    return ReplaySource(Path(text), vehicle, speed, salvage=salvage)

@@ -22,13 +22,15 @@ class ReplaySource(EventSource):
 
     recorded = True
 
-    def __init__(self, path: Path, vehicle: Vehicle, speed: float = 1.0) -> None:
+    def __init__(
+        self, path: Path, vehicle: Vehicle, speed: float = 1.0, *, salvage: bool = False
+    ) -> None:
         if not 0.0 <= speed <= FASTEST:
             raise LiveError(
                 f"speed {speed:g}: expected times the recording's pace, up to {FASTEST:g}; 0: as fast as possible"
             )
         self.name, self._speed, self._closed = str(path), speed, Event()
-        with open_signals(path, vehicle) as signals:
+        with open_signals(path, vehicle, salvage=salvage) as signals:
             self._conversion = Conversion(vehicle, signals)
             wanted = self._conversion.wanted
             read = signals.read(wanted)
