@@ -23,10 +23,10 @@ from seatrial.util.status import Status, duration_text
 
 LOOK = 0.2  # [s] between two looks at signals and predictions
 WORK = 0.2  # [s] between two calls of the estimator
-ADVISE = 4.0  # [s] between two pieces of advice, at least
+ADVISE = 8.0  # [s] between two pieces of advice, at least
 RELOAD = 2.0  # [s] between two models of the predictions, at least
 IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
-CHECK = 5.0  # [s] between two checks of signs and units, at least
+CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
 LONGEST_END = 5.0  # [s] until a source that is closed ends
 NANO = 1e-9  # [s]
