@@ -16,13 +16,15 @@ from seatrial.inspection.proposal.column_names import (
 from seatrial.inspection.proposal.column_pose import PoseColumns, choose_pose
 from seatrial.inspection.proposal.column_signals import (
     LISTED,
-    StampFound,
     column_of,
-    find_stamp,
     holding_tables,
     is_validity,
-    recognised,
     shown,
+)
+from seatrial.inspection.proposal.column_stamps import (
+    StampFound,
+    find_stamp,
+    recognised,
     stamp_columns,
 )
 from seatrial.inspection.proposal.sources import (
