@@ -4,8 +4,8 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from seatrial.inspection.proposal.column_names import Grade, Kind, grade
-from seatrial.inspection.proposal.column_signals import (
+from seatrial.inspection.proposal.columns.names import Grade, Kind, grade
+from seatrial.inspection.proposal.columns.signals import (
     LISTED,
     Heading,
     Position,
@@ -15,7 +15,7 @@ from seatrial.inspection.proposal.column_signals import (
     quaternions,
     weighed,
 )
-from seatrial.inspection.proposal.column_stamps import (
+from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
     find_stamp,
     given_stamp,

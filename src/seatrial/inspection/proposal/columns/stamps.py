@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.inspection.proposal.column_names import (
+from seatrial.inspection.proposal.columns.names import (
     Grade,
     Kind,
     family,
@@ -14,7 +14,7 @@ from seatrial.inspection.proposal.column_names import (
     order,
     read_name,
 )
-from seatrial.inspection.proposal.column_signals import shown
+from seatrial.inspection.proposal.columns.signals import shown
 from seatrial.inspection.proposal.sources import Recognised, Sureness
 from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
 

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.inspection.proposal.column_choice import HEADING_KEYS, given_columns, pose_signals
-from seatrial.inspection.proposal.column_heading import Psi, psi_of, sense_by_motion
-from seatrial.inspection.proposal.column_names import Kind, read_name
-from seatrial.inspection.proposal.column_signals import (
+from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, given_columns, pose_signals
+from seatrial.inspection.proposal.columns.heading import Psi, psi_of, sense_by_motion
+from seatrial.inspection.proposal.columns.heading_sense import Sense
+from seatrial.inspection.proposal.columns.names import Kind, read_name
+from seatrial.inspection.proposal.columns.signals import (
     Heading,
     Position,
     headings,
@@ -19,13 +20,12 @@ from seatrial.inspection.proposal.column_signals import (
     positions,
     shown,
 )
-from seatrial.inspection.proposal.column_stamps import (
+from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
     find_stamp,
     recognised,
 )
-from seatrial.inspection.proposal.column_yaw_rate import find_yaw_rate, seconds_of
-from seatrial.inspection.proposal.heading_sense import Sense
+from seatrial.inspection.proposal.columns.yaw_rate import find_yaw_rate, seconds_of
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.schema import TO_SI, Column
-from seatrial.inspection.proposal.column_heading import Psi
-from seatrial.inspection.proposal.column_signals import (
+from seatrial.inspection.proposal.columns.heading import Psi
+from seatrial.inspection.proposal.columns.heading_sense import rate_factor
+from seatrial.inspection.proposal.columns.signals import (
     LEAST_CORRELATION,
     Heading,
     column_of,
@@ -17,11 +18,10 @@ from seatrial.inspection.proposal.column_signals import (
     shown,
     yaw_rates,
 )
-from seatrial.inspection.proposal.column_stamps import (
+from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
     find_stamp,
 )
-from seatrial.inspection.proposal.heading_sense import rate_factor
 from seatrial.inspection.proposal.sources import (
     Recognised,
     Sureness,

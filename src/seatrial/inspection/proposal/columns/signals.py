@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.inspection.proposal.column_names import (
+from seatrial.inspection.proposal.columns.names import (
     Grade,
     Kind,
     family,
