@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: MIT
 # ruff: noqa: E501 (sentences)
-"""docs/troubleshooting.md: messages, what they mean, what to do.
+"""Messages, what they mean, what to do: a page of the site (tools/generated.py).
 
-python tools/troubleshooting.py       # after a change of a message
+python tools/troubleshooting.py dead zone      # entries with these words; none: all
 
 Sentences and advice are the program's own: findings, faults, health. Only meanings are written here; a test
 compares, and finds every error below in the source.
 """
 
 import re
+import sys
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 from seatrial import _core
 from seatrial.boat.finding_kinds import FindingKind
 from seatrial.recording.pose_faults import FaultKind
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "troubleshooting.md"
 HEAD = """\
 # Troubleshooting
 
-Made by `tools/troubleshooting.py`. Search this page for words of your message; *…* stands for names and numbers of
-your data. Each entry: the message, what it means, what to do.
+Search this page for words of your message; *…* stands for names and numbers of your data. Each entry: the message,
+what it means, what to do.
 """
 K = FindingKind
 
@@ -223,5 +222,11 @@ def page() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def found(words: str) -> str:
+    """Entries that contain these words, in any case."""
+    entries = re.findall(r"^- .*(?:\n  .*)*", page(), re.MULTILINE)
+    return "\n".join(one for one in entries if words.lower() in one.lower())
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    print(found(" ".join(sys.argv[1:])))
