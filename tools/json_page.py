@@ -12,6 +12,7 @@ import enum
 import inspect
 import re
 import sys
+import textwrap
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -131,12 +132,14 @@ def page() -> str:
 
 def short() -> str:
     """The page in the repository."""
-    kinds = [f"| `{name}` | {', '.join(f'`{k}`' for k in SCHEMAS[name])} |" for name in COMMANDS]
+    kinds = [f"`{kind}`".replace(" ", "~") for name in COMMANDS for kind in SCHEMAS[name]]
+    text = f"Kinds, in the order of `seatrial --help`: {', '.join(kinds)}."
+    listed = [line.replace("~", " ") for line in textwrap.wrap(text, 120)]
     note = (
         "Fields of one command, with type, unit and meaning: `python tools/json_page.py validate`. `make docs` writes\n"
         "those of all commands into this page of the site.\n"
     )
-    return "\n".join([HEAD, note, "| command | kinds |", "|---|---|", *kinds]) + "\n"
+    return "\n".join([HEAD, note, *listed]) + "\n"
 
 
 if __name__ == "__main__":

@@ -100,11 +100,11 @@ def plain(signature: str) -> str:
 def names() -> list[str]:
     """Commands, each with its purpose, and the library's names."""
     chosen = next(a for a in make_parser()._actions if isinstance(a, argparse._SubParsersAction))
-    rows = [f"| `{action.dest}` | {action.help} |" for action in chosen._choices_actions]
+    rows = [f"- `{action.dest}`: {action.help}" for action in chosen._choices_actions]
     library = ", ".join(f"`{name}`" for name in seatrial.__all__)
     text = f"`import seatrial`, then `help(seatrial.NAME)`: {library}."
     lines = ["## Commands", "", "`seatrial COMMAND --help` lists the options and shows examples.", ""]
-    lines += ["| command | |", "|---|---|", *rows, "", "## Library", ""]
+    lines += [*rows, "", "## Library", ""]
     return [*lines, *textwrap.wrap(text, 120, break_on_hyphens=False)]
 
 
