@@ -127,6 +127,14 @@ def test_predictions_that_are_worse_than_expected_are_not_enough():
     assert "3.00 of the expected" in verdict.states[0].reason
 
 
+def test_errors_that_are_tiny_beside_the_motion_need_no_comparison():
+    verdict = Enough((Use.ODOMETRY,))
+    verdict.update(0.0, known_boat(0.01), [PredictionState("surge", 3e-5, 1e-6, 0.1)])
+    assert verdict.states[0].level == "fit"
+    verdict.update(1.0, known_boat(0.01), [PredictionState("surge", 3e-3, 1e-4, 0.1)])
+    assert verdict.states[0].level == "not fit"
+
+
 def test_an_unstable_model_is_fit_for_nothing():
     model = known_boat(0.01)
     pushed = np.where(np.arange(11) == model.parameters.index("X_uu"), 5.0, model.coefficients)
