@@ -211,10 +211,10 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--boats", type=int, default=12, help="of the fleet")
     parser.add_argument("--branches", help=f"with commas, of {', '.join(BRANCHES)}; default all")
     parser.add_argument("--no-ship", action="store_true", help="without the real ship")
-    parser.add_argument("--processes", type=int, help="default: as many as cores")
+    command.with_workers(parser)
     given = parser.parse_args(arguments)
     wanted = jobs(given)
-    rows = gathered(work, wanted, given.processes)
+    rows = gathered(work, wanted, given.workers)
     print(summary([(job[0], row) for job, row in zip(wanted, rows, strict=True)]))
 
 
