@@ -9,7 +9,7 @@ from typing import TextIO
 
 import msgspec
 
-from seatrial.fleet.boat_work import REPORT, failed, work_on_boat
+from seatrial.fleet.boat_work import REPORT, RESULT, failed, work_on_boat
 from seatrial.fleet.fleet_file import BOATS, Boat, Fleet
 from seatrial.fleet.kinds import SIGNIFICANCE, Compared, compare_kind
 from seatrial.fleet.page import write_fleet_page
@@ -22,6 +22,10 @@ from seatrial.util.progress import stage
 
 JSON, PAGE, LOCK = "fleet.json", "fleet.html", ".lock"
 REPORT_SHARE = 0.01  # of the time
+ELSEWHERE = (
+    "its worker wrote the results to its own {out}, which this computer does not see: give a folder with -o that "
+    "all computers share"
+)
 
 
 @dataclass(frozen=True)
@@ -96,10 +100,12 @@ def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResul
         with stage(f"boats {len(found)}/{len(boats)}{words}", 1.0 / len(todo)):
             place, outcome = next(ended)
         boat = boats[todo[place]]
-        found[todo[place]] = (
-            failed(boat, _in_words(outcome)) if isinstance(outcome, Exception) else outcome
-        )
-        without += found[todo[place]].error is not None
+        if isinstance(outcome, Exception):
+            outcome = failed(boat, _in_words(outcome))
+        elif not (out / BOATS / boat.name / RESULT).is_file():
+            outcome = failed(boat, ELSEWHERE.format(out=out))
+        found[todo[place]] = outcome
+        without += outcome.error is not None
     yield from (found[place] for place in range(len(boats)))
 
 
