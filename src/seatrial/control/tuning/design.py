@@ -136,7 +136,7 @@ def gains_for(
 ) -> tuple[Gains, Gains, Gains]:
     """Gains of the three axes, each by its delay and its least drag; none where there is no thrust."""
     rule = pid_gains if action == "pid" else pd_gains
-    delay, drag = boat.actuators.delay + hold, boat.drag.min(axis=0)
+    delay, drag = boat.actuators.delay + hold, np.maximum(boat.loop_drag.min(axis=0), 0.0)
     surge, sway, yaw = (
         rule(knob, float(delay[i]), float(drag[i])) if i in boat.driven else NO_GAINS
         for i in range(3)

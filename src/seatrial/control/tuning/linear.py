@@ -91,6 +91,19 @@ class LinearBoat:
         """Linear drag (m, 3) [1/s] of each axis."""
         return np.asarray(-np.einsum("mii->mi", self.slopes))
 
+    @cached_property
+    def loop_drag(self) -> Array:
+        """Drag (m, 3) [1/s] that the gains of each axis are for; of yaw beside a free sway, the slow one.
+
+        Where sway has no thrust, v follows r: the static gain of yaw is that of A_rr - A_rv A_vr / A_vv.
+        """
+        found = self.drag.copy()
+        if 1 not in self.driven:
+            A = self.slopes
+            slow = A[:, 2, 2] - A[:, 2, 1] * A[:, 1, 2] / np.minimum(A[:, 1, 1], -1e-9)
+            found[:, 2] = np.minimum(found[:, 2], -slow)
+        return found
+
 
 def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
     """The model about rest and its fastest steady motions, or about `speeds` (m, 3).
