@@ -108,7 +108,8 @@ def main(arguments: Sequence[str]) -> None:
         jobs = [(seed,) for seed in range(given.seeds)]
         store.run(given.results, jobs, one, present, given.processes)
     known = store.chosen(store.read(given.results), present, any_code=given.any_code)
-    made = tables([record for record in known if record["job"][0] < given.seeds])
+    seeds = [record for record in known if record["job"][0] < given.seeds]
+    made = tables([record for record in seeds if "failed" not in record])
     print(*made.values(), sep="\n\n")
     if given.write:
         refill(PAGE, made)

@@ -13,6 +13,7 @@ from seatrial.boat.model import Model
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.recording.recording import Recording
+from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Mask
 
 NANO = 1e9
@@ -21,7 +22,10 @@ Record = dict[str, Any]
 
 def one(seed: int) -> Record:
     """The record of a seed; the weather of its drive without a change is that of its number."""
-    model = identified(seed)
+    try:
+        model = identified(seed)
+    except SeatrialError as error:
+        return {"failed": str(error)}
     before = drop_out_errors(unseen(None, seed), model)
     weather = list(WEATHER)[seed % len(WEATHER)]
     return {

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Likelihood of the last seconds about the unchanged boat, by filters that go on with the drive.
 
-`Window.quadratic` filters the poses of a window anew for each test. Here each pose is filtered once for each noise.
+`Window.quadratic` filters the poses of a window anew for each test. Here each noise's filter uses a pose once.
 A window is the difference of the sums at its ends. The filter knows the state at the window's start from earlier
 poses. So the evidence is close to that of `Window.quadratic`, not equal: it chooses the windows that are worth
 the full test.
