@@ -25,6 +25,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FrameType
+from unittest.mock import patch
 
 import autopilot_logs
 import bag_tools
@@ -56,7 +57,7 @@ AUTOPILOTS = {
     "run.tlog": autopilot_logs.telemetry,
 }
 LONG_LOG = 200_000  # [bytes]
-SHORT_LOGS = 19  # for each of two minutes, of which `init` can propose a file
+SHORT_LOGS = 29  # for each of two minutes, of which `init` can propose a file
 PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file
 
 
@@ -119,7 +120,8 @@ def log_seeds() -> dict[str, list[Data]]:
             text = init(path, choices=Choices(axes="forward-right-down")).text
             PROPOSED[file] = vehicle_from(yaml.safe_load(text), file)
             found.append({file: path.read_bytes()})
-            write(path, autopilot_logs.trial(seconds=4.0))
+            with patch.multiple(autopilot_logs, ARMED=0.4, DISARMED=0.2):  # so that motors run
+                write(path, autopilot_logs.trial(seconds=2.0))
             found += SHORT_LOGS * [{file: path.read_bytes()}]
     return {"log": found}
 
@@ -326,8 +328,9 @@ def _log(path: Path) -> str:
     """All fields of all topics; then the recording by the whole log's vehicle file, or a new proposal."""
     formats._opened.cache_clear()  # a case may have the size and, to the clock's tick, the time of the one before
     log = open_log(path)
-    for topic in log.topics.values():
-        (samples,) = log.read([Wanted(topic.name, topic.fields)])
+    topics = [*log.topics.values()]
+    read = log.read([Wanted(topic.name, topic.fields) for topic in topics])
+    for topic, samples in zip(topics, read, strict=True):
         assert len(samples.stamps) + samples.dropped <= topic.messages
         assert samples.values.shape == (len(samples.stamps), len(topic.fields))
     size = path.stat().st_size
