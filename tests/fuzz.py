@@ -23,6 +23,7 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from unittest.mock import patch
@@ -135,6 +136,13 @@ def tf_content() -> dict[str, object]:
     """Poses from tf."""
     frames = {"topic": "/tf", "parent": "map", "child": "base_link"}
     return bag_tools.vehicle(pose=frames).to_mapping()
+
+
+@cache
+def boat(*, tree: bool) -> tuple[Vehicle, str]:
+    """What reads good files, and its file. Building one costs more than most of the reading."""
+    content = tf_content() if tree else vehicle_content()
+    return bag_tools.vehicle_from(content, "vehicle.yaml"), dump_yaml(content)
 
 
 def _whole_vehicle() -> dict[str, object]:
@@ -310,14 +318,11 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
         if kind == "log":
             return _log(path)
         tree = any(b"TFMessage" in content for content in files.values())
-        vehicle = bag_tools.vehicle_from(
-            tf_content() if tree else vehicle_content(), "vehicle.yaml"
-        )
         if kind == "inspect":
             return _inspected(path, tree=tree)
         if kind in ("csv", "parquet", "mat", "hdf"):
             look(path)
-        seatrial.read(path, vehicle, salvage=salvage)
+        seatrial.read(path, boat(tree=tree)[0], salvage=salvage)
     except SeatrialError as error:
         _one_line(str(error))
         return "salvage refused" if salvage else "refused"
@@ -346,7 +351,7 @@ def _inspected(path: Path, *, tree: bool) -> str:
     from seatrial.commands.cli import main as command_line
 
     vehicle = path.parent / "vehicle.yaml"
-    vehicle.write_text(dump_yaml(tf_content() if tree else vehicle_content()))
+    vehicle.write_text(boat(tree=tree)[1])
     said, told = io.StringIO(), io.StringIO()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(told):
         code = command_line(["inspect", "-q", str(path), "--vehicle", str(vehicle)])
