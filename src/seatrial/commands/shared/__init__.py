@@ -198,8 +198,8 @@ def add_places(command: argparse.ArgumentParser) -> None:
     """--lever and --thrusters."""
     command.add_argument(
         "--lever", nargs=2, type=float, metavar=("X", "Y"),
-        help="the measured point from the boat's origin [m]: ahead, and to port; in forward-right-down axes, "
-        "as of an autopilot's log, to starboard",
+        help="the measured point from the boat's origin (middle of the thrusters; of two astern the centre of "
+        "mass) [m]: ahead, and to port; in forward-right-down axes, as of an autopilot's log, to starboard",
     )  # fmt: skip
     command.add_argument(
         "--thrusters", metavar="PLACES",
