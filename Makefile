@@ -3,7 +3,8 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 CORE   := core/CMakeLists.txt core/bindings/CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
-PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# no bytecode at installation: half of its CPU time; an import makes what it needs
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
 # small matrices on few cores: more threads in BLAS only get in each other's way
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --durations 40

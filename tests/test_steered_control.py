@@ -218,7 +218,9 @@ def test_it_keeps_station_as_far_as_it_can(found):
 
 def test_a_course_is_fitted_to_what_the_angle_can(found):
     slow = fitted(Eight(30.0, 12.0), found)
-    assert 0.2 < slow.shape.at(0.0)[1, 0] * 2.0 * np.pi / slow.duration < 1.3 or slow.duration > 30.0
+    assert (
+        0.2 < slow.shape.at(0.0)[1, 0] * 2.0 * np.pi / slow.duration < 1.3 or slow.duration > 30.0
+    )
     with pytest.raises(ControlError, match="can't follow this course"):
         fitted(Eight(1.0, 0.4), found)
 

@@ -22,7 +22,9 @@ FAULTS: Final = (
     "needs curves of thrust and angle that rise outside their dead zones",
     "needs a thrust ahead that gives surge",
 )
-LEAST_YAW = 1e-6  # yaw over surge acceleration by full commands [1/m]; below it the angle has no effect
+LEAST_YAW = (
+    1e-6  # yaw over surge acceleration by full commands [1/m]; below it the angle has no effect
+)
 
 
 def steering_of(model: Model, limit: float = 1.0) -> _core.Steering | None:
