@@ -288,7 +288,7 @@ def main(arguments: Sequence[str]) -> None:
     given = parser.parse_args(arguments)
     present = store.code("ablation")
     if given.verb == "run":
-        store.run(given.results, jobs(given), work, present, given.processes)
+        store.run(given.results, jobs(given), work, present, given.workers)
         return
     records = store.chosen(store.read(given.results), present, any_code=given.any_code)
     text = summary(records)
