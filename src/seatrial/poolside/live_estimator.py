@@ -143,6 +143,11 @@ class LiveEstimator:
         return " ".join(text for text in (self._problem, self.log.message) if text)
 
     @property
+    def whole(self) -> bool:
+        """Whether the drive is long enough for `identify`; before, standard errors assume white innovations."""
+        return self._solution is not None and self._solution.thorough > 0.0
+
+    @property
     def trust(self) -> float:
         """Information that the drive turned out to have, over what the noise promised; at most 1."""
         found = self._solution

@@ -55,6 +55,7 @@ class SignalHealth:
             0,
         )  # judged [ns] of stamps, examined [ns] of now
         self._two_places = ""
+        self._remark = Found("ok", "")
         self._lock = Lock()
 
     def use(self, kind: EventKind, stamp: int, values: Array, arrival: int) -> None:
@@ -64,6 +65,10 @@ class SignalHealth:
             if kind not in self._streams:
                 self._streams[kind] = SignalStream(kind, arrival, len(values))
             self._streams[kind].add(stamp, values, arrival)
+
+    def remark(self, text: str, *, usable: bool = True) -> None:
+        """What the poses of the drive so far show as a whole; empty: nothing."""
+        self._remark = Found("warning" if usable else "error", text)
 
     def check(self, recording: Recording) -> None:
         """Signs, units and order by the drive so far; takes tenths of a second."""
@@ -121,12 +126,14 @@ class SignalHealth:
         if index is not None:
             yield from command_findings(name, stream, index, now)
             return
-        if self._two_places:
+        if self._remark.text:  # which makes jumps of its own
+            yield self._remark
+        elif self._two_places:
             yield Found("error", self._two_places)
         line = heading_in_degrees(self._vehicle) if self._by_columns else ""
         yield from degree_findings(stream, line)
         yield from frozen_findings(stream, self._streams.get("command"), now)
-        if stream.kind in PLACED:
+        if stream.kind in PLACED and not self._remark.text:
             yield from jump_findings(self._jumps)
 
     def _examine(self, now: int) -> None:
