@@ -73,7 +73,7 @@ class Parted:
         estimator = SimpleNamespace(
             use=lambda *given: self.used.append(given), discard=lambda *given: note.append(("estimate", *given)),
             work=self._work, model=lambda: None, problem="", lag=0.0, trust=1.0, whole=True,
-            log=SimpleNamespace(recording=self._recording, doubt=""),
+            log=SimpleNamespace(recording=self._recording, doubt="", coarse=False),
         )  # fmt: skip
         recorder = SimpleNamespace(
             use=self._record, mark=lambda *given: note.append(("mark", *given)),

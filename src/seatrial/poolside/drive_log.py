@@ -106,6 +106,7 @@ class DriveLog:
         self._newest: int | None = None  # [ns] stamp of the pose that arrived last
         self._length = 0.0  # [s]
         self.doubt = ""  # what the last recording of the whole drive shows of the poses
+        self.coarse = False  # whether that is a rounding by which estimates are off
         self._lock = threading.Lock()
 
     def add(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
@@ -206,7 +207,8 @@ class DriveLog:
             texts.append(text)
         if start is None and end is None:
             self.doubt = next((text for text in texts if text), "")
-            self.doubt = self._coarse(tables) or self.doubt
+            coarse = self._coarse(tables)
+            self.coarse, self.doubt = bool(coarse), coarse or self.doubt
         whole = with_enough_poses(recording_of_signals(self.vehicle, lambda kind, _: tables[kind]))
         return _without(whole, discarded)
 
@@ -216,7 +218,7 @@ class DriveLog:
         try:
             return coarse_position(self.vehicle.name, places)
         except RecordingError as error:
-            self.doubt = str(error)
+            self.coarse, self.doubt = True, str(error)
             raise
 
     def _table(self, kind: str, start: int | None, end: int | None) -> tuple[Stamps, Array]:

@@ -34,6 +34,7 @@ from seatrial.util.frames import Array
 
 SETTLED = 2.0  # [s] of poses after a jump that show whether it is one
 EXAMINED = 1.0  # [s] between two examinations of the poses
+TIMED = 0.8  # [s] between two looks at the timing of the signals
 RANK: dict[Level, int] = {"ok": 0, "warning": 1, "error": 2}
 PLACED: tuple[EventKind, ...] = ("pose", "position")
 
@@ -47,6 +48,8 @@ class SignalHealth:
     def __init__(self, vehicle: Vehicle, *, by_columns: bool = True) -> None:
         self._vehicle, self._by_columns = vehicle, by_columns
         self._streams: dict[EventKind, SignalStream] = {}
+        self._timings: dict[EventKind, StreamTiming] = {}
+        self._timed = 0  # [ns] of now
         self._edits: tuple[Edit, ...] = ()
         self._begin: int | None = None  # [ns]
         self._jumps, self._judged, self._examined = (
@@ -79,8 +82,10 @@ class SignalHealth:
         with self._lock:
             self._begin = now if self._begin is None else self._begin
             self._examine(now)
-            timings = {kind: stream.timing() for kind, stream in self._streams.items()}
-            return tuple(self._states(now, timings))
+            if now - self._timed >= TIMED / NANO or self._timings.keys() != self._streams.keys():
+                self._timed = now
+                self._timings = {kind: one.timing() for kind, one in self._streams.items()}
+            return tuple(self._states(now, self._timings))
 
     def _states(self, now: int, timings: dict[EventKind, StreamTiming]) -> Iterator[SignalState]:
         split = not {"position", "heading"}.isdisjoint(self._streams)

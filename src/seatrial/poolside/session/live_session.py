@@ -16,7 +16,7 @@ from seatrial.poolside.session.saving import save_drive
 from seatrial.poolside.session.track import Row, Track
 from seatrial.poolside.sources import SourceEvent
 from seatrial.poolside.state import LiveState, SignalState
-from seatrial.util.errors import LiveError, RecordingError, SeatrialError
+from seatrial.util.errors import LiveError, SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.progress import show_progress
 from seatrial.util.status import Status, duration_text
@@ -229,10 +229,8 @@ class Session:
         log, health = self._parts.estimator.log, self._parts.health
         try:
             recording = log.recording()
-        except RecordingError:
-            health.remark(log.doubt, usable=False)
-            raise
-        health.remark(log.doubt)
+        finally:
+            health.remark(log.doubt, usable=not log.coarse)
         health.check(recording)
 
     def _watch(self) -> None:
