@@ -198,7 +198,10 @@ class LiveEstimator:
 
     def _state(self, found: Model) -> bool:
         """Make it the estimate; not where rounding leaves its covariance indefinite, as of a few poses."""
-        size = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        variance = np.diag(found.covariance)
+        if variance.min(initial=0.0) < 0.0:
+            return False
+        size = np.sqrt(variance)
         own = size > 0.0
         inside = found.covariance[np.ix_(own, own)] / np.outer(size[own], size[own])
         if (
