@@ -72,15 +72,20 @@ class Parted:
         note = self.notes
         estimator = SimpleNamespace(
             use=lambda *given: self.used.append(given), discard=lambda *given: note.append(("estimate", *given)),
-            work=self._work, model=lambda: None, problem="", lag=0.0, trust=1.0,
-            log=SimpleNamespace(recording=self._recording),
+            work=self._work, model=lambda: None, problem="", lag=0.0, trust=1.0, whole=True,
+            log=SimpleNamespace(recording=self._recording, doubt="", coarse=False),
         )  # fmt: skip
         recorder = SimpleNamespace(
             use=self._record, mark=lambda *given: note.append(("mark", *given)),
             discard=lambda *given: note.append(("recording", *given)),
             finish=lambda: note.append(("finish",)) or folder / "recording", close=lambda: note.append(("close",)),
         )  # fmt: skip
-        health = SimpleNamespace(use=lambda *_: None, states=lambda _: (), check=lambda _: None)
+        health = SimpleNamespace(
+            use=lambda *_: None,
+            states=lambda _: (),
+            check=lambda *_: None,
+            remark=lambda *_, **__: None,
+        )
         self.looks = []
         prediction = SimpleNamespace(
             use=lambda *_: None, reload=lambda _: None, states=lambda: self.looks.append(1) or (),
