@@ -339,7 +339,9 @@ def test_a_live_session_hears_the_node(ros, played, known, trial, tmp_path):
     assert str(out / "recording") in complained
     vehicle = seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
     kept = seatrial.read(out / "recording", vehicle)
-    sent = {s + BAG_EPOCH: row for s, row in zip(trial.pose_stamps.tolist(), trial.pose, strict=True)}
+    sent = {
+        s + BAG_EPOCH: row for s, row in zip(trial.pose_stamps.tolist(), trial.pose, strict=True)
+    }
     assert set(kept.stamps.tolist()) <= set(sent)
     assert len(kept.stamps) > 0.9 * len(sent)
     of_bag = np.array([sent[stamp] for stamp in kept.stamps.tolist()])

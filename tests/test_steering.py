@@ -13,7 +13,7 @@ from seatrial.boat.model import load, save
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.export import export
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.util.errors import AllocationError, ControlError, ExportError, SeatrialError
+from seatrial.util.errors import AllocationError, ExportError, SeatrialError
 
 OPEN = {
     "offset_deg": "estimate", "rate_deg": "estimate", "dead_zone": "estimate", "angle_deg": "estimate",
@@ -187,12 +187,11 @@ def test_exports_refuse_an_angle_in_one_line(tmp_path, to):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("design", "error"), [(seatrial.tune, ControlError), (seatrial.Allocator, AllocationError)]
-)
-def test_control_design_refuses_an_angle_in_one_line(design, error):
-    with pytest.raises(error, match=r"helm is an angle .*takes thrusters in fixed directions"):
-        design(known())
+def test_schemes_for_fixed_thrusters_refuse_an_angle_in_one_line():
+    with pytest.raises(
+        AllocationError, match=r"helm is an angle .*takes thrusters in fixed directions"
+    ):
+        seatrial.Allocator(known())
 
 
 def test_the_example_of_the_documentation_is_a_vehicle():
