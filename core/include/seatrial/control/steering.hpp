@@ -10,6 +10,7 @@
 #include "seatrial/actuators/chain.hpp"
 #include "seatrial/control/allocator_curve.hpp"
 #include "seatrial/model/dynamics.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 
