@@ -212,7 +212,8 @@ def test_running_filters_know_the_evidence_of_a_window(model, drives, cause):
             compared.append([log_ratio(means(space, one)) for one in logs])
     goes_on, alone = np.array(compared).T
     assert len(compared) > 15
-    assert np.abs(goes_on - alone).max() < 2.0 + 0.2 * np.abs(alone).max()
+    # its windows begin and end up to 2 s earlier
+    assert np.median(np.abs(goes_on - alone)) < 1.0 + 0.15 * np.median(np.abs(alone))
     assert (np.median(alone) > 10.0) == (np.median(goes_on) > 10.0) == (cause == BATTERY)
 
 
@@ -339,6 +340,30 @@ def test_scores_that_scatter_more_than_stated_count_as_much_less():
     once, twice = np.mean(found, axis=0)
     assert once == pytest.approx(1.1, abs=0.1)  # 1 at least, so a little more
     assert twice == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize("gap", [3, 10, 35, 120])
+def test_a_pause_of_the_poses_does_not_end_the_test(model, drives, gap):
+    """Lifted out, loaded, put back: the change is noticed after the pause."""
+    before = sent(drives[NO_CHANGE].cut(0.0, 15.0))
+    changed = sent(drives[BATTERY].cut(0.0, 40.0))
+    shift = before[-1][0] + gap * NANO - changed[0][0]
+    detector = ChangeDetector(model)
+    assert not findings(detector, before)
+    after = findings(detector, [(t + shift, kind, values) for t, kind, values in changed])
+    assert [change.state for change in after] == [ChangeState.NOTICED]
+    assert (after[0].stamp - changed[0][0] - shift) / NANO < 30.0
+
+
+def test_rows_of_a_clock_that_is_set_back_do_not_mix_with_later_ones(model, drives):
+    """By 30 s: when the stamps come by again, the rows of the first time are gone."""
+    first = sent(drives[NO_CHANGE].cut(0.0, 30.0))
+    later = sent(drives[BATTERY].cut(0.0, 75.0))
+    shift = first[0][0] - later[0][0]
+    detector = ChangeDetector(model)
+    assert not findings(detector, first)
+    after = findings(detector, [(t + shift, kind, values) for t, kind, values in later])
+    assert [change.state for change in after] == [ChangeState.NOTICED, ChangeState.CONFIRMED]
 
 
 def test_a_change_is_not_withdrawn_for_want_of_poses(model, drives):

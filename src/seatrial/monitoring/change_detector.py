@@ -100,6 +100,7 @@ class ChangeDetector:
         if now is None or not self.due:
             return None
         if self._next is not None and now < self._next - self._every:  # the clock was set back
+            self._log.drop_after(now)
             self._begin_at(now)
             self._noticed = None if self._noticed is None else now
         self._next = now + self._every

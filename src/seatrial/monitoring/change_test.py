@@ -43,10 +43,20 @@ class FittedChange(Evidence):
 def linear_evidences(space: ChangeSpace, quadratics: Sequence[Quadratic]) -> Array:
     """Log evidences (changes, noises) with every change linear in its unknowns, about the unchanged boat.
 
-    Closed forms, without a search.
+    Closed forms, without a search. -inf: with this noise no boat is as probable as the unchanged one with another.
     """
-    roots = [np.hstack([space.root, space.slopes[one.cause, one.what]]) for one in space.changes]
-    return np.array([[_normal_evidence(one, root) for one in quadratics] for root in roots])
+    found = np.full((len(space.changes), len(quadratics)), -np.inf)
+    unchanged = [_normal_evidence(one, space.root) for one in quadratics]
+    enough = max(unchanged) - NEGLIGIBLE
+    for change, logs in zip(space.changes, found, strict=True):
+        if not change.unknowns:
+            logs[:] = unchanged
+            continue
+        root = np.hstack([space.root, space.slopes[change.cause, change.what]])
+        for i, one in enumerate(quadratics):
+            if one.most > enough:
+                logs[i] = _normal_evidence(one, root)
+    return found
 
 
 def means(space: ChangeSpace, logs: Array) -> list[Evidence]:

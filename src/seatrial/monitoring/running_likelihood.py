@@ -75,13 +75,18 @@ class RunningLikelihood:
         if not self._filters:
             self._begin(log, since, until)
             return
+        latest = self._filters[0].newest
         try:
-            part = log.recording(max(since, self._newest - CONTEXT), until)
+            part = log.recording(max(since, latest - CONTEXT), until)
         except RecordingError:
             return  # too few poses: the next part has these, too
+        if part.origin > latest:
+            self.restart()  # the filters have no pose to go on from
+            return
         before, poses = self._newest, self._marks[-1].poses
+        trace, series = self._filters[0].along(part)  # the same for all noises
         for one in self._filters:
-            one.advance(part, until)
+            one.go_on(trace, series, until)
         new = part.valid & (part.stamps > before) & (part.stamps <= until)
         self._mark(until, poses + int(new.sum()))
 
