@@ -485,6 +485,34 @@ def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
     assert np.hypot(*np.diff(pose, axis=0).T).max() < 0.05
 
 
+def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path):
+    rows = sent(drives[BATTERY].cut(0.0, 30.0))
+    at, middle = rows[900][0], 900
+    odd = [
+        f'{{"stamp": {at}, "pose": [NaN, 0, 0]}}',
+        f'{{"stamp": {at}, "pose": [1e300, 0, 0]}}',
+        f'{{"stamp": {at - 100 * NANO}, "pose": [0, 0, 0]}}',
+        f'{{"stamp": {at + 3600 * NANO}, "pose": [1, 1, 1]}}',
+        '{"adapt": true}',
+        "rubbish",
+    ]
+    path, said = tmp_path / "model.yaml", []
+    seatrial.save(model, path)
+    text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
+    source = Lines([*text[:middle], *odd, *text[middle:]])
+    serve(path, source, Settings(), said.append, Adaptation(ChangeDetector(model)))
+    expected = [
+        "line 901: JSON is malformed", "line 902: pose at", "line 903: pose at", "line 904: pose at",
+        "line 905: adapt: no confirmed change of the boat; the model stays", "line 906: JSON is malformed",
+        "boat changed (noticed): battery", "6 of",
+    ]  # fmt: skip
+    assert len(said) == len(expected)
+    assert all(line.startswith(begin) for line, begin in zip(said, expected, strict=True))
+    assert "a number is NaN, infinite or out of range" in said[1]
+    assert "its stamp is 100.0 s before the newest one; if the clock was set back" in said[2]
+    assert "its stamp is 3600.0 s after the newest one; the next input is used if" in said[3]
+
+
 @pytest.mark.system
 def test_live_adapts_on_request(model, drives, tmp_path):
     rows = sent(drives[BATTERY])
