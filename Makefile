@@ -5,6 +5,9 @@ BIN    := $(VENV)/bin
 CORE   := core/CMakeLists.txt core/bindings/CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
+# compiled modules are kept, whatever the environment says: else every worker and every `seatrial` compiles them again
+export PYTHONDONTWRITEBYTECODE :=
+
 # small matrices on few cores: more threads in BLAS only get in each other's way
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --durations 40
 # a process more than cores: system tests wait for other programs
