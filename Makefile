@@ -6,6 +6,9 @@ CORE   := core/CMakeLists.txt core/bindings/CMakeLists.txt $(shell find core/inc
 # no bytecode at installation: half of its CPU time; an import makes what it needs
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 
+# compiled modules are kept, whatever the environment says: else every worker and every `seatrial` compiles them again
+export PYTHONDONTWRITEBYTECODE :=
+
 # small matrices on few cores: more threads in BLAS only get in each other's way
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --durations 40
 # a process more than cores: system tests wait for other programs
