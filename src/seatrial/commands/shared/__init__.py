@@ -157,7 +157,7 @@ def to_programs(args: argparse.Namespace) -> bool:
 def write_json(
     args: argparse.Namespace, kind: str, content: "Mapping[str, Any] | msgspec.Struct"
 ) -> None:
-    """The result for programs, where --json asks for it; docs/json.md lists the fields.
+    """The result for programs, where --json asks for it; tools/json_page.py lists the fields.
 
     `kind`: its kind and version, such as `inspection 1`, for content that does not state it. Infinity and NaN,
     which JSON does not have, become null.
