@@ -22,12 +22,9 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import (
-    at_bound_findings,
-    first_maximum,
-    fit,
-    integration_step,
-)
+from seatrial.identification.diagnostics.solution_checks import at_bound_findings
+from seatrial.identification.estimator import fit
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.likelihood.optimiser import (
@@ -39,8 +36,8 @@ from seatrial.identification.likelihood.optimiser import (
     search,
 )
 from seatrial.identification.likelihood.problem import Prior, Problem
+from seatrial.identification.problem_setup import integration_step, problem_with
 from seatrial.identification.recording_checks import check_recordings
-from seatrial.identification.selection.actuator_selection import problem_with
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
