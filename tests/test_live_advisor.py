@@ -142,6 +142,16 @@ def test_information_is_added_to_the_covariance():
     assert smaller == pytest.approx(fall)
 
 
+def test_dense_poses_are_averaged(monkeypatch):
+    model = known_boat(0.05)
+    needs = needs_of(model, tuple(Use))
+    thinned = Advisor(model.vehicle, period=1 / 60).advise(model, REST, needs)[0]
+    monkeypatch.setattr("seatrial.poolside.advisor.LEAST_PERIOD", 0.0)
+    dense = {o.text: o for o in Advisor(model.vehicle, period=1 / 60).advise(model, REST, needs)}
+    assert thinned.text in dense
+    assert thinned.after == pytest.approx(dense[thinned.text].after, rel=0.05)
+
+
 def test_driving_that_is_not_trusted_shortens_nothing():
     one = advice(known_boat(0.2), area=None, trust=1e-9)[0]
     assert one.after == pytest.approx(one.before, rel=1e-3)
