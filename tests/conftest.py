@@ -43,26 +43,50 @@ TABLE_II = {
 }  # fmt: skip
 
 
-# files that take minutes: begun first, so that no process is left with one of them at the end
-FIRST = (
-    "test_core_cpp",
-    "test_demo",
+# files that take a minute or more, the longest first: each worker begins with its share of them
+LONG = (
     "test_fuzz",
-    "test_ros1_node",
+    "test_ros2_nodes",
+    "test_demo",
+    "test_hector",
+    "test_wheels",
+    "test_core_cpp",
     "test_ros2_node",
+    "test_site",
+    "test_docs",
+    "test_optimiser",
+    "test_ros1_node",
     "test_report_browser",
 )
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """What has no mark is a unit test. The longest files first."""
+    """What has no mark is a unit test. Of what is chosen, long files begin each worker's part."""
     for item in items:
         if not any(item.iter_markers("system")) and not any(item.iter_markers("study")):
             item.add_marker("unit")
-    items.sort(
-        key=lambda item: FIRST.index(item.path.stem) if item.path.stem in FIRST else len(FIRST)
-    )
+    result = yield
+    items[:] = shared_out(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+    return result
+
+
+def shared_out(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
+    """The parts that xdist cuts the list into for its workers: in turn a long file, then as many others."""
+    files: dict[str, list[pytest.Item]] = {name: [] for name in LONG}
+    others = [item for item in items if item.path.stem not in files]
+    for item in items:
+        if item.path.stem in files:
+            files[item.path.stem].append(item)
+    present, ordered = [one for one in files.values() if one], []
+    left = len(items)
+    for place in range(workers):
+        size = left // (workers - place)
+        part = [item for one in present[place::workers] for item in one]
+        fill = max(0, size - len(part))
+        ordered += part + others[:fill]
+        others, left = others[fill:], left - size
+    return ordered + others
 
 
 def at_length(*values: object, **more: object) -> object:
