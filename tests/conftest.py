@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Shared boats, trials and recordings; with SEATRIAL_REQUIRE_ALL a skip is a failure."""
 
+import fcntl
 import json
 import os
+import pickle
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import bag_tools
@@ -127,29 +131,48 @@ def trials(plan_name: str, vehicle: seatrial.Vehicle) -> dict[str, Trial]:
 
 
 @pytest.fixture(scope="session")
-def clean_mp(mp) -> dict[str, Trial]:
-    return trials("clean", mp)
+def once(tmp_path_factory):
+    """What a function returns, or the folder that it fills: made by the first worker of a run that needs it."""
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+
+    def get(name: str, make: Callable[[Path], object]):
+        folder, result = root / f"once-{name}", root / f"once-{name}.pickle"
+        with (root / f"once-{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not result.exists():
+                folder.mkdir()
+                result.write_bytes(pickle.dumps(make(folder)))
+        return folder, pickle.loads(result.read_bytes())
+
+    return get
 
 
 @pytest.fixture(scope="session")
-def clean_af(af) -> dict[str, Trial]:
-    return trials("clean", af)
+def clean_mp(mp, once) -> dict[str, Trial]:
+    return once("clean-mp", lambda _: trials("clean", mp))[1]
 
 
 @pytest.fixture(scope="session")
-def paper_af(af) -> dict[str, Trial]:
-    return trials("paper-like", af)
+def clean_af(af, once) -> dict[str, Trial]:
+    return once("clean-af", lambda _: trials("clean", af))[1]
 
 
 @pytest.fixture(scope="session")
-def paper_mp(mp) -> dict[str, Trial]:
-    return trials("paper-like", mp)
+def paper_af(af, once) -> dict[str, Trial]:
+    return once("paper-af", lambda _: trials("paper-like", af))[1]
 
 
 @pytest.fixture(scope="session")
-def paper_mp_model(mp, paper_mp) -> seatrial.Model:
+def paper_mp(mp, once) -> dict[str, Trial]:
+    return once("paper-mp", lambda _: trials("paper-like", mp))[1]
+
+
+@pytest.fixture(scope="session")
+def paper_mp_model(mp, paper_mp, once) -> seatrial.Model:
     """Identified from S1-S3 by the default method."""
-    return seatrial.identify([paper_mp[s].recording for s in ("S1", "S2", "S3")], mp)
+    recordings = [paper_mp[s].recording for s in ("S1", "S2", "S3")]
+    return once("paper-mp-model", lambda _: seatrial.identify(recordings, mp))[1]
 
 
 @pytest.fixture(scope="session")
@@ -164,14 +187,17 @@ def cse1(cse1_vehicle) -> dict[str, seatrial.Recording]:
 
 
 @pytest.fixture(scope="module")
-def pool(tmp_path_factory, af):
+def pool(tmp_path_factory, af, paper_af, once):
     """Trials on disk, with a model identified from them."""
+
+    def fill(out: Path) -> None:
+        plan = load_plan("paper-like")
+        write_setting(plan, af, plant_model(plan, af), out)
+        records = [seatrial.read(write_trial(trial, out), af) for trial in paper_af.values()]
+        save(seatrial.identify(records[:3], af), out / "model.yaml")
+
     out = tmp_path_factory.mktemp("pool")
-    plan = load_plan("paper-like")
-    write_setting(plan, af, plant_model(plan, af), out)
-    records = [seatrial.read(write_trial(t, out), af) for t in simulate(plan, af)]
-    save(seatrial.identify(records[:3], af), out / "model.yaml")
-    return out
+    return Path(shutil.copytree(once("pool", fill)[0], out, dirs_exist_ok=True))
 
 
 def make_model(
