@@ -4,6 +4,8 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 CORE   := core/CMakeLists.txt core/bindings/CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# tools are compiled where they are imported: half of the installation's CPU time
+TOOLS  := $(PIP) --no-compile
 
 # compiled modules are kept, whatever the environment says: else every worker and every `seatrial` compiles them again
 export PYTHONDONTWRITEBYTECODE :=
@@ -74,15 +76,15 @@ $(VENV)/.deps: requirements/base.txt | $(VENV)/bin/python
 	@touch $@
 
 $(VENV)/.test: requirements/test.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/test.txt
+	$(TOOLS) --require-hashes -r requirements/test.txt
 	@touch $@
 
 $(VENV)/.docs: requirements/docs.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/docs.txt
+	$(TOOLS) --require-hashes -r requirements/docs.txt
 	@touch $@
 
 $(VENV)/.wheels: requirements/wheels.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/wheels.txt
+	$(TOOLS) --require-hashes -r requirements/wheels.txt
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)

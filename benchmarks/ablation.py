@@ -1,21 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Gate: what each branch of the estimator is for: every figure with that branch off, beside the figure with all.
 
-    python -m benchmarks.ablation --seeds 8 --boats 20
-    python -m benchmarks.ablation --branches "fit horizon,noise structures" --no-ship
+    python -m benchmarks.ablation run    # goes on where it was stopped
+    python -m benchmarks.ablation run --branches "fit horizon,noise structures" --groups ship
+    python -m benchmarks.ablation tables
+    python -m benchmarks.ablation write    # into its page in docs/
 
 A branch that moves no figure has no place in the estimator. Figures: full filter passes and CPU seconds; of
-simulated boats (still, pushed, with correlated pose errors, drawn at random) errors in standard errors, RMS, and
-coverage of 95 % intervals; of the real ship the error one second ahead on the run left out, over that of a
-velocity that stays constant.
+simulated boats (still, pushed, with correlated pose errors, drawn at random, with a lever arm) errors in standard
+errors, RMS, and coverage of 95 % intervals; of the real ship the error one second ahead on the run left out, over
+that of a velocity that stays constant.
 """
 
 import argparse
 import contextlib
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 from unittest.mock import patch
 
@@ -23,12 +24,16 @@ import numpy as np
 
 import seatrial
 from benchmarks import cse1
-from benchmarks.fleet.work import identified
-from benchmarks.harness import command
+from benchmarks.fleet.draw import draw
+from benchmarks.guided import moved
+from benchmarks.harness import command, store
 from benchmarks.harness.markdown import table
-from benchmarks.harness.workers import gathered
+from benchmarks.harness.page import refill
+from benchmarks.harness.store import Record
 from seatrial import _core
-from seatrial.identification.estimator import output_error
+from seatrial.boat.model import Model
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.identification.likelihood import noise_structures
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
@@ -40,9 +45,11 @@ ALL = "everything on"
 FIRST = 1001  # seed
 STILL = ("paper-like MP", "hard AF")
 PUSHED = ("hard MP pushed",)
-LIKELIHOOD = "seatrial.identification.likelihood"
-ESTIMATOR = "seatrial.identification.estimator"
-SELECTION = "seatrial.identification.selection.actuator_selection"
+PAGE = command.DOCS / "decisions" / "0014-what-each-branch-is-for.md"
+IDENTIFICATION = "seatrial.identification"
+LIKELIHOOD = f"{IDENTIFICATION}.likelihood"
+ESTIMATOR = f"{IDENTIFICATION}.estimator"
+SELECTION = f"{IDENTIFICATION}.selection.actuator_selection"
 
 
 def _same(at: Point, *_: object) -> Point:
@@ -61,10 +68,23 @@ def _unchanged(_: Point, covariance: Array) -> Array:
     return covariance
 
 
+def _never(*_: object) -> bool:
+    return False
+
+
+def _with_process_noise_only(*args: Any, poses_only: bool) -> list[Any]:  # noqa: ANN401
+    return [] if poses_only else noise_structures.screened(*args, poses_only=False)
+
+
+def _no_addition(_: Point, __: int, inside: Array, *___: object) -> Array:
+    return np.zeros((len(inside),) * 2)
+
+
 # what stands in a branch's place where it is off
-BRANCHES: dict[str, dict[str, Callable[..., Any]]] = {
+BRANCHES: dict[str, dict[str, Any]] = {
     ALL: {},
     "noise structures": {f"{LIKELIHOOD}.fit_horizon.screened": _none},
+    "pose errors alone": {f"{LIKELIHOOD}.fit_horizon.screened": _with_process_noise_only},
     "frame of the disturbance": {
         f"{LIKELIHOOD}.noise_structures.in_likelier_frame": _same,
         f"{LIKELIHOOD}.fit_horizon.in_likelier_frame": _same,
@@ -72,26 +92,31 @@ BRANCHES: dict[str, dict[str, Callable[..., Any]]] = {
     "longer memory of pose errors": {f"{LIKELIHOOD}.noise_structures.with_longer_memory": _same},
     "fewer noise sources": {f"{LIKELIHOOD}.noise_structures.simplified": _same},
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
+    "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.4,)},
+    "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
+    "noise halfway after a failure": {
+        f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
+    },
+    "race of noise structures": {f"{LIKELIHOOD}.optimiser.RACE_ROUNDS": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
+    "white with the stages": {f"{ESTIMATOR}.is_white": _never},
+    "lever arm from none": {f"{ESTIMATOR}._from_stated_lever": _nothing},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},
     "lags by their squares": {f"{ESTIMATOR}.with_lag_by_square": _unchanged},
+    "profile at a bound": {
+        f"{IDENTIFICATION}.uncertainty.covariance.one_sided_profile": _no_addition
+    },
+    "diagnostics": {
+        f"{ESTIMATOR}.{name}_findings": _none
+        for name in ("unmodelled_effect", "change", "disturbance")
+    },
 }
 
 
-@dataclass(frozen=True)
-class Row:
-    """Figures of one identification."""
-
-    group: str
-    passes: float  # full, over all recordings
-    seconds: float  # of CPU
-    off: tuple[float, ...]  # errors in standard errors; of the ship, its three ratios
-    refused: bool = False
-
-
-def work(branch: str, group: str, name: str, seed: int) -> Row:
-    """One identification with a branch off."""
+def work(branch: str, group: str, name: str, seed: int) -> Record:
+    """One identification with a branch off: full passes over all recordings, CPU seconds, errors."""
+    record: Record = {"branch": branch, "group": group}
     with contextlib.ExitStack() as off:
         for target, other in BRANCHES[branch].items():
             off.enter_context(patch(target, other))
@@ -99,9 +124,10 @@ def work(branch: str, group: str, name: str, seed: int) -> Row:
         begin = time.process_time()
         try:
             found, whole = DATA[group](name, seed)
-        except SeatrialError:
-            return Row(group, 0.0, 0.0, (), refused=True)
-        return Row(group, sum(poses) / whole, time.process_time() - begin, tuple(found))
+        except SeatrialError as error:
+            return record | {"failed": str(error)}
+        seconds = time.process_time() - begin
+    return record | {"passes": sum(poses) / whole, "seconds": seconds, "off": found}
 
 
 @contextlib.contextmanager
@@ -132,18 +158,28 @@ def _recovered(name: str, seed: int) -> tuple[list[float], int]:
         recordings = [drives[each].recording for each in TRAINING]
     model = output_error(recordings, vehicle)
     truth = true_parameters(plan, model.parameters)
-    errors = np.array([model.standard_errors[n] for n in model.parameters])
-    values = np.concatenate([model.coefficients, model.constants])
-    known = errors > 0.0
-    return ((values - truth)[known] / errors[known]).tolist(), sum(len(r.t) for r in recordings)
+    errors = _in_errors(model, dict(zip(model.parameters, truth.tolist(), strict=True)))
+    return errors, sum(len(r.t) for r in recordings)
 
 
-def _drawn(_: str, seed: int) -> tuple[list[float], int]:
-    """A boat of the fleet gate."""
-    row = identified(seed)
-    if row.refused:
-        raise SeatrialError(row.refused)
-    return list(row.off.values()), 1
+def _in_errors(model: Model, truth: Mapping[str, float]) -> list[float]:
+    """What was found less the truth, in standard errors, of all that has one."""
+    values = np.concatenate([model.coefficients, model.constants]).tolist()
+    found = dict(zip(model.parameters, values, strict=True))
+    errors = model.standard_errors
+    return [(found[n] - truth[n]) / errors[n] for n in found if n in truth and errors[n] > 0.0]
+
+
+def _drawn(effect: str, seed: int) -> tuple[list[float], int]:
+    """A boat of the fleet gate, or the same with a lever arm."""
+    boat = draw(seed)
+    vehicle, recordings = boat.trials()
+    if effect:
+        length = float(np.hypot(*np.ptp([place[:2] for place in boat.hull.places], axis=0)))
+        recordings = [moved(r, effect, length, seed) for r in recordings]
+    settings = OutputErrorSettings(effects=(effect,) if effect else ())
+    model = output_error(recordings, vehicle, settings=settings)
+    return _in_errors(model, boat.truth), sum(len(r.t) for r in recordings)
 
 
 def _ship(left_out: str, _: int) -> tuple[list[float], int]:
@@ -162,60 +198,103 @@ DATA = {
     "pushed": _recovered,
     "correlated": _recovered,
     "fleet": _drawn,
+    "lever": _drawn,
     "ship": _ship,
 }
 
 
 def jobs(given: argparse.Namespace) -> list[tuple[str, str, str, int]]:
     """Branch, group, name and seed of every identification."""
-    branches = given.branches.split(",") if given.branches else list(BRANCHES)
-    groups = {"still": STILL, "pushed": PUSHED, "correlated": tuple(CORRELATED[n] for n in SCENES)}
-    seeds = range(FIRST, FIRST + given.seeds)
-    found = []
-    for branch in dict.fromkeys([ALL, *branches]):
-        found += [
-            (branch, g, name, s) for g, names in groups.items() for name in names for s in seeds
-        ]
-        found += [(branch, "fleet", "", s) for s in range(1, given.boats + 1)]
-        found += [] if given.no_ship else [(branch, "ship", name, 0) for name in RUNS]
-    return found
+    seeds, boats = range(FIRST, FIRST + given.seeds), range(1, given.boats + 1)
+    correlated = tuple(CORRELATED[n] for n in SCENES)
+    runs = {
+        "still": [(n, s) for n in STILL for s in seeds],
+        "pushed": [(n, s) for n in PUSHED for s in seeds],
+        "correlated": [(n, s) for n in correlated for s in seeds],
+        "fleet": [("", s) for s in boats],
+        "lever": [("lever", s) for s in boats],
+        "ship": [(n, 0) for n in RUNS],
+    }
+    return [
+        (branch, group, *run)
+        for branch in (given.branches or list(BRANCHES))
+        for group in (given.groups or list(DATA))
+        for run in runs[group]
+    ]
 
 
-def summary(done: Sequence[tuple[str, Row]]) -> str:
-    """One line for each branch."""
-    head = ["off", "CPU s", "refused"]
-    head += [f"{g}: RMS, covered" for g in DATA if g != "ship"] + ["ship: passes, u / v / r"]
+def summary(records: Sequence[Record]) -> str:
+    """One line for each branch: its figures on what was identified with it off, with everything on in brackets."""
+    head = ["off", "passes", "CPU", "refused"]
+    head += [f"{g}: RMS, covered" for g in DATA if g != "ship"] + ["ship: u / v / r"]
+    known = {(r["branch"], *r["job"][1:]): r for r in records}
     rows = []
-    for branch in dict.fromkeys(branch for branch, _ in done):
-        own = [row for name, row in done if name == branch]
-        cells = [branch, f"{sum(r.seconds for r in own):.0f}", str(sum(r.refused for r in own))]
-        for group in DATA:
-            there = [r for r in own if r.group == group and not r.refused]
-            off = np.array([z for r in there for z in r.off])
-            if not len(off):
-                cells.append("")
-            elif group == "ship":
-                ratios = " / ".join(f"{x:.2f}" for x in off.reshape(len(there), 3).mean(axis=0))
-                cells.append(f"{np.mean([r.passes for r in there]):.0f}, {ratios}")
-            else:
-                inside = 100.0 * np.mean(np.abs(off) < NORMAL_95)
-                cells.append(f"{np.sqrt(np.mean(off**2)):.2f}, {inside:.1f} %")
-        rows.append(cells)
+    for branch in BRANCHES:
+        jobs_done = [job for b, *job in known if b == branch and (ALL, *job) in known]
+        if not jobs_done:
+            continue
+        own, every = ([known[(b, *job)] for job in jobs_done] for b in (branch, ALL))
+        cells = [_ratio(own, every, "passes"), _ratio(own, every, "seconds")]
+        for with_it, without in zip(_figures(every), _figures(own), strict=True):
+            same = "same" if with_it else ""
+            cells.append(
+                without
+                if branch == ALL
+                else same
+                if with_it == without
+                else f"{without} ({with_it})"
+            )
+        rows.append([branch, *cells])
     return table(head, rows)
 
 
+def _ratio(own: Sequence[Record], every: Sequence[Record], what: str) -> str:
+    """Of sums over what was identified by both."""
+    both = [(a[what], b[what]) for a, b in zip(own, every, strict=True) if what in a and what in b]
+    off, on = np.array(both).reshape(-1, 2).sum(axis=0)
+    return f"{off / on:.2f}"
+
+
+def _figures(own: Sequence[Record]) -> list[str]:
+    """Refusals, then the figures of each group; empty: nothing of it was identified."""
+    done = [r for r in own if "failed" not in r]
+    cells = [str(len(own) - len(done))]
+    for group in DATA:
+        there = [r["off"] for r in done if r["group"] == group]
+        off = np.array([z for each in there for z in each])
+        if not len(off):
+            cells.append("")
+        elif group == "ship":
+            cells.append(" / ".join(f"{x:.3f}" for x in off.reshape(len(there), 3).mean(axis=0)))
+        else:
+            inside = 100.0 * np.mean(np.abs(off) < NORMAL_95)
+            cells.append(f"{np.sqrt(np.mean(off**2)):.3f}, {inside:.1f} %")
+    return cells
+
+
+def _listed(text: str) -> list[str]:
+    return text.split(",")
+
+
 def main(arguments: Sequence[str]) -> None:
-    """Run all, print the table."""
+    """Run, print the table, or write it."""
     parser = command.parser("ablation", __doc__)
-    parser.add_argument("--seeds", type=int, default=4, help=f"of each scene, from {FIRST} on")
+    parser.add_argument("verb", choices=("run", "tables", "write"))
+    command.with_results(parser, "build/ablation.jsonl")
+    command.with_seeds(parser, 4, FIRST)
     parser.add_argument("--boats", type=int, default=12, help="of the fleet")
-    parser.add_argument("--branches", help=f"with commas, of {', '.join(BRANCHES)}; default all")
-    parser.add_argument("--no-ship", action="store_true", help="without the real ship")
-    parser.add_argument("--processes", type=int, help="default: as many as cores")
+    parser.add_argument("--branches", type=_listed, help=f"of {', '.join(BRANCHES)}; default all")
+    parser.add_argument("--groups", type=_listed, help=f"of {', '.join(DATA)}; default all")
     given = parser.parse_args(arguments)
-    wanted = jobs(given)
-    rows = gathered(work, wanted, given.processes)
-    print(summary([(job[0], row) for job, row in zip(wanted, rows, strict=True)]))
+    present = store.code("ablation")
+    if given.verb == "run":
+        store.run(given.results, jobs(given), work, present, given.workers)
+        return
+    records = store.chosen(store.read(given.results), present, any_code=given.any_code)
+    text = summary(records)
+    print(text)
+    if given.verb == "write":
+        refill(PAGE, {"ablation": text})
 
 
 if __name__ == "__main__":

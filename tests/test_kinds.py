@@ -6,7 +6,7 @@ from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
+from seatrial.identification.selection.actuator_stages import STAGES_SELECTED
 
 STERN, BOW = ["left", "right"], ["bow"]
 

@@ -9,6 +9,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from platform import node
 
 import msgspec
 import numpy as np
@@ -64,9 +65,11 @@ def boats(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ran(boats, tmp_path_factory):
-    """The fleet after one run in this process."""
+    """The fleet after one run in this process; `first.json` stays as that run wrote it."""
     out = tmp_path_factory.mktemp("out")
-    return out, fleet(load_fleet(boats), out).result
+    result = fleet(load_fleet(boats), out).result
+    (out / "first.json").write_bytes((out / "fleet.json").read_bytes())
+    return out, result
 
 
 def rows(result: FleetResult):
@@ -198,6 +201,35 @@ class _Never(InTurn):
     def outcomes(self, work, common, items):
         for place, _ in enumerate(items):
             yield place, MemoryError(EVIL)
+
+
+def test_a_second_run_in_the_same_folder_is_refused_until_the_first_ends(boats, tmp_path):
+    fcntl = pytest.importorskip("fcntl")
+    odd = tmp_path / "boats"
+    (odd / "ada").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    with (tmp_path / "out" / ".lock").open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with pytest.raises(FleetError, match="another 'seatrial fleet' works on this folder"):
+            fleet(load_fleet(odd), tmp_path / "out")
+    assert fleet(load_fleet(odd), tmp_path / "out").result.failed == ["ada"]
+    (tmp_path / "file").touch()
+    with pytest.raises(SeatrialError, match="can't be written"):
+        fleet(load_fleet(odd), tmp_path / "file" / "out")
+
+
+class _Elsewhere(InTurn):
+    """Workers with a disk of their own."""
+
+    def outcomes(self, work, common, items):
+        for place, one in enumerate(items):
+            yield place, msgspec.structs.replace(made_up(one.name, 1.0), kind=one.kind)
+
+
+def test_results_that_stay_on_the_workers_are_no_results(boats, tmp_path):
+    result = fleet(load_fleet(boats), tmp_path / "out", _Elsewhere()).result
+    assert result.failed == ["ada", "bea", "cid"]
+    assert "this computer does not see" in rows(result)["ada"].result.error
 
 
 def test_names_and_errors_are_escaped_in_the_page(boats, tmp_path):
@@ -368,7 +400,7 @@ def test_one_and_two_workers_write_the_same_bytes(ran, boats, tmp_path, capsys):
             fleet(load_fleet(boats), again, farm)
         # paths in the resumed folder of the first run may be older: compare the two new ones
     assert same_files(tmp_path / "out1", tmp_path / "out2") == []
-    assert (out / "fleet.json").read_bytes() == (tmp_path / "out1" / "fleet.json").read_bytes()
+    assert (out / "first.json").read_bytes() == (tmp_path / "out1" / "fleet.json").read_bytes()
 
 
 def farmed_by(farm, items):
@@ -426,4 +458,86 @@ def test_a_killed_worker_loses_nothing(ran, boats, tmp_path):
         _, errors = running.communicate(timeout=240)
     assert running.returncode == 0, errors
     assert "Traceback" not in errors
-    assert (out / "fleet.json").read_bytes() == (ran[0] / "fleet.json").read_bytes()
+    assert (out / "fleet.json").read_bytes() == (ran[0] / "first.json").read_bytes()
+
+
+class ByHand:
+    """`dask scheduler` and two `dask worker`, each of its own folder, as a user starts them."""
+
+    def __init__(self, root):
+        self.file, self._running = root / "scheduler.json", []
+        plain = ("--scheduler-file", self.file, "--no-dashboard")
+        self.scheduler = self._start(
+            root / "s", "scheduler", "--host", "127.0.0.1", "--port", 0, *plain
+        )
+        for name in ("a", "b"):
+            self._start(
+                root / name, "worker", "--nthreads", 1, "--local-directory", root / name, *plain
+            )
+
+    def _start(self, folder, *command):
+        folder.mkdir()
+        words = [sys.executable, "-m", "dask", *map(str, command)]
+        with (folder / "log").open("w") as log:
+            self._running.append(
+                subprocess.Popen(words, cwd=folder, stdout=log, stderr=log, start_new_session=True)
+            )
+        return self._running[-1]
+
+    def stop(self):
+        for one in reversed(self._running):
+            one.terminate()
+        for one in self._running:
+            one.wait(timeout=60)
+
+
+@pytest.fixture
+def by_hand(tmp_path):
+    (tmp_path / "cluster").mkdir()
+    started = ByHand(tmp_path / "cluster")
+    yield started
+    started.stop()
+
+
+def command_of(*given):
+    """`seatrial` in a process of its own."""
+    words = [sys.executable, "-m", "seatrial", *map(str, given)]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.system
+def test_a_scheduler_elsewhere_makes_the_same_table_and_says_when_it_ends(
+    ran, boats, tmp_path, by_hand
+):
+    deadline = time.monotonic() + 120.0
+    while not by_hand.file.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    out = tmp_path / "out"
+    with command_of("fleet", boats, "-o", out, "--scheduler", by_hand.file) as running:
+        _, errors = running.communicate(timeout=240)
+    assert running.returncode == 0, errors
+    assert (out / "fleet.json").read_bytes() == (ran[0] / "first.json").read_bytes()
+    # a recording that is not where the fleet's file says
+    gone = config(
+        tmp_path / "gone.yaml",
+        f"""\
+seatrial: fleet 1
+boats: {{ada: {{vehicle: {boats}/ada/vehicle-MP.yaml, recordings: [{tmp_path}/none.bag]}}}}
+""",
+    )
+    with command_of("fleet", gone, "-o", tmp_path / "gone", "--scheduler", by_hand.file) as running:
+        _, errors = running.communicate(timeout=240)
+    assert running.returncode == 0, errors
+    assert (
+        f"none.bag: no such file or folder on {node()}"
+        in (tmp_path / "gone" / "fleet.json").read_text()
+    )
+    # the scheduler ends while boats are worked on
+    later = tmp_path / "later"
+    with command_of("fleet", boats, "-o", later, "--scheduler", by_hand.file) as running:
+        while not list(later.glob("boats/*/vehicle.yaml")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        by_hand.scheduler.kill()
+        _, errors = running.communicate(timeout=240)
+    assert running.returncode == 1, errors
+    assert "the scheduler has ended" in errors and "Traceback" not in errors

@@ -13,10 +13,9 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
 from seatrial.boat.model import MODEL_FORMAT, load, save
 from seatrial.boat.old_notes import findings_of
 from seatrial.evaluation.scores import load_scores
-from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
+from seatrial.identification.diagnostics.boat_changes import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
-from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
-from seatrial.identification.selection.actuator_stages import CHAIN_FINDINGS
+from seatrial.identification.selection.actuator_stages import CHAIN_FINDINGS, STAGES_SELECTED
 from seatrial.identification.selection.terms.select_terms import CHANGES, DISTURBANCES
 from seatrial.util.errors import SeatrialError
 

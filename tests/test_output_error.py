@@ -189,7 +189,7 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
     def nowhere(problem, *begin, **_):
         return Point(*begin, problem.run_filter(*begin)), Outcome.CONVERGED
 
-    monkeypatch.setattr(import_module("seatrial.identification.estimator"), "search", nowhere)
+    monkeypatch.setattr(import_module("seatrial.identification.first_search"), "search", nowhere)
     vehicle, recordings, _, starts = far
     settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, select_stages=False)
     with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):

@@ -8,7 +8,7 @@ from survey_boat import as_stated
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.actuator_selection import STAGES_SELECTED
+from seatrial.identification.selection.actuator_stages import STAGES_SELECTED
 from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
 

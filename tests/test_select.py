@@ -14,6 +14,16 @@ import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
+from seatrial.identification.selection.score_information import (
+    ScoreInformation,
+    score_information_of,
+)
+from seatrial.identification.selection.significance import (
+    Estimate,
+    Repeats,
+    estimate,
+    repeats,
+)
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,
@@ -29,22 +39,12 @@ from seatrial.identification.selection.terms.decisions import (
     reason_to_go,
 )
 from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange, retrained
-from seatrial.identification.selection.terms.score_information import (
-    ScoreInformation,
-    score_information_of,
-)
-from seatrial.identification.selection.terms.significance import (
-    Estimate,
-    Repeats,
-    estimate,
-    repeats,
-    t_chance,
-)
 from seatrial.identification.selection.terms.stepwise import candidate_information
 from seatrial.identification.selection.terms.term_fit import term_fit
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
+from seatrial.util.distributions import student_two_sided
 from seatrial.util.errors import IdentificationError, SeatrialError, StructureError
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
@@ -166,7 +166,7 @@ def test_thrust_along_its_own_axis_and_known_terms_are_never_removed(mp):
 @pytest.mark.parametrize("freedom", [10, 45, 200])
 @pytest.mark.parametrize("t", [0.5, 2.0, 4.0])
 def test_students_chances_are_scipys(t, freedom):
-    assert t_chance(t, freedom) == pytest.approx(2 * stats.t.sf(t, freedom), rel=0.03)
+    assert student_two_sided(t, freedom) == pytest.approx(2 * stats.t.sf(t, freedom), rel=0.03)
 
 
 def test_recordings_of_a_kind_are_repeats_and_halves_where_there_is_none(six, mp):
@@ -395,6 +395,6 @@ def test_blocks_share_the_information_of_their_recording(mp, paper_mp):
     look = score_information_of(term_fit(fit(recordings, mp)).at)
     for i in range(2):
         own = look.shares[look.recording == i].sum(axis=0)
-        np.testing.assert_allclose(own, look.information[i], rtol=1e-9, atol=1e-9 * own.max())
+        np.testing.assert_allclose(own, look.of_recordings[i], rtol=1e-9, atol=1e-9 * own.max())
     np.testing.assert_allclose(look.shares, look.shares.swapaxes(1, 2))
     assert (np.linalg.eigvalsh(look.shares)[:, -1] > 0).all()

@@ -8,6 +8,7 @@ import pytest
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text
+from seatrial.identification.selection.significance import Estimate, Repeats
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,
@@ -21,7 +22,6 @@ from seatrial.identification.selection.terms.decisions import (
     reason_to_go,
 )
 from seatrial.identification.selection.terms.held_out import PredictionChange
-from seatrial.identification.selection.terms.significance import Estimate, Repeats
 from seatrial.identification.selection.terms.stepwise import TermSearch
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate

@@ -9,7 +9,7 @@ from test_unmodelled_effects import asked, both
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.diagnostics.thruster_gains import GainProblem, with_gains
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.selection.actuator_selection import problem_with
+from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import with_free_stages
 
 GAINS = {"left": 1.15, "right": 0.85}

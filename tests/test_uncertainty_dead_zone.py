@@ -63,14 +63,14 @@ def test_where_the_likelihood_is_a_parabola_nothing_changes(monkeypatch):
 def test_where_nothing_can_be_looked_at_the_sandwich_stands(monkeypatch):
     monkeypatch.setattr(kinks, "UNPROBED_EDGE", 0.0)
     nowhere = np.zeros(0), np.zeros(0)
-    monkeypatch.setattr(kinks._ProfileLine, "rises", lambda *_: nowhere)
+    monkeypatch.setattr(kinks, "_rises", lambda *_: nowhere)
     assert all(abs(r - 1.0) < 1e-9 for r in wider(found("hard MP", 1002)).values())
 
 
 def test_groups_whose_edges_hang_together_keep_a_covariance(monkeypatch):
     """What one group's likelihood takes away is not there for the next to be taken away again."""
     monkeypatch.setattr(kinks, "_groups", lambda _: iter([[0], [1]]))
-    monkeypatch.setattr(kinks, "_ProfileLine", lambda *_: None)
+    monkeypatch.setattr(kinks, "_line", lambda *_: None)
     monkeypatch.setattr(kinks, "_error", lambda _, error: 0.3 * error)
     error, together = (
         np.array([0.1, 0.2, 0.05]),

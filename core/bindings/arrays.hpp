@@ -4,9 +4,11 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
 namespace nb = nanobind;
 
@@ -33,4 +35,22 @@ Out fresh(const std::size_t (&shape)[N], double** data) {
   *data = owned.get();
   nb::capsule owner(owned.release(), [](void* p) noexcept { delete[] static_cast<double*>(p); });
   return Out(*data, N, shape, owner);
+}
+
+/// A vector as an array of Python.
+template <class T>
+Out1 moved1(const std::vector<T>& from) {
+  double* out = nullptr;
+  auto to = fresh<Out1>({from.size()}, &out);
+  std::copy(from.begin(), from.end(), out);
+  return to;
+}
+
+/// A matrix of this width, row after row, as an array of Python.
+template <class T>
+Out2 moved2(const std::vector<T>& from, std::size_t width) {
+  double* out = nullptr;
+  auto to = fresh<Out2>({width == 0 ? 0 : from.size() / width, width}, &out);
+  std::copy(from.begin(), from.end(), out);
+  return to;
 }

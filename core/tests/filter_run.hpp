@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "problem.hpp"
-#include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/noise_derivatives.hpp"
 
 namespace problems {
 

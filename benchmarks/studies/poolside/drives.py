@@ -94,11 +94,12 @@ class Drive:
         self.model = self.estimator.model()
         assert self.model is not None
         self.ahead.reload(self.model)
-        self.verdict.update(t, self.model, self.ahead.states())
+        self.verdict.update(t, self.model, self.ahead.states(), whole=self.estimator.whole)
         if self.verdict.enough and not np.isfinite(self.enough):
             self.enough, self.at_verdict = t, self.model
         if isinstance(self.driver, Guided):
             self.driver.model, self.driver.needs = self.model, self.verdict.needs
+            self.driver.trust = self.estimator.trust
 
 
 def widths(model: Model) -> dict[str, float]:

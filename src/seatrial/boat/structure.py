@@ -210,6 +210,20 @@ class Structure(ByFields):
             right += sign + " ".join([*size, *tail])
         return f"{SYMBOLS[axis]}_dot ={right or ' 0'}".replace("= + ", "= ").replace("= - ", "= -")
 
+    def thrust_and_drag(self, axis: int) -> tuple[set[str], set[str]]:
+        """Coefficients of an axis' terms with a force, and of its drag.
+
+        Drag is all terms of velocities alone, without those of masses: a payload that acts on all axes alike
+        changes no Coriolis term.
+        """
+        forces = {force.name for force in self.forces}
+        thrust: set[str] = set()
+        drag: set[str] = set()
+        for term in self.terms:
+            if term.axis == axis and term.coefficient is not None and not term.of_masses:
+                (thrust if forces & set(term.factors) else drag).add(term.coefficient)
+        return thrust, drag
+
 
 def parse(name: str, lines: Mapping[str, Sequence[str]], forces: Sequence[Force]) -> Structure:
     """A structure from its lines for surge, sway and yaw."""

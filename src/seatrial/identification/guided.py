@@ -13,7 +13,7 @@ from seatrial.identification.diagnostics.unmodelled_effects import (
     effect_places,
     unmodelled_effect,
 )
-from seatrial.identification.estimator import first_maximum
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import EFFECT_KINDS
 from seatrial.identification.methods import identify_with_fit

@@ -16,7 +16,6 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Structure, Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, SYMBOLS, Array, Axes
@@ -200,7 +199,7 @@ def common_factors(prior: Model, found: Model) -> list[CommonFactor]:
     for what in QUANTITIES:
         factors, chi2 = {}, 0.0
         for axis, word in enumerate(AXES):
-            thrust, drag = thrust_and_drag(found.structure, axis)
+            thrust, drag = found.structure.thrust_and_drag(axis)
             kinds = {"thrust": thrust, "drag": drag}
             names = [n for n in informed if n in kinds.get(what, thrust | drag)]
             if names:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import first_maximum
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.terms import Selection, choose_structure

@@ -3,8 +3,11 @@
 
 Either the poses of the last seconds are as probable by the model as they were at identification, or a changed
 boat explains them better. The ratio of the two evidences is averaged over the identification's errors, wind,
-current and gusts. Its mean is 1 while nothing changes, so it exceeds A with a probability of 1/A at most (Markov's
-inequality). A follows from the false alarms that are accepted.
+current, gusts and waves. Its mean is 1 while nothing changes, so it exceeds A with a probability of 1/A at most
+(Markov's inequality). A follows from the false alarms that are accepted.
+
+Three steps, from cheap to thorough: filters that go on with the drive (`running_likelihood`); closed forms of the
+evidence by their sums; the search of each change (`change_test`), in the few windows where these show one.
 """
 
 import math
@@ -20,14 +23,18 @@ from seatrial.boat.model import Model
 from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import change_space
 from seatrial.monitoring.change_test import (
-    Explained,
-    explained,
+    FittedChange,
+    by_cause,
+    fitted_changes,
+    linear_evidences,
     linearised,
     log_ratio,
-    most_to_gain,
+    mean_over_noises,
+    probable_noises,
 )
 from seatrial.monitoring.recent_log import RecentLog
-from seatrial.monitoring.window_likelihood import Window, noise_of, windows
+from seatrial.monitoring.running_likelihood import RunningLikelihood, RunningWindow
+from seatrial.monitoring.window_likelihood import noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.util.errors import RecordingError
 
@@ -37,7 +44,7 @@ FALSE_ALARMS = 0.1  # an hour
 PASSING = 5.0  # [s] after the notice, in which what passes is over
 CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
-FIRST_LOOK = 5.0  # log ratio that further linearisations may add
+LINEAR_ERROR = 5.0  # by which the log ratio of linear changes may be below that of the full test
 FEWEST_POSES = 20  # of a window
 NANO = 1_000_000_000
 
@@ -62,7 +69,9 @@ class ChangeDetector:
     ) -> None:
         self.threshold = math.log(len(lengths) * 3600.0 / every / false_alarms)
         self._lengths, self._every = tuple(sorted(lengths)), round(NANO * every)
-        self._log = RecentLog(model.vehicle, max(*lengths, CONFIRMATION) + every)
+        self._suspicious = self.threshold - LINEAR_ERROR  # log ratio of linear changes
+        self._kept = max(*lengths, CONFIRMATION) + 2.0 * every  # [s]
+        self._log = RecentLog(model.vehicle, self._kept)
         self._next: int | None = None  # [ns] stamp of the next test
         self.restart(model)
 
@@ -70,6 +79,7 @@ class ChangeDetector:
         """Test against another model, by poses from now on."""
         noise_of(model)
         self.model, self._space = model, change_space(model)
+        self._running = RunningLikelihood(model, self._space.wider, self._space.theta, self._kept)
         self._since = self._log.newest  # [ns] windows begin after it
         self._noticed: int | None = None  # [ns]
 
@@ -86,19 +96,26 @@ class ChangeDetector:
         )
 
     def look(self) -> BoatChange | None:
-        """A new finding, or None. When a test is due: filter runs over the windows."""
+        """A new finding, or None; the next test where it is due, which takes longest in a suspicious window."""
         now = self._log.newest
         if now is None or not self.due:
             return None
         if self._next is not None and now < self._next - self._every:  # the clock was set back
-            self._since = now
+            self._log.drop_after(now)
+            self._begin_at(now)
             self._noticed = None if self._noticed is None else now
         self._next = now + self._every
         self._since = now if self._since is None else self._since
+        self._running.advance(self._log, self._since, now)
         if self._noticed is None:
             return self._notice(now, self._since)
         begin = self._noticed + round(NANO * PASSING)
         return self._confirmation(begin, now) if now >= begin + round(NANO * CONFIRMATION) else None
+
+    def _begin_at(self, stamp: int) -> None:
+        """Windows begin after a stamp [ns]."""
+        self._since = stamp
+        self._running.restart()
 
     def _notice(self, now: int, since: int) -> BoatChange | None:
         """The change in the shortest window that shows one."""
@@ -106,62 +123,65 @@ class ChangeDetector:
             start = now - round(NANO * length)
             if start < since:
                 break
-            several = self._several(start, now)
-            seen = linearised(self._space, several)
-            # most windows are as probable as ever, or gusts explain them
-            if not seen or most_to_gain(self._space, seen) < self.threshold:
-                continue
-            # a first look, about the unchanged boat, spares most searches
-            first = explained(self._space, several, seen, rounds=0)
-            if log_ratio(first) < self.threshold - FIRST_LOOK:
-                continue
-            found = explained(self._space, several, seen)
+            window = self._running.window(start, FEWEST_POSES)
+            found = [] if window is None else self._fitted(window, start, now, self._suspicious)
             if log_ratio(found) > self.threshold:
                 self._noticed = now
                 return _finding(found, ChangeState.NOTICED, now)
         return None
 
-    def _confirmation(self, begin: int, now: int) -> BoatChange | None:
-        """The change in the window after the notice; None: too few poses tell, the next window is awaited."""
-        several = self._several(begin, now)
-        self._noticed, self._since = None if several else now, now
-        if not several:
-            return None
-        seen = linearised(self._space, several)
-        found = explained(self._space, several, seen) if seen else []
-        if log_ratio(found) < CONFIRMED:
-            return BoatChange(ChangeState.WITHDRAWN, now, NO_CHANGE)
-        change = _finding(found, ChangeState.CONFIRMED, now)
-        best = next(one for one in found if one.change.cause == change.cause)
-        boat = self._space.boat(best.theta, best.covariance)
-        finding = finding_of(FindingKind.ADAPTED, text=change.text)
-        estimator = msgspec.structs.replace(
-            boat.estimator, findings=[*boat.estimator.findings, finding]
-        )
-        changed = replace(boat, estimator=estimator)
-        self.restart(changed)  # the next change is one of this boat
-        return replace(change, model=changed)
+    def _fitted(
+        self, window: RunningWindow, start: int, end: int, least: float = -math.inf
+    ) -> list[FittedChange]:
+        """All changes, fitted to a window of the stamps [ns].
 
-    def _several(self, start: int, end: int) -> list[Window]:
-        """The window with each noise; none where it has few poses."""
+        None where the linear evidences' log ratio is below `least`, poses are too few, or the boat diverges.
+        """
+        logs = linear_evidences(self._space, window.quadratics)
+        if log_ratio(mean_over_noises(self._space, logs)) < least:
+            return []
         try:
             recording = self._log.recording(start, end)
         except RecordingError:
             return []
-        enough = int(recording.valid.sum()) >= FEWEST_POSES
-        return windows(self.model, recording) if enough else []
+        every = windows(self.model, recording, window.dispersion)
+        several = [
+            one
+            for one, is_probable in zip(every, probable_noises(logs), strict=True)
+            if is_probable
+        ]
+        quadratics = linearised(self._space, several)
+        return fitted_changes(self._space, several, quadratics, len(every)) if quadratics else []
+
+    def _confirmation(self, begin: int, now: int) -> BoatChange | None:
+        """The change in the window after the notice; None: too few poses tell, the next window is awaited."""
+        window = self._running.window(begin, FEWEST_POSES)
+        if window is None:
+            self._begin_at(now)
+            self._noticed = now
+            return None
+        found = self._fitted(window, begin, now)
+        self._begin_at(now)
+        self._noticed = None
+        if log_ratio(found) < CONFIRMED:
+            return BoatChange(ChangeState.WITHDRAWN, now, NO_CHANGE)
+        change = _finding(found, ChangeState.CONFIRMED, now)
+        changed = self._changed(found, change)
+        self.restart(changed)  # the next change is one of this boat
+        return replace(change, model=changed)
+
+    def _changed(self, found: Sequence[FittedChange], change: BoatChange) -> Model:
+        """The changed boat's model, with a finding of the change."""
+        best = next(one for one in found if one.change.cause == change.cause)
+        boat = self._space.boat(best.theta, best.covariance)
+        finding = finding_of(FindingKind.ADAPTED, text=change.text)
+        findings = [*boat.estimator.findings, finding]
+        return replace(boat, estimator=msgspec.structs.replace(boat.estimator, findings=findings))
 
 
-def _changes(found: Sequence[Explained]) -> list[Explained]:
-    return [one for one in found if one.change.cause != NO_CHANGE]
-
-
-def _finding(found: Sequence[Explained], state: ChangeState, now: int) -> BoatChange:
+def _finding(found: Sequence[FittedChange], state: ChangeState, now: int) -> BoatChange:
     """The most probable change, all causes being equally probable before."""
-    logs: dict[str, list[float]] = {}
-    for one in _changes(found):
-        logs.setdefault(one.change.cause, []).append(one.log_evidence)
-    each = {c: float(np.logaddexp.reduce(own) - np.log(len(own))) for c, own in logs.items()}
+    each = by_cause(found)
     whole = float(np.logaddexp.reduce([*each.values()]))
     causes = {c: math.exp(log - whole) for c, log in sorted(each.items(), key=lambda e: -e[1])}
     first = next(iter(causes))

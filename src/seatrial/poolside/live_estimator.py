@@ -22,12 +22,9 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.estimator import (
-    at_bound_findings,
-    first_maximum,
-    fit,
-    integration_step,
-)
+from seatrial.identification.diagnostics.solution_checks import at_bound_findings
+from seatrial.identification.estimator import fit
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.likelihood.optimiser import (
@@ -39,8 +36,8 @@ from seatrial.identification.likelihood.optimiser import (
     search,
 )
 from seatrial.identification.likelihood.problem import Prior, Problem
+from seatrial.identification.problem_setup import integration_step, problem_with
 from seatrial.identification.recording_checks import check_recordings
-from seatrial.identification.selection.actuator_selection import problem_with
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
@@ -143,6 +140,19 @@ class LiveEstimator:
         return " ".join(text for text in (self._problem, self.log.message) if text)
 
     @property
+    def whole(self) -> bool:
+        """Whether the drive is long enough for `identify`; before, standard errors assume white innovations."""
+        return self._solution is not None and self._solution.thorough > 0.0
+
+    @property
+    def trust(self) -> float:
+        """Information that the drive turned out to have, over what the noise promised; at most 1."""
+        found = self._solution
+        if found is None:
+            return 1.0
+        return 1.0 / max(1.0, _scatter(found.fit.covariance, found.information))
+
+    @property
     def lag(self) -> float:
         """Seconds of the drive that the estimate has not used."""
         newest, found = self.log.newest, self._solution
@@ -185,7 +195,10 @@ class LiveEstimator:
 
     def _state(self, found: Model) -> bool:
         """Make it the estimate; not where rounding leaves its covariance indefinite, as of a few poses."""
-        size = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        variance = np.diag(found.covariance)
+        if variance.min(initial=0.0) < 0.0:
+            return False
+        size = np.sqrt(variance)
         own = size > 0.0
         inside = found.covariance[np.ix_(own, own)] / np.outer(size[own], size[own])
         if (
@@ -329,12 +342,19 @@ def _covariance(last: Solution, information: Array) -> Array:
     inside = np.diag(old) > 0.0
     within = np.ix_(inside, inside)
     before, after = last.information[within], information[within]
-    factor = float(np.sum(before * old[within])) / max(int(inside.sum()), 1)
+    factor = _scatter(old, last.information)
     inverse = inverse_of(after)
     scatter = before @ old[within] @ before + factor * (after - before)
     out = np.zeros_like(old)
     out[within] = inverse @ scatter @ inverse
     return out
+
+
+def _scatter(covariance: Array, information: Array) -> float:
+    """Mean ratio of the covariance (p, p) to the inverse information (p, p), of what is estimated."""
+    inside = np.diag(covariance) > 0.0
+    within = np.ix_(inside, inside)
+    return float(np.sum(information[within] * covariance[within])) / max(int(inside.sum()), 1)
 
 
 def _waiting(length: float) -> str:

@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/walk.hpp"
 
 namespace seatrial {
 

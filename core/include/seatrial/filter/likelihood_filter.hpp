@@ -8,6 +8,7 @@
 
 #include "seatrial/filter/ekf_predict.hpp"
 #include "seatrial/filter/ekf_update.hpp"
+#include "seatrial/filter/filter_beginning.hpp"
 #include "seatrial/filter/filter_types.hpp"
 #include "seatrial/integration/step_schedule.hpp"
 
@@ -27,8 +28,6 @@ inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] af
 /// kOscillatingStates.
 template <int N>
 class LikelihoodFilter {
-  static constexpr bool kColoured = GaussMarkov<N>::kColoured;
-
  public:
   LikelihoodFilter(const Columns& columns, const NoiseParameters& noise, double outlier,
                    const FilterStart& start, const Effects& effects, bool slopes)
@@ -37,9 +36,9 @@ class LikelihoodFilter {
         effects_(effects),
         outlier_(outlier),
         own_(columns.size() - kStates - kAxes),
-        parameters_(own_ + (slopes ? kEffects : 0)) {
-    std::copy(start.velocity, start.velocity + kAxes, spread_);
-    begin(start.state, -effects.position_delay);
+        parameters_(own_ + (slopes ? kEffects : 0)),
+        beginning_(noise, effects, start.velocity, slopes ? own_ : -1) {
+    beginning_.set(start.state, -effects.position_delay, s_);
   }
 
   /// Reset at a pose of time t [s], with this velocity: the disturbance there is unknown.
@@ -47,7 +46,7 @@ class LikelihoodFilter {
     double state[kStates];
     std::copy(eta, eta + kPose, state);
     std::copy(velocity, velocity + kAxes, state + kPose);
-    begin(state, t - effects_.position_delay);
+    beginning_.set(state, t - effects_.position_delay, s_);
   }
 
   const double* state() const { return s_.x; }
@@ -170,7 +169,7 @@ class LikelihoodFilter {
     for (int i = 0; i < 2; ++i) y.offset[i] = arm[i] + effects_.current[i] * t;
     if (shifts) {
       double velocity[2];
-      measured_velocity(cp, sp, velocity);
+      measured_velocity(effects_, s_.x, cp, sp, velocity);
       for (int i = 0; i < 2; ++i) y.offset[i] -= velocity[i] * later[0];
       y.offset[2] = rate ? 0.0 : -s_.x[5] * later[1];
     }
@@ -219,107 +218,6 @@ class LikelihoodFilter {
   void covariance(const MotionSlopes&, State&) const {}
 
  private:
-  /// Start at a state (6), as certain as one pose and the start's velocity, with its position of
-  /// time t [s]. Of position and heading the earlier one is where it starts.
-  void begin(const double* state, double t) {
-    std::copy(state, state + kStates, s_.x);
-    std::fill(s_.x + kStates, s_.x + N, 0.0);
-    for (int i = 0; i < N; ++i) {
-      const double sigma = i < kPose           ? kPoseSpread * first_pose(i)
-                           : i < kStates       ? spread_[i - kPose]
-                           : i < kFilterStates ? noise_.disturbance(i - kStates)
-                                               : noise_.colour((i - kFilterStates) % kPose);
-      std::fill(s_.p[i], s_.p[i] + N, 0.0);
-      s_.p[i][i] = sigma * sigma;
-      std::fill(s_.d[i], s_.d[i] + kMostSlopes, 0.0);
-    }
-    const double delay = effects_.position_delay - effects_.heading_delay;
-    s_.x[2] -= delay * s_.x[5];  // when the position was measured
-    take_off_effects(t);
-    if (delay > 0.0) turn_back(delay);
-    if (delay < 0.0) move_back(-delay);
-  }
-
-  /// Start at the position's time, `delay` [s] before the heading's: r adds to the heading's
-  /// errors.
-  void turn_back(double delay) {
-    const double rate = spread_[2] * spread_[2];
-    s_.p[2][2] += delay * delay * rate;
-    s_.p[2][5] = s_.p[5][2] = -delay * rate;
-  }
-
-  /// Start at the heading's time, `early` [s] before the position's: u and v add to its errors.
-  void move_back(double early) {
-    const double c = std::cos(s_.x[2]);
-    const double s = std::sin(s_.x[2]);
-    const double slope[2][2] = {{-early * c, early * s}, {-early * s, -early * c}};
-    for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) {
-        s_.x[i] += slope[i][j] * s_.x[3 + j];
-        s_.p[i][3 + j] = s_.p[3 + j][i] = slope[i][j] * spread_[j] * spread_[j];
-      }
-    }
-    for (int i = 0; i < 2; ++i) {
-      for (int j = 0; j < 2; ++j) {
-        for (int k = 0; k < 2; ++k) {
-          s_.p[i][j] += slope[i][k] * slope[j][k] * spread_[k] * spread_[k];
-        }
-      }
-    }
-    s_.x[2] -= early * s_.x[5];
-  }
-
-  /// Velocity over ground of the measured point [m/s], earth-fixed.
-  void measured_velocity(double c, double s, double* out) const {
-    double arm[2];
-    plane_to_earth(c, s, s_.x + 3, out);
-    plane_to_earth(c, s, effects_.lever, arm);
-    out[0] += effects_.current[0] - s_.x[5] * arm[1];
-    out[1] += effects_.current[1] + s_.x[5] * arm[0];
-  }
-
-  /// The start is that of the measured point and over ground: to the origin and through the water,
-  /// in axes that drift with it for t [s].
-  void take_off_effects(double t) {
-    const double c = std::cos(s_.x[2]);
-    const double s = std::sin(s_.x[2]);
-    const double* l = effects_.lever;
-    const double* flow = effects_.current;
-    double arm[2];
-    double water[2];
-    plane_to_earth(c, s, l, arm);
-    plane_to_body(c, s, flow, water);
-    for (int i = 0; i < 2; ++i) s_.x[i] -= arm[i] + flow[i] * t;
-    s_.x[3] += s_.x[5] * l[1] - water[0];
-    s_.x[4] -= s_.x[5] * l[0] + water[1];
-    double velocity[2];
-    measured_velocity(c, s, velocity);
-    const double swing[2] = {s_.x[5] * arm[1], -s_.x[5] * arm[0]};
-    const double* later = effects_.later;
-    for (int i = 0; i < 2; ++i) s_.x[i] += velocity[i] * later[0] + swing[i] * later[1];
-    s_.x[2] += s_.x[5] * later[1];
-    if (parameters_ == own_) return;
-    s_.d[0][own_ + kLever] = s_.d[1][own_ + kLever + 1] = -c;
-    s_.d[0][own_ + kLever + 1] = s;
-    s_.d[1][own_ + kLever] = -s;
-    s_.d[3][own_ + kLever + 1] = s_.x[5];
-    s_.d[4][own_ + kLever] = -s_.x[5];
-    s_.d[3][own_ + kCurrent] = s_.d[4][own_ + kCurrent + 1] = -c;
-    s_.d[3][own_ + kCurrent + 1] = -s;
-    s_.d[4][own_ + kCurrent] = s;
-    s_.d[0][own_ + kCurrent] = s_.d[1][own_ + kCurrent + 1] = -t;
-    for (int i = 0; i < 2; ++i) {
-      s_.d[i][own_ + kDelay] = velocity[i];
-      s_.d[i][own_ + kDelay + 1] = swing[i];
-    }
-    s_.d[2][own_ + kDelay + 1] = s_.x[5];
-  }
-
-  /// Standard deviation of one pose [m, m, rad].
-  double first_pose(int i) const {
-    return kColoured ? std::hypot(noise_.white(i), noise_.colour(i)) : noise_.white(i);
-  }
-
   static std::size_t row(int k, int width) {
     return static_cast<std::size_t>(k) * static_cast<std::size_t>(width);
   }
@@ -346,7 +244,7 @@ class LikelihoodFilter {
     slope[0][own_ + kCurrent] += t;
     slope[1][own_ + kCurrent + 1] += t;
     double velocity[2];
-    measured_velocity(cp, sp, velocity);
+    measured_velocity(effects_, s_.x, cp, sp, velocity);
     for (int i = 0; i < 2; ++i) slope[i][own_ + kDelay] -= velocity[i];
     slope[2][own_ + kDelay + 1] -= s_.x[5];
   }
@@ -380,7 +278,7 @@ class LikelihoodFilter {
   double outlier_;  // [sigma]
   int own_;         // chosen coefficients and constants
   int parameters_;
-  double spread_[kAxes] = {};  // of the velocity at a start
+  FilterBeginning<N> beginning_;
   float* kept_gain_ = nullptr;
   FilterState<N, kMostSlopes> s_;
 };

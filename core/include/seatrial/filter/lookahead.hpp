@@ -5,7 +5,7 @@
 #pragma once
 #include <vector>
 
-#include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/relinearised_run.hpp"
 
 namespace seatrial {
 namespace detail {

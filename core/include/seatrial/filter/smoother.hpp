@@ -12,7 +12,7 @@
 #include <cmath>
 #include <vector>
 
-#include "seatrial/filter/innovations.hpp"
+#include "seatrial/filter/relinearised_run.hpp"
 
 namespace seatrial {
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
+from seatrial.control.allocation.steered import steering_of
 from seatrial.control.gains_file import GainsFile, gains_of, guidance_numbers, load_gains
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.design import Tuning
@@ -65,7 +66,7 @@ class TrackingController:
             np.array([g.proportional, g.integral, g.derivative, g.authority]),
             np.array(g.mix), g.limit, feed_forward,
             None if g.allocation is None else g.allocation.core(self.model),
-            np.array(guidance_numbers(g)),
+            np.array(guidance_numbers(g)), steering_of(self.model, g.limit),
         )  # fmt: skip
         self._last: float | None = None
         self.outcome = Tracked.FOLLOWING

@@ -25,7 +25,8 @@ from seatrial.identification.likelihood.optimiser import (
 )
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
-from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
+from seatrial.identification.selection.held import Held, held_test
+from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -43,21 +44,6 @@ EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that hav
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
     "delay": lambda s: float(np.abs(s).max()),  # [s]
 }
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """An effect with a significant score test: a pass with it at its neutral value, and its findings."""
-
-    gain: float  # expected fall of -2 log L
-    at: Point
-    findings: Callable[[Array], list[Finding]]  # of the parameters with it
-    kind: str = ""  # of `EFFECT_KINDS`; empty: thruster gains
-
-    @property
-    def of_sensor(self) -> bool:
-        """Whether it may look like correlated pose noise."""
-        return self.kind == "delay"
 
 
 @dataclass(frozen=True)
@@ -85,29 +71,31 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
         return _best_fitted(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
     candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
-    if off is not None and off.gain > max([LARGE_GAIN, *(a.gain for a in candidates)]):
+    if off is not None and off.gain > max([LARGE_GAIN, *(a.test.gain for a in candidates)]):
         return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
     return _best_fitted(at, candidates, horizon, covariance)
 
 
 def _best_fitted(
-    at: Point, candidates: Sequence[_Candidate], horizon: float, covariance: Array
+    at: Point, candidates: Sequence[Held], horizon: float, covariance: Array
 ) -> Unmodelled:
     """The best candidate is fitted, and reported if the noise that it stands for falls, or a coefficient moves."""
     if not candidates:
         return Unmodelled(())
     # the best is estimated if it matters by its pass' linearisation
-    most = max(candidates, key=lambda a: a.gain)
+    most = max(candidates, key=lambda a: a.test.gain)
     least = noise_floor(at.runs.problem, horizon)
-    promise = linearised_optimum(most.at, noise_box(at.noise, least))
+    assert most.runs is not None  # all of these have a pass
+    begin = Point(most.theta, at.noise, most.runs)
+    promise = linearised_optimum(begin, noise_box(at.noise, least))
     matters = _removes_process_noise(at, promise.noise) or (
-        most.of_sensor and _removes_correlation(at.noise, promise.noise)
+        most.kind == "delay" and _removes_correlation(at.noise, promise.noise)
     )
     moves = horizon == 0.0 and _moves_a_coefficient(at, covariance, promise.move)
     if not (matters or moves):
         return Unmodelled(())
-    theta = most.at.theta + promise.move
-    there, outcome = search(most.at.runs.problem, theta, promise.noise, least=least)
+    theta = most.theta + promise.move
+    there, outcome = search(most.problem, theta, promise.noise, least=least)
     if outcome is not Outcome.CONVERGED:
         return Unmodelled(())
     if most.kind and not differs_from_zero(there, effect_places(there.runs.problem, most.kind)):
@@ -115,28 +103,27 @@ def _best_fitted(
     return Unmodelled(tuple(most.findings(there.theta)), most.kind, there)
 
 
-def _effects(at: Point, kinds: Sequence[str]) -> list[_Candidate]:
+def _effects(at: Point, kinds: Sequence[str]) -> list[Held]:
     """Effects of some kinds that are not estimated, but have a significant score test."""
     problem = at.runs.problem
     places = {kind: effect_places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
-    wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    runs = wider.run_filter(at.theta, at.noise)
+    runs = replace(problem, free=(*problem.free, *sum(new.values(), ()))).run_filter(
+        at.theta, at.noise
+    )
     candidates = []
     for kind, own in new.items():
-        tested = [wider.free.index(i) for i in own]
-        others = set(range(len(problem.free), len(wider.free))) - set(tested)
-        test = score_test(runs, tested, neutral=sorted(others))
+        with_it = replace(problem, free=(*problem.free, *own))
+        test = held_test(runs, problem, with_it)
         if not _significant(test):
             continue
         if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
             continue
-        with_it = replace(problem, free=(*problem.free, *own))
-        there = Point(at.theta, at.noise, FilterRuns(with_it, at.theta, runs.by_recording))
+        there = FilterRuns(with_it, at.theta, runs.by_recording)
         found = partial(_effect_found, kind, list(own))
-        candidates.append(_Candidate(test.gain, there, found, kind))
+        candidates.append(Held(test, with_it, at.theta, found, there, kind))
     return candidates
 
 
@@ -145,16 +132,16 @@ def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:
     return [finding_of(UNMODELLED_EFFECTS[kind], **sizes)]
 
 
-def _unequal_gains(at: Point) -> list[_Candidate]:
+def _unequal_gains(at: Point) -> list[Held]:
     """Unequal thruster gains, if their score test is significant."""
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
     runs = wider.problem.run_filter(wider.theta, at.noise)
-    test = score_test(runs, [wider.problem.free.index(i) for i in wider.places])
+    test = held_test(runs, at.runs.problem, wider.problem)
     if not _significant(test):
         return []
-    return [_Candidate(test.gain, Point(wider.theta, at.noise, runs), wider.findings)]
+    return [Held(test, wider.problem, wider.theta, wider.findings, runs)]
 
 
 def _significant(test: ScoreTest) -> bool:

@@ -25,7 +25,6 @@ from seatrial.boat.noise_parameters import (
 from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
-from seatrial.identification.diagnostics.scale_factors import thrust_and_drag
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
     priced,
@@ -206,7 +205,7 @@ def prediction_findings(at: Point, horizon: float = 0.0) -> list[Finding]:
 def _thrust_is_evident(at: Point, axis: int) -> bool:
     """Whether a force coefficient of an axis is so significant that poses and commands belong together."""
     problem = at.runs.problem
-    thrust, _ = thrust_and_drag(problem.vehicle.structure, axis)
+    thrust, _ = problem.vehicle.structure.thrust_and_drag(axis)
     free = np.array(problem.free)
     errors = np.sqrt(np.diag(inverse_of(at.runs.information)))
     own = np.array([problem.names[i] in thrust for i in free])

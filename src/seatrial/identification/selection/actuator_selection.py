@@ -2,22 +2,22 @@
 """Actuator-stage selection: further stages of the chain, stepwise by score tests and fits."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from seatrial.boat.actuators import STAGES
-from seatrial.boat.findings import Finding, FindingKind
+from seatrial.boat.findings import Finding
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import Outcome, Point, search
-from seatrial.identification.likelihood.problem import DELAY_NAMES, FilterRuns, Problem
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates
-from seatrial.identification.selection.score_test import ScoreTest, score_test
+from seatrial.identification.selection.held import Held, held_test
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
-from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 
@@ -25,48 +25,6 @@ MOST_SELECTED = 5  # stages: the steps end before in practice
 LEAST_STAGE_GAIN = 10.0  # fall of -2 log L: less is not worth a parameter
 LEAST_DISTANCE = 2.5  # [standard errors] from the neutral value, where the score test has no power
 CURVE_STAGES = ("reverse_ratio", "power")
-STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
-
-
-def problem_with(
-    whole: Vehicle,
-    vehicle: Vehicle,
-    recordings: Sequence[Recording],
-    settings: OutputErrorSettings,
-) -> Problem:
-    """The problem with free coefficients, constants that the file does not state, and chosen effects."""
-    known = set(vehicle.constants.names) - set(whole.estimated)
-    problem = Problem(whole, tuple(recordings), (), settings.step, settings.outlier, settings.block)
-    n, m = problem.n_coefficients, problem.n_constants
-    free = [*range(n), *(n + i for i, c in enumerate(whole.constants.names) if c not in known)]
-    sought = {kind for kind in settings.effects if kind != "delay"}
-    delays = free_delays(vehicle, settings.effects)
-    for i, name in enumerate(problem.names[n + m :], n + m):
-        free += [i] if name.partition("_")[0] in sought or name in delays else []
-    return Problem(
-        whole, tuple(recordings), tuple(free), settings.step, settings.outlier, settings.block
-    )
-
-
-def free_delays(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:
-    """Names of the delays to estimate: those that the vehicle file leaves open; with the effect, the position's.
-
-    Raises IdentificationError where both are open and so is the latency of a thruster: a common delay of position
-    and heading is indistinguishable from it.
-    """
-    position, heading = vehicle.estimated_delays
-    if position and heading:
-        latency = vehicle.constants.index[:, STAGES.index("latency")]
-        names = [vehicle.constants.names[i] for i in latency if i >= 0]
-        if (latency < 0).any() or set(names) & set(vehicle.estimated):
-            raise IdentificationError(
-                "pose: delay: estimate: a delay that position and heading have in common is indistinguishable "
-                "from the thrusters' latency. State heading_delay (0 where the heading is not late), and the "
-                "position's is estimated; or state the latency of all thrusters in the chain"
-            )
-    elif "delay" in effects and not heading:
-        position = True
-    return tuple(n for n, free in zip(DELAY_NAMES, (position, heading), strict=True) if free)
 
 
 def select_stages(
@@ -86,21 +44,11 @@ def select_stages(
         if there is None or most is None:
             break
         at = there
-        findings += most.findings
+        findings += most.findings(at.theta)
     return at, findings
 
 
-@dataclass(frozen=True)
-class _Candidate:
-    """A stage with enough expected gain, and the problem with it."""
-
-    findings: tuple[Finding, ...]  # if it is selected
-    wider: Problem
-    theta: Array  # where its search begins
-    test: ScoreTest
-
-
-def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[_Candidate]:
+def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[Held]:
     """Stages with an expected gain above `LEAST_STAGE_GAIN`, significant or not."""
     problem = at.runs.problem
     found = []
@@ -111,45 +59,50 @@ def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> l
             start = _moved(at, probe, extra.origin)
             runs[id(extra.probe)] = probe.run_filter(start, at.noise, repeatable=False)
         wider = _wider(problem, extra.vehicle, vehicle, settings)
-        test = _tested(problem, wider, runs[id(extra.probe)])
+        test = held_test(runs[id(extra.probe)], problem, wider)
         if test.gain > LEAST_STAGE_GAIN:
-            found.append(_Candidate((extra.finding,), wider, _moved(at, wider, extra.origin), test))
+            begin = _moved(at, wider, extra.origin)
+            found.append(Held(test, wider, begin, partial(_told, (extra.finding,))))
     return found
 
 
+def _told(findings: tuple[Finding, ...], _: Array) -> tuple[Finding, ...]:
+    return findings
+
+
 def _fitted(
-    at: Point, candidate: _Candidate, settings: OutputErrorSettings, horizon: float
+    at: Point, candidate: Held, settings: OutputErrorSettings, horizon: float
 ) -> Point | None:
     """The solution with a candidate; None where there is none."""
     # no further noise sources: else they count as the stage's gain
     found, outcome = search(
-        candidate.wider, candidate.theta, at.noise, hold=settings.hold_noise,
-        least=noise_floor(candidate.wider, horizon), free=present(at.noise),
+        candidate.problem, candidate.theta, at.noise, hold=settings.hold_noise,
+        least=noise_floor(candidate.problem, horizon), free=present(at.noise),
     )  # fmt: skip
     return found if outcome is Outcome.CONVERGED else None
 
 
 def _by_fit(
     at: Point,
-    candidates: Sequence[_Candidate],
+    candidates: Sequence[Held],
     vehicle: Vehicle,
     settings: OutputErrorSettings,
     horizon: float,
-) -> tuple[Point | None, _Candidate | None]:
+) -> tuple[Point | None, Held | None]:
     """Stages of the curve without a significant score test, but with a significant estimate.
 
     Dead-zone edges that stand for a curve hide it from its scores. So all of its candidates are fitted together,
     then each alone; every new stage must be `LEAST_DISTANCE` standard errors from its neutral value.
     """
     problem = at.runs.problem
-    curves = [a for a in candidates if _is_curve(problem, a.wider)]
+    curves = [a for a in candidates if _is_curve(problem, a.problem)]
     tries = [*_whole_curve(at, curves, vehicle, settings), *curves]
     for one in tries:
         there = _fitted(at, one, settings, horizon)
         if there is None or not at.runs.cost - there.runs.cost > LEAST_STAGE_GAIN:
             continue
         far = _significant(
-            there, [i for i in one.wider.free if one.wider.names[i] not in problem.names]
+            there, [i for i in one.problem.free if one.problem.names[i] not in problem.names]
         )
         if far.all():
             return there, one
@@ -163,8 +116,8 @@ def _is_curve(problem: Problem, wider: Problem) -> bool:
 
 
 def _whole_curve(
-    at: Point, curves: Sequence[_Candidate], vehicle: Vehicle, settings: OutputErrorSettings
-) -> list[_Candidate]:
+    at: Point, curves: Sequence[Held], vehicle: Vehicle, settings: OutputErrorSettings
+) -> list[Held]:
     """All stages of the curve at once, if there are several and one is a candidate."""
     problem = at.runs.problem
     if not curves:
@@ -176,7 +129,7 @@ def _whole_curve(
     if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
         return []
     findings = tuple(e.finding for e in of_curve)
-    return [_Candidate(findings, wider, _moved(at, wider, {}), curves[0].test)]
+    return [Held(curves[0].test, wider, _moved(at, wider, {}), partial(_told, findings))]
 
 
 def _significant(at: Point, new: Sequence[int]) -> Mask:
@@ -201,16 +154,6 @@ def _wider(
         step=problem.step,
         earth_fixed=problem.earth_fixed,
     )
-
-
-def _tested(problem: Problem, wider: Problem, runs: FilterRuns) -> ScoreTest:
-    """Score test of a wider problem's further stages, by filter runs of one that may be wider still."""
-    names = [runs.problem.names[i] for i in runs.problem.free]
-    known = {wider.names[i] for i in wider.free}
-    neutral = [k for k, name in enumerate(names) if name not in known]
-    new = [k for k, name in enumerate(names) if name in known and name not in problem.names]
-    split = [k for k in new if "." in names[k]]
-    return score_test(runs, [k for k in new if k not in split[:1]], split, neutral)
 
 
 def _moved(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:

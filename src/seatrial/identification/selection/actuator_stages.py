@@ -34,6 +34,7 @@ CHAIN_FINDINGS = (  # of `with_estimated_stages`
     FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE,
     FindingKind.SCALE_POWER_HELD,
 )
+STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
 STAGES_BY_GROUP = (
     "latency",
     "lag",

@@ -49,6 +49,13 @@ class ScoreSource(Protocol):
         """Contributions (blocks, p) to the gradient of the log likelihood."""
 
 
+class SourceByBlock(ScoreSource, Protocol):
+    """The same with the information of each block."""
+
+    def scores_after(self, step: Array) -> Array:
+        """Scores (blocks, p) after a step (p,) of the parameters."""
+
+
 def score_test(
     runs: ScoreSource,
     tested: list[int],
@@ -80,6 +87,24 @@ def score_test(
     raw = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
     statistic = _as_chi_square(raw, len(sums), len(tested))
     return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
+
+
+def score_test_after_step(runs: SourceByBlock, tested: int) -> ScoreTest:
+    """The test of one parameter, by the scatter of the scores after its step: what is there is no scatter.
+
+    As many blocks as there are parameters carry no information on the scatter.
+    """
+    information = runs.information
+    rest = [i for i in range(len(information)) if i != tested]
+    held = np.linalg.pinv(information[np.ix_(rest, rest)], hermitian=True)
+    direction = np.zeros(len(information))  # the others follow
+    direction[rest], direction[tested] = -held @ information[rest, tested], 1.0
+    total = float(runs.scores.sum(axis=0) @ direction)
+    step = total / float(direction @ information @ direction)
+    after = runs.scores_after(step * direction) @ direction
+    n = len(after)
+    statistic = total**2 / float(after @ after) * max(n - len(rest) - 1, 0) / n
+    return ScoreTest(statistic, 1, total * step, np.array([step]))
 
 
 def _as_chi_square(raw: float, blocks: int, freedom: int) -> float:

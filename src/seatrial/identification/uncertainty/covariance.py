@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial.identification.likelihood.optimiser import Point, at_bounds
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.uncertainty.bound import one_sided_profile
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
@@ -17,15 +18,7 @@ SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the sco
 FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
 SHORTEST_BLOCK = 4.0  # [s] innovations are correlated over less
 BLOCKS_PER_PARAMETER = 1.2  # with fewer, blocks are shortened
-# where the likelihood is followed from a bound: first distance in standard errors and in the range,
-# factors from one to the next
-FIRST_DISTANCE, LARGEST_FIRST_DISTANCE, FARTHER, NEARER = 0.5, 0.125, 2.0, 0.25
-BOUND_EVALUATIONS = 8  # at most
-STEEP_LIKELIHOOD = 3.0  # rise of -2 log likelihood at the first distance: it was too far
-OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
-NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
 # of the largest entry: coefficients with less in a tied direction are not named
-LEAST_INFORMATION = 1e-300  # against a division by 0
 LISTED_WEIGHT = 0.1
 
 
@@ -57,7 +50,7 @@ def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
     out[within] = covariance
     # parameters at a bound may be off it: that widens the others
     for i in np.flatnonzero(held):
-        out[within] += _one_sided_profile(at, int(i), inside, inverse, max(factor, 1.0))
+        out += one_sided_profile(at, int(i), inside, inverse, max(factor, 1.0))
     return out
 
 
@@ -80,70 +73,6 @@ def _shrunk(scores: Array, information: Array, inverse: Array, known: Array) -> 
     of_prior = inverse @ known @ inverse
     shrunk = weight * moves.T @ moves + (1.0 - weight) * factor * (inverse - of_prior)
     return shrunk + of_prior, factor
-
-
-def _one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor: float) -> Array:
-    """The addition to the covariance (p, p) of the inner parameters as one at its bound may be off it.
-
-    A lag that ended at 0 leaves its latency as uncertain as that. The likelihood is far from normal there: so the
-    one-sided profile likelihood is followed from the bound, the other parameters one Gauss-Newton step from their
-    best, and the squares of their moves are averaged over it.
-    """
-    problem, free = at.runs.problem, np.array(at.runs.problem.free)
-    low, high = (float(bound[held]) for bound in problem.bounds)
-    across = at.runs.information[inside, held]
-    moved = -inverse @ across
-    own = float(at.runs.information[held, held] + across @ moved)
-    normal = 1.0 / np.sqrt(
-        max(own, LEAST_EIGENVALUE * at.runs.information[held, held], LEAST_INFORMATION)
-    )
-    value = float(at.theta[free[held]])
-    side = 1.0 if value - low < high - value else -1.0
-    reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
-
-    def away(d: float) -> tuple[float, Array] | None:
-        """Rise of the scaled likelihood this far from the bound, the others along with it, and their moves."""
-        theta = at.theta.copy()
-        theta[free[inside]] += side * d * moved
-        theta[free[held]] += side * d
-        runs = problem.run_filter(problem.clipped(theta), at.noise, repeatable=False)
-        if not np.isfinite(runs.cost):
-            return None
-        gradient = runs.gradient[inside]
-        step = inverse_of(runs.information[np.ix_(inside, inside)]) @ gradient
-        return (runs.cost - float(gradient @ step) - at.runs.cost) / factor, side * d * moved + step
-
-    distance, rise, off = [0.0], [0.0], [np.zeros(len(moved))]
-    d = min(FIRST_DISTANCE * normal, LARGEST_FIRST_DISTANCE * reach)
-    for _ in range(BOUND_EVALUATIONS):
-        if d > reach:
-            break
-        found = away(d)
-        steep = len(distance) == 1 and (found is None or found[0] > STEEP_LIKELIHOOD)
-        if steep:  # nearer first
-            d *= NEARER
-            continue
-        if found is None:
-            break
-        distance.append(d)
-        rise.append(found[0])
-        off.append(found[1])
-        if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
-            break
-        d *= FARTHER
-    return _mean_square(np.array(distance), np.array(rise), np.array(off))
-
-
-def _mean_square(distance: Array, rise: Array, moves: Array) -> Array:
-    """Mean of the products (p, p) of moves (n, p), weighted with the likelihood along the distance (n,)."""
-    steps = np.diff(distance)
-    if not len(steps):
-        return np.zeros((moves.shape[1],) * 2)
-    weight = np.exp(-0.5 * (rise - rise.min()))
-    products = weight[:, None, None] * moves[:, :, None] * moves[:, None, :]
-    whole = np.sum(0.5 * steps * (weight[1:] + weight[:-1]))
-    parts = 0.5 * steps[:, None, None] * (products[1:] + products[:-1])
-    return np.asarray(np.sum(parts, axis=0) / whole)
 
 
 def with_enough_blocks(problem: Problem) -> Problem:

@@ -12,7 +12,9 @@ import numpy as np
 
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.uncertainty.profile_line import ProfileLine
 from seatrial.util.frames import Array
+from seatrial.util.statistics import inverse_of
 
 DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone", "steer_dead_zone")
 UNPROBED_EDGE = 1e-3  # twice the standard error of an edge: hardly any command comes so near to it
@@ -34,8 +36,7 @@ def with_dead_zone_profile(at: Point, covariance: Array) -> Array:
     """The covariance (p, p) with the variance of edges from their profile likelihood.
 
     For each group of actuators along the combination of its edges that is known least; all others follow by their
-    correlation with it. The likelihood is scaled by the ratio of sandwich and information (Chandler and Bate,
-    Biometrika 94, 2007).
+    correlation with it.
     """
     out = covariance
     for edges in _groups(at.runs.problem):
@@ -45,7 +46,7 @@ def with_dead_zone_profile(at: Point, covariance: Array) -> Array:
         along = np.zeros(len(out))
         along[edges] = vectors[:, -1]
         error = float(np.sqrt(values[-1]))
-        factor = (_error(_ProfileLine(at, out, along), error) / error) ** 2
+        factor = (_error(_line(at, out, along), error) / error) ** 2
         shift = out @ along / error
         out = out + (factor - 1.0) * np.outer(shift, shift)  # after the groups before
     return out
@@ -62,10 +63,19 @@ def _groups(problem: Problem) -> Iterator[list[int]]:
         ]
 
 
-def _error(line: "_ProfileLine", error: float) -> float:
+def _line(at: Point, covariance: Array, along: Array) -> ProfileLine:
+    """The line along a combination; all that is not at a bound follows by the covariance (p, p)."""
+    variance = float(along @ covariance @ along)
+    inside = np.diag(covariance) > 0.0
+    own = inverse_of(at.runs.information[np.ix_(inside, inside)])
+    independent = float(along[inside] @ own @ along[inside])
+    return ProfileLine(at, along, covariance @ along / variance, inside, independent / variance)
+
+
+def _error(line: ProfileLine, error: float) -> float:
     """Standard error of a combination: root mean square distance from the maximum, by the likelihood."""
     # a parabola: the error from the rise at either side
-    near = [line.rises([side * PARABOLA_PROBE * error]) for side in (-1.0, 1.0)]
+    near = [_rises(line, [side * PARABOLA_PROBE * error]) for side in (-1.0, 1.0)]
     roots = [np.sqrt(max(float(r), LEAST_RISE)) for _, rise in near for r in rise]
     if len(roots) == len(near) and all(
         1.0 / PARABOLA_RATIO < PARABOLA_PROBE / r < PARABOLA_RATIO for r in roots
@@ -73,7 +83,7 @@ def _error(line: "_ProfileLine", error: float) -> float:
         return error * PARABOLA_PROBE * float(np.mean(1.0 / np.array(roots)))
     # else: the second moment of the profile likelihood
     steps = PROFILE_STEP * error * np.arange(1, PROFILE_POINTS + 1)
-    low, high = (line.rises((side * steps).tolist()) for side in (-1.0, 1.0))
+    low, high = (_rises(line, (side * steps).tolist()) for side in (-1.0, 1.0))
     distance = np.concatenate([low[0][::-1], [0.0], high[0]])
     rise = np.concatenate([low[1][::-1], [0.0], high[1]])
     if len(distance) == 1:  # the bounds are near, or the model diverges
@@ -83,51 +93,20 @@ def _error(line: "_ProfileLine", error: float) -> float:
     return float(np.sqrt(np.sum(weight * fine**2) / np.sum(weight)))
 
 
-class _ProfileLine:
-    """The profile likelihood along one combination of the parameters."""
-
-    def __init__(self, at: Point, covariance: Array, along: Array) -> None:
-        self.at, self.along = at, along
-        self.inside = np.flatnonzero(np.diag(covariance) > 0.0)  # those not at a bound
-        self.course = covariance @ along / (along @ covariance @ along)
-        self.scale = self._inverse(at.runs.information)[1] / float(along @ covariance @ along)
-
-    def rises(self, distances: list[float]) -> ProfileRises:
-        """The distances that are reached, and the rises there, until the likelihood is negligible."""
-        problem = self.at.runs.problem
-        free, theta = list(problem.free), self.at.theta
-        reached_so_far, found = [0.0], [0.0]
-        for distance in distances:
-            there = theta.copy()
-            there[free] += (distance - reached_so_far[-1]) * self.course
-            there = problem.clipped(there)
-            reached = float(self.along @ (there - self.at.theta)[free])
-            if abs(reached - reached_so_far[-1]) < BOUND_REACHED * abs(
-                distance - reached_so_far[-1]
-            ):
-                break  # a bound
-            runs = problem.run_filter(there, self.at.noise, repeatable=False)
-            if not np.isfinite(runs.cost):
-                break
-            step, fall = self._step(runs.information, runs.gradient)
-            theta = there
-            theta[np.array(free)[self.inside]] += step
-            reached_so_far.append(reached)
-            found.append(max(0.0, runs.cost - self.at.runs.cost - fall) * self.scale)
-            if found[-1] > NEGLIGIBLE_RISE:
-                break
-        return np.array(reached_so_far[1:]), np.array(found[1:])
-
-    def _inverse(self, information: Array) -> tuple[Array, float]:
-        """The inverse of the information, and the variance of the combination."""
-        a = self.along[self.inside]
-        own = information[np.ix_(self.inside, self.inside)]
-        inverse = np.asarray(np.linalg.pinv(own, hermitian=True))
-        return inverse, float(a @ inverse @ a)
-
-    def _step(self, information: Array, gradient: Array) -> tuple[Array, float]:
-        """A Gauss-Newton step of the other parameters, and the fall of -2 log likelihood by it."""
-        inverse, variance = self._inverse(information)
-        a, g = self.along[self.inside], gradient[self.inside]
-        step = inverse @ (g - a * float(a @ inverse @ g) / variance)
-        return step, float(g @ step)
+def _rises(line: ProfileLine, distances: list[float]) -> ProfileRises:
+    """The distances that are reached, and the rises there, until the likelihood is negligible."""
+    free, theta = list(line.at.runs.problem.free), line.at.theta
+    reached, rises = [0.0], [0.0]
+    for distance in distances:
+        by = distance - reached[-1]
+        there, here = line.moved(theta, by)
+        found = None if abs(here - reached[-1]) < BOUND_REACHED * abs(by) else line.look(there)
+        if found is None:  # a bound, or divergence
+            break
+        there[free] += found[1]
+        theta = there
+        reached.append(here)
+        rises.append(max(0.0, found[0]))
+        if rises[-1] > NEGLIGIBLE_RISE:
+            break
+    return np.array(reached[1:]), np.array(rises[1:])

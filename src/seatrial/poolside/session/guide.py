@@ -33,7 +33,7 @@ class DriveGuide:
         """As of `Guide`."""
         enough = self._enough
         if model is None or model is not self._model:
-            enough.update(seen.time, model, seen.predictions)
+            enough.update(seen.time, model, seen.predictions, whole=seen.whole)
             self._model = model
         known = () if model is None else parameter_states(model, enough.needs)
         found = () if seen.pose is None else self._manoeuvres(model, seen)
@@ -43,4 +43,4 @@ class DriveGuide:
         state = np.concatenate([seen.pose or (), np.nan_to_num(seen.nu) * self._flip])
         self._advisor.period = seen.period or self._advisor.period
         needs, driven = self._enough.needs, self._coverage.driven
-        return self._advisor.advise(model, state, needs, driven=driven)
+        return self._advisor.advise(model, state, needs, driven=driven, trust=seen.trust)

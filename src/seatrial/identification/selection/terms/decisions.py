@@ -9,18 +9,18 @@ from functools import cached_property
 import numpy as np
 
 from seatrial.boat.structure import Term
-from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
-from seatrial.identification.selection.terms.score_information import (
+from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.terms.significance import (
+from seatrial.identification.selection.significance import (
     Estimate,
     Repeats,
     estimate,
     repeats,
 )
+from seatrial.identification.selection.terms.cross_validation import Fold
+from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
 from seatrial.identification.selection.terms.stepwise import (
     SIGNIFICANCE_LEVEL,
     TermSearch,

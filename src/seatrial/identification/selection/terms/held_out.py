@@ -12,7 +12,7 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import predict
-from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
+from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 from seatrial.util.parallel import cores
@@ -170,7 +170,7 @@ def retrained(information: ScoreInformation, rest: Sequence[int], removed: str |
 
     `removed`: a parameter that is held at 0, the others at their best then.
     """
-    from_rest = information.information[list(rest)].sum(axis=0)
+    from_rest = information.of_recordings[list(rest)].sum(axis=0)
     gradient = information.gradient[list(rest)].sum(axis=0)
     theta = information.values + solve_scaled(from_rest, gradient)
     if removed is not None:

@@ -3,20 +3,18 @@
 
 import math
 
-import numpy as np
-
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.physical_library import library_tiers
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.selection.significance import enough_blocks, estimate
 from seatrial.identification.selection.terms.aliasing import aliases
-from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import new_to
-from seatrial.identification.selection.terms.significance import enough_blocks, estimate
 from seatrial.identification.selection.terms.stepwise import (
     candidate_information,
+    predicted,
     room_for,
     significant,
 )
@@ -49,14 +47,11 @@ def missing_term_findings(found: Fit) -> list[Finding]:
     if not best:
         return []
     # the one that predicts left-out blocks best
-    blocks = BlockPrediction.of(fit.model(), recordings, DEFAULT_HORIZON)
-    own = [n for n in looked[best[0]].names if n != best[0].coefficient]
-    before = blocks.squares(fit.model(), looked[best[0]].only(own))
-    after = {t: blocks.squares(fit.model((*fit.terms, t)), looked[t]) for t in best}
-    gains = {t: blocks.gain(before, after[t]) for t in best}
-    most = max(best, key=lambda t: gains[t].log)
-    ratio = np.sqrt(after[most].mean(axis=0) / before.mean(axis=0))[most.axis]
-    if not gains[most].clear or not ratio < 1.0 - LEAST_IMPROVEMENT:
+    gains = predicted(fit, {t: looked[t] for t in best}, DEFAULT_HORIZON)
+    most = max(best, key=lambda t: gains[t][0].log)
+    gain, ratios = gains[most]
+    ratio = ratios[most.axis]
+    if not gain.clear or not ratio < 1.0 - LEAST_IMPROVEMENT:
         return []
     errors = abs(tested[most].z)
     product = most.text().partition(" * ")[2]

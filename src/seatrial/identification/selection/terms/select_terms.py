@@ -12,11 +12,18 @@ from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.structure import Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
-from seatrial.identification.diagnostics.homogeneity import DISAGREEMENTS
+from seatrial.identification.diagnostics.boat_changes import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
-from seatrial.identification.estimator import first_maximum, fit, with_free_stages
+from seatrial.identification.estimator import fit, with_free_stages
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
+from seatrial.identification.selection.significance import (
+    TooShortError,
+    blocks_of,
+    enough_blocks,
+    freedom,
+)
 from seatrial.identification.selection.terms.candidates import (
     candidate_tiers,
     with_terms,
@@ -26,12 +33,6 @@ from seatrial.identification.selection.terms.cross_validation import HALF_NAMES,
 from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.selection import Selection
-from seatrial.identification.selection.terms.significance import (
-    TooShortError,
-    blocks_of,
-    enough_blocks,
-    freedom,
-)
 from seatrial.identification.selection.terms.stepwise import (
     REFIT_SHARE,
     TermSearch,

@@ -8,18 +8,21 @@ that were left out as well.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.selection.terms.aliasing import Alias, aliases
-from seatrial.identification.selection.terms.block_prediction import BlockPrediction
-from seatrial.identification.selection.terms.candidates import drag_of, is_essential
-from seatrial.identification.selection.terms.score_information import (
+from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.terms.significance import Estimate, estimate
+from seatrial.identification.selection.significance import Estimate, estimate
+from seatrial.identification.selection.terms.aliasing import Alias, aliases
+from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain
+from seatrial.identification.selection.terms.candidates import drag_of, is_essential
 from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
+from seatrial.util.frames import Array
 from seatrial.util.progress import over, stage, step
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
@@ -127,22 +130,33 @@ def significant(tested: Mapping[Term, Estimate], tests: int) -> list[Term]:
     return passed
 
 
+def predicted(
+    fit: TermFit, looked: Mapping[Term, ScoreInformation], ahead: float
+) -> dict[Term, tuple[Gain, Array]]:
+    """Of terms that the model lacks: the gain in predicting left-out blocks, and the ratio (3,) of RMS errors.
+
+    looked: the information about the model and the term alone; ahead: [s].
+    """
+    if not looked:
+        return {}
+    blocks = BlockPrediction.of(fit.model(), fit.problem.recordings, ahead)
+    first = next(iter(looked))
+    own = [n for n in looked[first].names if n != first.coefficient]
+    before = blocks.squares(fit.model(), looked[first].only(own))
+    found = {}
+    for term, information in looked.items():
+        after = blocks.squares(fit.model((*fit.terms, term)), information)
+        ratio = np.sqrt(after.mean(axis=0) / before.mean(axis=0))
+        found[term] = blocks.gain(before, after), np.asarray(ratio)
+    return found
+
+
 def _that_predict(
     search: TermSearch, fit: TermFit, looked: Mapping[Term, ScoreInformation]
 ) -> list[Term]:
     """Terms that improve the prediction of left-out blocks, the best first."""
-    if not looked:
-        return []
-    blocks = BlockPrediction.of(fit.model(), fit.problem.recordings, search.ahead)
-    first = next(iter(looked))
-    own = [n for n in looked[first].names if n != first.coefficient]
-    before = blocks.squares(fit.model(), looked[first].only(own))
-    gains = {
-        term: blocks.gain(before, blocks.squares(fit.model((*fit.terms, term)), information))
-        for term, information in looked.items()
-    }
-    kept = [t for t, gain in gains.items() if gain.clear]
-    return sorted(kept, key=lambda t: -gains[t].log)
+    gains = {t: gain for t, (gain, _) in predicted(fit, looked, search.ahead).items() if gain.clear}
+    return sorted(gains, key=lambda t: -gains[t].log)
 
 
 def weakest_newcomer(search: TermSearch, fit: TermFit) -> str | None:

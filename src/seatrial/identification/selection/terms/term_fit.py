@@ -22,7 +22,7 @@ from seatrial.identification.likelihood.optimiser import (
 )
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
-from seatrial.identification.selection.terms.score_information import moved, problem_with_terms
+from seatrial.identification.selection.score_information import moved, problem_with_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.frames import Array

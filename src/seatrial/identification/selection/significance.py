@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.selection.terms.score_information import ScoreInformation, solve_scaled
+from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.recording import Recording
-from seatrial.util.distributions import chi2_sf, normal_two_sided
+from seatrial.util.distributions import chi2_sf, student_two_sided
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
@@ -44,12 +44,6 @@ class TooShortError(IdentificationError):
     """Recordings that are too short to test terms."""
 
 
-def t_chance(t: float, freedom: int) -> float:
-    """Two-sided p-value of Student's t (Wallace, 1959, to 1e-3 of z)."""
-    size = np.sqrt(freedom * np.log1p(t * t / freedom)) * (8 * freedom + 1) / (8 * freedom + 3)
-    return normal_two_sided(float(size))
-
-
 def enough_blocks(recordings: Sequence[Recording], fitted: int) -> bool:
     """Whether recordings have the blocks of `BLOCK` [s] that a test with so many fitted parameters needs."""
     return blocks_of(recordings) >= 2 * fitted
@@ -80,14 +74,14 @@ def estimate(information: ScoreInformation, name: str) -> Estimate:
     j, p = information.place(name), len(information.names)
     unit = np.zeros(p)
     unit[j] = 1.0
-    row = solve_scaled(information.total, unit)
-    step = solve_scaled(information.total, information.gradient.sum(axis=0))
+    row = solve_scaled(information.information, unit)
+    step = solve_scaled(information.information, information.gradient.sum(axis=0))
     value = information.values[j] + step[j]
     left = freedom(information.blocks, p - 1)
     influence = information.scores_after(step) @ row
     sandwich = float(np.sum(influence**2)) * information.blocks / left
     error = float(np.sqrt(max(sandwich, row[j])))
-    return Estimate(float(value), error, t_chance(value / error, left))
+    return Estimate(float(value), error, student_two_sided(value / error, left))
 
 
 def repeats(information: ScoreInformation, name: str, folds: Sequence[Sequence[int]]) -> Repeats:
@@ -96,11 +90,11 @@ def repeats(information: ScoreInformation, name: str, folds: Sequence[Sequence[i
     rest = [i for i in range(len(information.names)) if i != j]
     n = len(rest)
     matrix, right = np.zeros((n + k, n + k)), np.zeros(n + k)
-    matrix[:n, :n] = information.total[np.ix_(rest, rest)]
+    matrix[:n, :n] = information.information[np.ix_(rest, rest)]
     right[:n] = information.gradient.sum(axis=0)[rest]
     for f, members in enumerate(folds):
         at = list(members)
-        cross = information.information[at].sum(axis=0)[j]
+        cross = information.of_recordings[at].sum(axis=0)[j]
         matrix[n + f, :n] = matrix[:n, n + f] = cross[rest]
         matrix[n + f, n + f] = cross[j]
         right[n + f] = information.gradient[at, j].sum()

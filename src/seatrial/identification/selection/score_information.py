@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from seatrial.boat.structure import Term
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.selection.terms.candidates import with_terms
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
@@ -29,7 +28,7 @@ class ScoreInformation:
     names: tuple[str, ...]  # (p,) coefficients, then constants of the chain
     values: Array  # (p,) of the model
     bounds: tuple[Array, Array]  # (p,) each: lowest and highest
-    information: Array  # (g, p, p)
+    of_recordings: Array  # (g, p, p) information of each recording
     gradient: Array  # (g, p)
     scores: Array  # (blocks, p) of all recordings
     shares: Array  # (blocks, p, p) the information in each block
@@ -41,9 +40,9 @@ class ScoreInformation:
         return len(self.scores)
 
     @cached_property
-    def total(self) -> Array:
-        """Information of all recordings (p, p)."""
-        return np.asarray(self.information.sum(axis=0))
+    def information(self) -> Array:
+        """Of all recordings together (p, p)."""
+        return np.asarray(self.of_recordings.sum(axis=0))
 
     def scores_after(self, step: Array) -> Array:
         """Scores (blocks, p) after a step (p,) of the parameters, by each block's own information.
@@ -64,40 +63,85 @@ class ScoreInformation:
             names=tuple(names),
             values=self.values[at],
             bounds=(self.bounds[0][at], self.bounds[1][at]),
-            information=self.information[np.ix_(range(len(self.information)), at, at)],
+            of_recordings=self.of_recordings[np.ix_(range(len(self.of_recordings)), at, at)],
             gradient=self.gradient[:, at],
             scores=self.scores[:, at],
             shares=self.shares[np.ix_(range(self.blocks), at, at)],
         )
+
+    def with_courses(self, weights: Array, courses: Array) -> "ScoreInformation":
+        """With k further parameters s that are 0: factors 1 + s c on other parameters, c the course over blocks.
+
+        weights: (p,) derivative of the parameters by a factor on them; courses: (blocks, k) c in each block. So
+        the blocks' scores and information are those along `weights`, times c: no filter run is needed.
+        """
+        p, k = len(self.names), courses.shape[1]
+        across = self.shares @ weights  # (blocks, p)
+        shares = np.zeros((self.blocks, p + k, p + k))
+        shares[:, :p, :p] = self.shares
+        shares[:, :p, p:] = across[:, :, None] * courses[:, None, :]
+        shares[:, p:, :p] = shares[:, :p, p:].swapaxes(1, 2)
+        shares[:, p:, p:] = (
+            (across @ weights)[:, None, None] * courses[:, :, None] * courses[:, None]
+        )
+        scores = np.hstack([self.scores, (self.scores @ weights)[:, None] * courses])
+        whole, slope = (
+            np.zeros((len(self.gradient), p + k, p + k)),
+            np.zeros((len(self.gradient), p + k)),
+        )
+        np.add.at(whole, self.recording, shares)
+        np.add.at(slope, self.recording, scores)
+        whole[:, :p, :p], slope[:, :p] = self.of_recordings, self.gradient
+        open_ends = np.full(k, np.inf)
+        low, high = self.bounds
+        return ScoreInformation(
+            (*self.names, *(f"course {j}" for j in range(k))), np.append(self.values, np.zeros(k)),
+            (np.append(low, -open_ends), np.append(high, open_ends)), whole, slope, scores, shares, self.recording,
+        )  # fmt: skip
+
+
+def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInformation:
+    """About the free parameters of a problem, at theta (names,) and noise (11,), from one filter run.
+
+    Raises IdentificationError where the model diverges.
+    """
+    runs = problem.run_filter(theta, noise, repeatable=False, shares=True)
+    if not np.isfinite(runs.cost):
+        raise IdentificationError("the boat diverges; look at the recordings with inspect")
+    free, p = list(problem.free), len(problem.free)
+    information, gradient, shares, owner = [], [], [], []
+    for i, run in enumerate(runs.by_recording):
+        to = problem.free_columns(i)
+        use = to >= 0
+        own = run.share.reshape(-1, len(to), len(to))
+        blocks = np.zeros((len(own), p, p))
+        blocks[np.ix_(np.arange(len(own)), to[use], to[use])] = own[:, use][:, :, use]
+        whole, slope = np.zeros((p, p)), np.zeros(p)
+        whole[np.ix_(to[use], to[use])] = run.information[np.ix_(use, use)]
+        slope[to[use]] = run.gradient[use]
+        information.append(whole)
+        gradient.append(slope)
+        shares.append(blocks)
+        owner.append(np.full(len(own), i))
+    return ScoreInformation(
+        tuple(problem.names[i] for i in free), theta[free], problem.bounds,
+        np.array(information), np.array(gradient), runs.scores,
+        np.concatenate(shares), np.concatenate(owner),
+    )  # fmt: skip
 
 
 def score_information_of(at: Point, extra: Sequence[Term] = ()) -> ScoreInformation:
     """About a solution's free parameters, and about coefficients of further terms, which are 0 in it."""
     problem = at.runs.problem
     whole = problem_with_terms(problem, (*problem.vehicle.structure.terms, *extra))
-    theta = moved(at, whole)
-    runs = whole.run_filter(theta, at.noise, repeatable=False, shares=True)
-    if not np.isfinite(runs.cost):
-        raise IdentificationError("the boat diverges; look at the recordings with inspect")
-    owner = [np.full(int(b[-1]) + 1, i) for i, b in enumerate(whole.blocks)]
-    free = whole.free
-    return ScoreInformation(
-        tuple(whole.names[i] for i in free),
-        theta[list(free)],
-        whole.bounds,
-        np.array([p.information for p in runs.by_recording]),
-        np.array([p.gradient for p in runs.by_recording]),
-        runs.scores,
-        np.concatenate([p.share.reshape(-1, len(free), len(free)) for p in runs.by_recording]),
-        np.concatenate(owner),
-    )
+    return score_information(whole, moved(at, whole), at.noise)
 
 
 def problem_with_terms(problem: Problem, terms: Sequence[Term]) -> Problem:
     """The problem with other terms, all of whose coefficients are free; of the chain the same constants are."""
     n = problem.n_coefficients
     constants = {problem.names[i] for i in problem.free if i >= n}
-    wider = replace(problem, vehicle=with_terms(problem.vehicle, terms), free=())
+    wider = replace(problem, vehicle=problem.vehicle.with_terms(terms), free=())
     m = wider.n_coefficients
     free = (i for i, name in enumerate(wider.names) if i < m or name in constants)
     return replace(wider, free=tuple(free))

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: MIT
+"""Changes of the boat: thrust, drag, mass or the clock offset that differ between recordings, or drift in one.
+
+A battery's voltage falls, weeds gather, water comes in, a payload is added, a clock is set. One model for all
+recordings then describes none, and its standard errors do not show it. So factors on an axis' thrust, on its drag,
+or on both have score tests at the solution, where each is 1: no further fit is needed. Between recordings each has
+a factor of its own. Drift is one slope for all recordings, 0 in the middle of each, so that it is independent of
+differences between them.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial.boat.finding_kinds import QUANTITIES
+from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.selection.score_information import ScoreInformation, score_information
+from seatrial.identification.selection.score_test import (
+    ScoreTest,
+    score_test,
+    score_test_after_step,
+)
+from seatrial.util.frames import AXES, Array
+
+LEAST_FACTOR_GAIN = 20.0  # expected fall of -2 log L: less is not reported
+LARGEST_FACTOR_ERROR = 0.05  # standard error, by the information: above it is not identifiable
+LEAST_FACTOR_CHANGE = 0.03  # relative difference: less is not reported
+LEAST_DELAY = 0.04  # [s] between recordings, reported: less hardly biases the latency
+DEAD_ZONE_CONSTANTS = ("edge_forward", "edge_reverse", "pair_dead_zone")
+DISAGREEMENTS = (FindingKind.HOMOGENEITY, FindingKind.CLOCK_HOMOGENEITY)
+
+
+@dataclass(frozen=True)
+class _Change:
+    """A scale factor that differs between recordings, or drifts."""
+
+    axis: int
+    quantity: str  # of QUANTITIES
+    less: str  # where it is least: a recording, or its beginning or end
+    more: str
+    ratio: float  # of the least to the largest factor
+    test: ScoreTest
+
+    @property
+    def manifest(self) -> bool:
+        """Whether it is significant, and large enough to be reported."""
+        return _beyond_chance(self.test) and self.ratio <= 1.0 - LEAST_FACTOR_CHANGE
+
+
+# of an axis, a quantity, and the weights (p,) by which a factor on it moves the free parameters
+_FactorTest = Callable[[int, str, Array], _Change | None]
+
+
+def _beyond_chance(test: ScoreTest) -> bool:
+    return test.likely and test.gain >= LEAST_FACTOR_GAIN
+
+
+def change_findings(at: Point) -> list[Finding]:
+    """Significant differences between recordings, and drift, by axis; none where a prior explains them."""
+    problem = at.runs.problem
+    if problem.prior is not None:
+        return []
+    known = score_information(problem, at.theta, at.noise)
+    return [*_homogeneity(at, known), *_drift(at, known)]
+
+
+def _homogeneity(at: Point, known: ScoreInformation) -> list[Finding]:
+    """Scale factors that differ between recordings, or a delay if that is the likelier cause."""
+    if len(at.runs.by_recording) < 2:
+        return []
+    manifest = _manifest(at, lambda *of: _factor_by_recording(at, known, *of))
+    delays, gain = _clock_offset(at, known)
+    if gain > sum(change.test.gain for change in manifest):
+        return delays
+    return [
+        finding_of(
+            FindingKind.HOMOGENEITY,
+            *(AXES[change.axis], change.less, change.more),
+            change=1.0 - change.ratio,
+            quantity=change.quantity,
+            dead_zone=_dead_zone(at, change.quantity),
+        )
+        for change in manifest
+    ]
+
+
+def _drift(at: Point, known: ScoreInformation) -> list[Finding]:
+    """Thrust or drag that fall or rise in the course of a recording."""
+    recordings = at.runs.problem.recordings
+    times = _times(at)
+    longest = max(range(len(recordings)), key=lambda i: float(np.ptp(times[known.recording == i])))
+    span = float(np.ptp(times[known.recording == longest]))
+    if span <= 0.0:
+        return []
+    manifest = _manifest(at, lambda *of: _slope(known, times / span, *of))
+    return [
+        finding_of(
+            FindingKind.PARAMETER_DRIFT,
+            *(AXES[change.axis], recordings[longest].name),
+            change=1.0 - change.ratio,
+            quantity=change.quantity,
+            lower=change.less,
+            higher=change.more,
+            of="one recording" if len(recordings) == 1 else "all recordings",
+            dead_zone=_dead_zone(at, change.quantity),
+        )
+        for change in manifest
+    ]
+
+
+def _manifest(at: Point, tested: _FactorTest) -> list[_Change]:
+    """Significant changes by axis, of one quantity: the one with the largest expected fall of -2 log L."""
+    by_quantity: dict[str, list[_Change]] = {quantity: [] for quantity in QUANTITIES}
+    for axis in range(3):
+        for quantity, weights in _scaled_parameters(at, axis):
+            found = tested(axis, quantity, weights)
+            if found is not None and found.manifest:
+                by_quantity[quantity].append(found)
+    return max(by_quantity.values(), key=lambda found: sum(change.test.gain for change in found))
+
+
+def _scaled_parameters(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
+    """Each quantity, and the derivative (p,) of the free parameters by a factor on it: their own values."""
+    problem = at.runs.problem
+    thrust, drag = problem.vehicle.structure.thrust_and_drag(axis)
+    free = np.array(problem.free)
+    for quantity, names in (("thrust", thrust), ("drag", drag), ("thrust and drag", thrust | drag)):
+        own = np.array([problem.names[i] in names for i in free])
+        weights = np.where(own, at.theta[free], 0.0)
+        if weights.any():
+            yield quantity, weights
+
+
+def _factor_by_recording(
+    at: Point, known: ScoreInformation, axis: int, quantity: str, weights: Array
+) -> _Change | None:
+    """The largest difference of scale factors between recordings; None where fewer than two identify one."""
+    found = _by_recording(known, weights)
+    if found is None:
+        return None
+    places, test = found
+    factors = np.concatenate([[1.0], 1.0 + test.step])
+    low, high = int(np.argmin(factors)), int(np.argmax(factors))
+    less, more = (at.runs.problem.recordings[places[i]].name for i in (low, high))
+    return _Change(axis, quantity, less, more, float(max(factors[low], 0.0) / factors[high]), test)
+
+
+def _by_recording(known: ScoreInformation, weights: Array) -> tuple[list[int], ScoreTest] | None:
+    """Recordings that identify it, and the score test of each one's own step along `weights` (p,) of the free
+    parameters, relative to the first's; None where fewer than two identify it.
+    """
+    own = known.of_recordings @ weights @ weights
+    places = np.flatnonzero(own > LARGEST_FACTOR_ERROR**-2).tolist()
+    if len(places) < 2:
+        return None
+    courses = (known.recording[:, None] == places).astype(float)
+    p = len(weights)
+    # the first is the reference: a factor of all is in the coefficients
+    tested = list(range(p + 1, p + len(places)))
+    return places, score_test(known.with_courses(weights, courses), tested, neutral=[p])
+
+
+def _slope(
+    known: ScoreInformation, times: Array, axis: int, quantity: str, weights: Array
+) -> _Change | None:
+    """The change over the longest recording, by one slope for all; None where it is not identifiable.
+
+    times: (blocks,) from any origin in each recording, in lengths of the longest.
+    """
+    own = known.shares @ weights @ weights
+    course = np.zeros(known.blocks)
+    for i in range(len(known.of_recordings)):
+        at = known.recording == i
+        middle = float(own[at] @ times[at] / own[at].sum()) if own[at].sum() > 0.0 else 0.0
+        course[at] = times[at] - middle
+    if not own @ course**2 > LARGEST_FACTOR_ERROR**-2:
+        return None
+    test = score_test_after_step(known.with_courses(weights, course[:, None]), len(weights))
+    change = float(test.step[0])
+    less, more = ("beginning", "end") if change > 0.0 else ("end", "beginning")
+    half = min(0.5 * abs(change), 1.0)
+    return _Change(axis, quantity, less, more, (1.0 - half) / (1.0 + half), test)
+
+
+def _times(at: Point) -> Array:
+    """The middle (blocks,) [s] of the blocks of all recordings."""
+    problem = at.runs.problem
+    pairs = zip(problem.recordings, problem.blocks, strict=True)
+    return np.concatenate([np.bincount(b, r.t) / np.bincount(b) for r, b in pairs])
+
+
+def _clock_offset(at: Point, known: ScoreInformation) -> tuple[list[Finding], float]:
+    """The largest difference of delays from commands to poses, and the expected fall of -2 log L."""
+    problem = at.runs.problem
+    late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
+    found = _by_recording(known, late.astype(float))
+    if found is None or not _beyond_chance(found[1]):
+        return [], 0.0
+    places, test = found
+    delays = np.concatenate([[0.0], test.step])
+    delays = delays + _further_delays(at, late, places, delays)
+    early, last = int(np.argmin(delays)), int(np.argmax(delays))
+    more = float(delays[last] - delays[early])
+    if more < LEAST_DELAY:
+        return [], 0.0
+    one, other = (problem.recordings[places[i]].name for i in (last, early))
+    return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
+
+
+def _further_delays(at: Point, late: Array, places: list[int], delays: Array) -> Array:
+    """What the delays of some recordings lack: of a long one the first step is too short.
+
+    By a pass with their commands shifted. late: (p,) weights of the latencies; delays: [s] of those at `places`.
+    """
+    shifted = list(at.runs.problem.recordings)
+    for i, delay in zip(places, delays.tolist(), strict=True):
+        commands = shifted[i].commands
+        stamps = commands.stamps + round(delay * 1e9)
+        shifted[i] = replace(shifted[i], commands=replace(commands, stamps=stamps))
+    problem = replace(at.runs.problem, recordings=tuple(shifted))
+    again = _by_recording(score_information(problem, at.theta, at.noise), late.astype(float))
+    if again is None or again[0] != places:
+        return np.zeros(len(delays))
+    return np.concatenate([[0.0], again[1].step])
+
+
+def _dead_zone(at: Point, quantity: str) -> str:
+    """Whether thrust changes in a model without a dead zone, which could explain it, in a finding's words."""
+    lacks = quantity == "thrust" and not _has_dead_zone(at.runs.problem.vehicle)
+    return "not modelled" if lacks else "modelled"
+
+
+def _has_dead_zone(vehicle: Vehicle) -> bool:
+    """Whether the thrusters have a dead zone, stated or estimated."""
+    kinds = {name.partition(".")[0] for name in vehicle.constants.names}
+    tables = any(group.table for group in vehicle.file.chain)
+    return tables or bool(kinds & set(DEAD_ZONE_CONSTANTS))
