@@ -8,6 +8,7 @@ import pickle
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import bag_tools
 import logs
@@ -136,7 +137,7 @@ def once(tmp_path_factory):
     root = tmp_path_factory.getbasetemp()
     root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
 
-    def get(name: str, make: Callable[[Path], object]):
+    def get(name: str, make: Callable[[Path], Any]) -> tuple[Path, Any]:
         folder, result = root / f"once-{name}", root / f"once-{name}.pickle"
         with (root / f"once-{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
@@ -148,24 +149,34 @@ def once(tmp_path_factory):
     return get
 
 
+def read_only(made: dict[str, Trial]) -> dict[str, Trial]:
+    """Trials out of a file: their recordings' arrays again such that no test can change them for others."""
+    for trial in made.values():
+        for part in (trial.recording, trial.recording.commands):
+            for value in vars(part).values():
+                if isinstance(value, np.ndarray):
+                    value.setflags(write=False)
+    return made
+
+
 @pytest.fixture(scope="session")
 def clean_mp(mp, once) -> dict[str, Trial]:
-    return once("clean-mp", lambda _: trials("clean", mp))[1]
+    return read_only(once("clean-mp", lambda _: trials("clean", mp))[1])
 
 
 @pytest.fixture(scope="session")
 def clean_af(af, once) -> dict[str, Trial]:
-    return once("clean-af", lambda _: trials("clean", af))[1]
+    return read_only(once("clean-af", lambda _: trials("clean", af))[1])
 
 
 @pytest.fixture(scope="session")
 def paper_af(af, once) -> dict[str, Trial]:
-    return once("paper-af", lambda _: trials("paper-like", af))[1]
+    return read_only(once("paper-af", lambda _: trials("paper-like", af))[1])
 
 
 @pytest.fixture(scope="session")
 def paper_mp(mp, once) -> dict[str, Trial]:
-    return once("paper-mp", lambda _: trials("paper-like", mp))[1]
+    return read_only(once("paper-mp", lambda _: trials("paper-like", mp))[1])
 
 
 @pytest.fixture(scope="session")
