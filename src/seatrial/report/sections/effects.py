@@ -140,5 +140,5 @@ def _of_recordings(model: Model) -> Iterator[str]:
             yield _sized(words, value, error, unit) + (f" toward {direction}" if direction else "")
         elif several:
             sizes = [value for _, value, _, _ in several]
-            unit = several[0][3]
-            yield f"{words} {min(sizes):.2g} to {max(sizes):.2g} {unit.replace('^2', '²')} in {len(several)} recordings"
+            unit = several[0][3].replace("^2", "²")
+            yield f"{words} {min(sizes):.2g} to {max(sizes):.2g} {unit} in {len(several)} recordings"
