@@ -40,9 +40,7 @@ lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-t
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
-	cmake -S core/tests -B build/clang-tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
-	git ls-files 'core/tests/test_*.cpp' 'ros/common/src/*.cpp' 'ros/common/tests/*.cpp' | \
-	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/clang-tidy
+	$(BIN)/python tools/tidy.py
 
 wheels: $(VENV)/.wheels ## wheels for Linux on x86-64 and aarch64, into dist/; needs python3.10, 3.11 and 3.12
 	$(BIN)/python tools/wheels.py $(WHEELS_ARGS)

@@ -32,8 +32,8 @@ from seatrial.monitoring.change_test import (
     linear_evidences,
     linearised,
     log_ratio,
-    means,
-    probable,
+    mean_over_noises,
+    probable_noises,
 )
 from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.running_likelihood import RunningLikelihood
@@ -45,6 +45,7 @@ from seatrial.onboard.live.server import Live
 from seatrial.simulation.plan import PlanFile
 from seatrial.util.errors import FileError, ModelError
 from tests.boats.scenes import TRAINING, driven, pushed, vehicle_of
+from tests.boats.weather import GUSTS, SLOW_WIND, current, hand, waves
 
 PLAN = pushed("hard")  # a disturbance force of 4 % of full thrust
 MORE = 1.2  # times mass and inertia
@@ -169,7 +170,7 @@ def test_the_evidence_of_a_linear_change_is_the_closed_form(model, drives):
     exact = closed(known + rows.T @ rows) - closed(known)
     assert logs[1] - logs[0] == pytest.approx(exact, abs=0.01)
     logs = linear_evidences(space, [seen])
-    linear = {one.change.cause: one.log_evidence for one in means(space, logs)}
+    linear = {one.change.cause: one.log_evidence for one in mean_over_noises(space, logs)}
     assert linear[NONE_OF_THESE] - linear[NO_CHANGE] == pytest.approx(exact, abs=0.01)
 
 
@@ -181,9 +182,9 @@ def test_an_unchanged_boat_is_as_probable_as_ever(model, drives):
         ratio = log_ratio(fitted_changes(space, several, quadratics, len(several)))
         assert ratio < 0.0
         linear = linear_evidences(space, quadratics)
-        assert log_ratio(means(space, linear)) == pytest.approx(ratio, abs=1.0)
+        assert log_ratio(mean_over_noises(space, linear)) == pytest.approx(ratio, abs=1.0)
         # noises that are left out as improbable change nothing
-        kept = np.flatnonzero(probable(linear))
+        kept = np.flatnonzero(probable_noises(linear))
         assert len(kept) < len(several)
         some = [several[i] for i in kept], [quadratics[i] for i in kept]
         assert log_ratio(fitted_changes(space, *some, len(several))) == pytest.approx(
@@ -209,7 +210,7 @@ def test_running_filters_know_the_evidence_of_a_window(model, drives, cause):
             recording = log.recording(stamp - 20 * NANO, stamp)
             alone = linearised(space, windows(model, recording, window.dispersion))
             logs = [linear_evidences(space, one) for one in (window.quadratics, alone)]
-            compared.append([log_ratio(means(space, one)) for one in logs])
+            compared.append([log_ratio(mean_over_noises(space, one)) for one in logs])
     goes_on, alone = np.array(compared).T
     assert len(compared) > 15
     # its windows begin and end up to 2 s earlier
@@ -281,21 +282,26 @@ def test_the_changed_model_is_kept_in_a_file(model, drives, tmp_path):
 
 
 @pytest.mark.system
-def test_a_bump_is_withdrawn(model, drives):
+@pytest.mark.parametrize("motion", [waves, current])
+def test_moving_water_is_no_change(model, drives, motion):
+    """Of a model that was identified without it."""
+    recording = motion(drives[NO_CHANGE], np.random.default_rng(1))
+    assert not findings(ChangeDetector(model), sent(recording))
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("wind", [GUSTS, SLOW_WIND])
+def test_wind_is_no_change(model, wind):
+    drive = driven(pushed("hard", wind), vehicle_of("MP"), 4003, ["S7"])["S7"]
+    assert not findings(ChangeDetector(model), sent(drive.recording.cut(0.0, SECONDS)))
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_hand_is_withdrawn(model, drives, seed):
     """Somebody moves the boat by hand for two seconds: poses that no model explains, then the same boat."""
-    rows, bumped = sent(drives[NO_CHANGE]), []
-    begin = rows[0][0] + 20 * NANO
-    for stamp, kind, values in rows:
-        inside = kind == "pose" and 0 <= stamp - begin < 2 * NANO
-        phase = np.pi * (stamp - begin) / (2 * NANO)
-        bumped.append(
-            (
-                stamp,
-                kind,
-                values + np.sin(phase) * np.array([0.15, 0.0, 0.6]) if inside else values,
-            )
-        )
-    states = [change.state for change in findings(ChangeDetector(model), bumped)]
+    recording = hand(drives[NO_CHANGE], np.random.default_rng(seed))
+    states = [change.state for change in findings(ChangeDetector(model), sent(recording))]
     assert ChangeState.CONFIRMED not in states
 
 
@@ -342,7 +348,9 @@ def test_scores_that_scatter_more_than_stated_count_as_much_less():
     assert twice == pytest.approx(4.0, rel=0.05)
 
 
-@pytest.mark.parametrize("gap", [3, 10, 35, 120])
+@pytest.mark.parametrize(
+    "gap", [10, *(pytest.param(s, marks=pytest.mark.system) for s in (3, 35, 120))]
+)
 def test_a_pause_of_the_poses_does_not_end_the_test(model, drives, gap):
     """Lifted out, loaded, put back: the change is noticed after the pause."""
     before = sent(drives[NO_CHANGE].cut(0.0, 15.0))
@@ -353,6 +361,28 @@ def test_a_pause_of_the_poses_does_not_end_the_test(model, drives, gap):
     after = findings(detector, [(t + shift, kind, values) for t, kind, values in changed])
     assert [change.state for change in after] == [ChangeState.NOTICED]
     assert (after[0].stamp - changed[0][0] - shift) / NANO < 30.0
+
+
+def test_running_filters_begin_again_where_the_boat_diverges(model, drives, monkeypatch):
+    """There are windows again of the poses after that, and of no earlier ones."""
+    space, log = change_space(model), RecentLog(model.vehicle, 60.0)
+    rows = sent(drives[NO_CHANGE].cut(0.0, 24.0))
+    for stamp, kind, values in rows:
+        log.add(kind, stamp, values)
+    origin, now = rows[0][0], rows[-1][0]
+    running = RunningLikelihood(model, space.wider, space.theta, 42.0)
+    true_sums = RunningLikelihood._sums
+
+    def sums(self):
+        found = true_sums(self)
+        return (replace(found[0], cost=np.inf), *found[1:]) if diverges else found
+
+    monkeypatch.setattr(RunningLikelihood, "_sums", sums)
+    for stamp in range(origin, now, 2 * NANO):
+        diverges = origin + 9 * NANO < stamp < origin + 11 * NANO
+        running.advance(log, origin, stamp)
+    assert running.window(origin + 9 * NANO, 20) is not None
+    assert running.window(origin + 5 * NANO, 20) is None
 
 
 def test_rows_of_a_clock_that_is_set_back_do_not_mix_with_later_ones(model, drives):

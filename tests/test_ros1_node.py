@@ -219,7 +219,10 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
         (("__name:=a",), "parameter model is empty"),
         (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
         (("__name:=c", "_model:={model}", "_rate:=900"), "rate is 900"),
-        (("__name:=d", "_model:={model}", "_window:=text"), "window is of another type"),
+        (
+            ("__name:=d", "_model:={model}", "_window:=text"),
+            "window is of another type; expected a number: how late",
+        ),
         (
             ("__name:=e", "_model:={model}", "_pose_topic:=odom"),
             "/odom is what this node publishes",

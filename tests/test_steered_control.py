@@ -201,7 +201,7 @@ def test_an_identified_outboard_follows_a_course(found, controller, shape, curre
     off = across(states, course)
     assert np.sqrt(np.mean(off**2)) < 0.45
     assert off.max() < 1.0
-    assert np.hypot(*(states[-1, :2] - course.at(course.duration).eta[:2])) < 0.5
+    assert np.hypot(*(states[-1, :2] - course.at(course.duration).eta[:2])) < 1.0
 
 
 def test_a_rudder_in_the_flow_keeps_its_gain_over_speed():

@@ -30,6 +30,7 @@ from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.reader import recording_name
 from seatrial.recording.recording import Recording
+from seatrial.recording.undriven import undriven_motion
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
 from seatrial.report.model_report import write_evidence
@@ -93,6 +94,7 @@ def auto(
         recordings = [read(path, vehicle, salvage=salvage) for path in over(here.logs)]
     with stage("inspecting", 0.05):
         inspection = _inspect(here, recordings, vehicle)
+        recordings = [_while_driven(here, recording) for recording in recordings]
     # 3. the model, from all but what is held out
     training, held_out = hold_out(here, recordings, vehicle, test)
     made_from = digest_of(
@@ -166,6 +168,19 @@ def _other_logs(here: Task) -> list[str]:
         f"these logs are of the boat in {here.file('vehicle.yaml')}, whose model was of {joined(before)} and "
         "is replaced (-o for another boat)"
     ]
+
+
+def _while_driven(here: Task, recording: Recording) -> Recording:
+    """Without a beginning or an end in which the boat is carried, towed or adrift."""
+    start, end = None, None
+    for found in undriven_motion(recording):
+        which = "first" if found.first else "last"
+        here.assumed.append(
+            f"the {which} {found.end - found.start:.0f} s of {recording.name} are left out: the boat moves "
+            f"{found.moved:.0f} m there without a command (carried, towed or adrift)"
+        )
+        start, end = (found.end, end) if found.first else (start, found.start)
+    return recording if start is end is None else recording.cut(start, end)
 
 
 def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:

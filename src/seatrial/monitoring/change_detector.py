@@ -3,8 +3,11 @@
 
 Either the poses of the last seconds are as probable by the model as they were at identification, or a changed
 boat explains them better. The ratio of the two evidences is averaged over the identification's errors, wind,
-current and gusts. Its mean is 1 while nothing changes, so it exceeds A with a probability of 1/A at most (Markov's
-inequality). A follows from the false alarms that are accepted.
+current, gusts and waves. Its mean is 1 while nothing changes, so it exceeds A with a probability of 1/A at most
+(Markov's inequality). A follows from the false alarms that are accepted.
+
+Three steps, from cheap to thorough: filters that go on with the drive (`running_likelihood`); closed forms of the
+evidence by their sums; the search of each change (`change_test`), in the few windows where these show one.
 """
 
 import math
@@ -26,8 +29,8 @@ from seatrial.monitoring.change_test import (
     linear_evidences,
     linearised,
     log_ratio,
-    means,
-    probable,
+    mean_over_noises,
+    probable_noises,
 )
 from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.running_likelihood import RunningLikelihood, RunningWindow
@@ -41,7 +44,7 @@ FALSE_ALARMS = 0.1  # an hour
 PASSING = 5.0  # [s] after the notice, in which what passes is over
 CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
-FIRST_LOOK = 5.0  # log ratio that the full test may add to that of linear changes
+LINEAR_ERROR = 5.0  # by which the log ratio of linear changes may be below that of the full test
 FEWEST_POSES = 20  # of a window
 NANO = 1_000_000_000
 
@@ -66,9 +69,7 @@ class ChangeDetector:
     ) -> None:
         self.threshold = math.log(len(lengths) * 3600.0 / every / false_alarms)
         self._lengths, self._every = tuple(sorted(lengths)), round(NANO * every)
-        self._worth = (
-            self.threshold - FIRST_LOOK
-        )  # log ratio of linear changes that is worth the full test
+        self._suspicious = self.threshold - LINEAR_ERROR  # log ratio of linear changes
         self._kept = max(*lengths, CONFIRMATION) + 2.0 * every  # [s]
         self._log = RecentLog(model.vehicle, self._kept)
         self._next: int | None = None  # [ns] stamp of the next test
@@ -95,7 +96,7 @@ class ChangeDetector:
         )
 
     def look(self) -> BoatChange | None:
-        """A new finding, or None. When a test is due: filter runs over the windows."""
+        """A new finding, or None; the next test where it is due, which takes longest in a suspicious window."""
         now = self._log.newest
         if now is None or not self.due:
             return None
@@ -123,7 +124,7 @@ class ChangeDetector:
             if start < since:
                 break
             window = self._running.window(start, FEWEST_POSES)
-            found = [] if window is None else self._fitted(window, start, now, self._worth)
+            found = [] if window is None else self._fitted(window, start, now, self._suspicious)
             if log_ratio(found) > self.threshold:
                 self._noticed = now
                 return _finding(found, ChangeState.NOTICED, now)
@@ -137,7 +138,7 @@ class ChangeDetector:
         None where the linear evidences' log ratio is below `least`, poses are too few, or the boat diverges.
         """
         logs = linear_evidences(self._space, window.quadratics)
-        if log_ratio(means(self._space, logs)) < least:
+        if log_ratio(mean_over_noises(self._space, logs)) < least:
             return []
         try:
             recording = self._log.recording(start, end)
@@ -145,7 +146,9 @@ class ChangeDetector:
             return []
         every = windows(self.model, recording, window.dispersion)
         several = [
-            one for one, is_probable in zip(every, probable(logs), strict=True) if is_probable
+            one
+            for one, is_probable in zip(every, probable_noises(logs), strict=True)
+            if is_probable
         ]
         quadratics = linearised(self._space, several)
         return fitted_changes(self._space, several, quadratics, len(every)) if quadratics else []

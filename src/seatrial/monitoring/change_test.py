@@ -59,14 +59,14 @@ def linear_evidences(space: ChangeSpace, quadratics: Sequence[Quadratic]) -> Arr
     return found
 
 
-def means(space: ChangeSpace, logs: Array) -> list[Evidence]:
+def mean_over_noises(space: ChangeSpace, logs: Array) -> list[Evidence]:
     """The evidence of each change from those (changes, noises) of each noise."""
     return [
         Evidence(one, _mean(own)) for one, own in zip(space.changes, logs.tolist(), strict=True)
     ]
 
 
-def probable(logs: Array) -> Mask:
+def probable_noises(logs: Array) -> Mask:
     """Which noises matter to the evidence of any change, by log evidences (changes, noises)."""
     return np.asarray((logs > logs.max(axis=1, keepdims=True) - NEGLIGIBLE).any(axis=0))
 

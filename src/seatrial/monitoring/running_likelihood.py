@@ -29,7 +29,7 @@ from seatrial.util.frames import Array
 
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 5_000_000_000  # [ns] before new poses, which shows their faults
-FIRST = 3_000_000_000  # [ns] of poses with which the filters begin
+BEGINNING = 3_000_000_000  # [ns] of poses with which the filters begin
 NANO = 1_000_000_000
 
 
@@ -38,22 +38,23 @@ class Mark:
     """Sums of each noise's filter over all poses up to a stamp."""
 
     stamp: int  # [ns]
-    sums: tuple[Sums, ...]
-    poses: int
+    sums: tuple[Sums, ...]  # (noises)
+    poses: int  # number of usable ones
 
 
 @dataclass(frozen=True)
 class RunningWindow:
     """The last seconds with each noise, about the unchanged boat."""
 
-    quadratics: list[Quadratic]  # with the dispersion
+    quadratics: list[Quadratic]  # (noises) over the dispersion
     dispersion: float  # of the scores, with the noise that explains them best
 
 
 class RunningLikelihood:
-    """Windows that end at the newest poses, of the last `length` seconds.
+    """Windows that end at the newest poses, of the last `length` [s].
 
-    model: with the noise; wider, theta (n,): the same boat with the parameters in which it may change.
+    model: with the noise; wider, theta (n,): the same boat with the parameters in which it may change. Memory does
+    not grow. `advance` and `window` from one thread.
     """
 
     def __init__(self, model: Model, wider: Model, theta: Array, length: float) -> None:
@@ -106,8 +107,6 @@ class RunningLikelihood:
             end.since(begin).marginal(self._theta, self._deviations)
             for begin, end in zip(marks[0].sums, marks[-1].sums, strict=True)
         ]
-        if not all(np.isfinite(one.value) for one in whole):
-            return None
         likeliest = int(np.argmax([one.most for one in whole]))
         scatter = dispersion(of_noises[likeliest])
         return RunningWindow([one.over(scatter) for one in whole], scatter)
@@ -118,7 +117,7 @@ class RunningLikelihood:
         return self._marks[-1].stamp
 
     def _begin(self, log: RecentLog, since: int, until: int) -> None:
-        if until - since < FIRST:
+        if until - since < BEGINNING:
             return
         start = max(since, until - CONTEXT)
         try:
@@ -136,8 +135,12 @@ class RunningLikelihood:
         self._mark(until, int(recording.valid.sum()))
 
     def _mark(self, stamp: int, poses: int) -> None:
-        """Note the sums; forget those that no window needs."""
-        self._marks.append(Mark(stamp, self._sums(), poses))
+        """Note the sums; forget those that no window needs, and all where the boat diverged."""
+        sums = self._sums()
+        if not all(np.isfinite(one.cost) for one in sums):
+            self.restart()
+            return
+        self._marks.append(Mark(stamp, sums, poses))
         while len(self._marks) > 1 and self._marks[1].stamp <= stamp - self._length:
             self._marks.popleft()
 

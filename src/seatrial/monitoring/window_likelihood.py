@@ -184,8 +184,8 @@ def noise_of(model: Model) -> Array:
     """The model's noise (11,). Raises ModelError where none was estimated, or the innovations are not white."""
     if model.findings_of(FindingKind.MODEL_MISMATCH):
         raise ModelError(
-            f"{model.name}: innovations are correlated (model mismatch), so a change of the boat can't be told "
-            "from terms that the model lacks; look for them with 'seatrial select'"
+            f"{model.name}: innovations are correlated (model mismatch). Terms that the model lacks look like a "
+            "change of the boat, so there is no test for one; look for them with 'seatrial select'"
         )
     own = noise_vector(model.noise)
     if own is None:

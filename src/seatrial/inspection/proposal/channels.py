@@ -17,6 +17,9 @@ LEAST_EFFECT_SHARE = 0.3  # of the strongest channel's effect on an axis; below 
 OWN_STICK_SHARE = (
     0.1  # of the lever's effect of yaw on an axis, that the axis' own channel has at least
 )
+LEAST_ALIKE = 0.9  # cosine of the gains of two channels that act alike
+ALONE, OFTEN = 1e-3, 0.05  # shares of the rows: most that both are driven, least that each is
+AT_REST = 0.02  # of full command
 LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] range of a lever arm that is proposed
 
 
@@ -29,6 +32,19 @@ class Channels:
     t: Array  # (3, n)
     gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
     spread: Array  # (n,) standard deviation of the command
+    driven: NDArray[np.bool_]  # (rows, n) where the command is not at rest
+
+    def twin(self, name: str) -> str:
+        """Another channel that acts alike and is never driven together with this one: a second source."""
+        i = self.names.index(name)
+        share = self.driven.mean(axis=0)
+        for j, other in enumerate(self.names):
+            size = np.linalg.norm(self.gains[:, i]) * np.linalg.norm(self.gains[:, j])
+            alike = size > 0 and self.gains[:, i] @ self.gains[:, j] > LEAST_ALIKE * size
+            together = (self.driven[:, i] & self.driven[:, j]).mean()
+            if i != j and alike and together < ALONE and min(share[i], share[j]) > OFTEN:
+                return other
+        return ""
 
     @cached_property
     def assigned(self) -> tuple[Assignment, ...]:

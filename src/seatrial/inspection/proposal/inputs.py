@@ -11,7 +11,7 @@ import numpy as np
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
-from seatrial.inspection.proposal.channels import DRIVES_T, Channels
+from seatrial.inspection.proposal.channels import AT_REST, DRIVES_T, Channels
 from seatrial.inspection.proposal.sources import Sources
 from seatrial.inspection.proposal.thruster_weights import weights
 from seatrial.io.reader import read
@@ -172,7 +172,9 @@ def _channels(
     columns = {n: sources.channels[n] | s for n, s in zip(names, scales, strict=True)}
     sizes = np.array([s.get("scale", 1.0) for s in scales])
     spread = values.std(axis=0) / sizes
-    return Channels(names, columns, t, gains * sizes, spread)
+    rests = np.array([s.get("offset", 0.0) for s in scales])
+    driven = np.abs(raw - rests) > AT_REST * sizes
+    return Channels(names, columns, t, gains * sizes, spread, driven)
 
 
 def _thrusters(found: Channels) -> Parts:
@@ -188,7 +190,7 @@ def _thrusters(found: Channels) -> Parts:
         forces.pop(WRENCH[1], None)
         used = {name for force in forces.values() for name in force["of"]}
     inputs = {n: found.columns[n] for n in found.names if n in used}
-    return inputs, {n: _moved_axes(found.t[:, found.names.index(n)]) for n in inputs}, forces
+    return inputs, {n: _thruster_remark(found, n) for n in inputs}, forces
 
 
 def _sticks(found: Channels) -> Parts:
@@ -240,6 +242,16 @@ def _combinations(recordings: Sequence[Recording]) -> int:
     values = np.concatenate([r.commands.values for r in recordings])
     size = np.linalg.svd(values - values.mean(axis=0), compute_uv=False)
     return int((size > LEAST_COMBINATION * size[0]).sum()) if size[0] > 0 else 0
+
+
+def _thruster_remark(found: Channels, name: str) -> str:
+    other = found.twin(name)
+    two = (
+        f"; check: acts as {other} does, never at the same time: two sources of one command?"
+        if other
+        else ""
+    )
+    return _moved_axes(found.t[:, found.names.index(name)]) + two
 
 
 def _moved_axes(t: Array) -> str:
