@@ -69,7 +69,9 @@ class Format:
     def instance(self) -> int | None:
         """The column, of one byte, that tells several sensors apart."""
         i = self.units.find("#")
-        return i if 0 <= i < len(self.columns) and self.characters[i] in ONE_BYTE else None
+        # a damaged FMT may state more columns than formats
+        stated = min(len(self.columns), len(self.characters))
+        return i if 0 <= i < stated and self.characters[i] in ONE_BYTE else None
 
     def places(self) -> Iterator[tuple[str, str, int]]:
         """Name, format character and offset [bytes] of each column."""
