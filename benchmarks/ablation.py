@@ -45,7 +45,7 @@ ALL = "everything on"
 FIRST = 1001  # seed
 STILL = ("paper-like MP", "hard AF")
 PUSHED = ("hard MP pushed",)
-PAGE = command.DOCS / "decisions" / "0013-what-each-branch-is-for.md"
+PAGE = command.DOCS / "decisions" / "0014-what-each-branch-is-for.md"
 IDENTIFICATION = "seatrial.identification"
 LIKELIHOOD = f"{IDENTIFICATION}.likelihood"
 ESTIMATOR = f"{IDENTIFICATION}.estimator"
@@ -224,25 +224,41 @@ def jobs(given: argparse.Namespace) -> list[tuple[str, str, str, int]]:
 
 
 def summary(records: Sequence[Record]) -> str:
-    """One line for each branch; a figure that is the same as with everything on is left out."""
-    head = ["off", "passes", "CPU s", "refused"]
+    """One line for each branch: its figures on what was identified with it off, with everything on in brackets."""
+    head = ["off", "passes", "CPU", "refused"]
     head += [f"{g}: RMS, covered" for g in DATA if g != "ship"] + ["ship: u / v / r"]
-    by_branch = {b: [r for r in records if r["branch"] == b] for b in BRANCHES}
-    every = _cells(by_branch[ALL])
-    rows = [[ALL, *every]]
-    for branch, own in by_branch.items():
-        if branch == ALL or not own:
+    known = {(r["branch"], *r["job"][1:]): r for r in records}
+    rows = []
+    for branch in BRANCHES:
+        jobs_done = [job for b, *job in known if b == branch and (ALL, *job) in known]
+        if not jobs_done:
             continue
-        cells = _cells(own)
-        same = ["" if cell == all_on else cell for cell, all_on in zip(cells, every, strict=True)]
-        rows.append([branch, *same])
+        own, every = ([known[(b, *job)] for job in jobs_done] for b in (branch, ALL))
+        cells = [_ratio(own, every, "passes"), _ratio(own, every, "seconds")]
+        for with_it, without in zip(_figures(every), _figures(own), strict=True):
+            same = "same" if with_it else ""
+            cells.append(
+                without
+                if branch == ALL
+                else same
+                if with_it == without
+                else f"{without} ({with_it})"
+            )
+        rows.append([branch, *cells])
     return table(head, rows)
 
 
-def _cells(own: Sequence[Record]) -> list[str]:
+def _ratio(own: Sequence[Record], every: Sequence[Record], what: str) -> str:
+    """Of sums over what was identified by both."""
+    both = [(a[what], b[what]) for a, b in zip(own, every, strict=True) if what in a and what in b]
+    off, on = np.array(both).reshape(-1, 2).sum(axis=0)
+    return f"{off / on:.2f}"
+
+
+def _figures(own: Sequence[Record]) -> list[str]:
+    """Refusals, then the figures of each group; empty: nothing of it was identified."""
     done = [r for r in own if "failed" not in r]
-    cells = [f"{sum(r[k] for r in done):.0f}" for k in ("passes", "seconds")]
-    cells.append(str(len(own) - len(done)))
+    cells = [str(len(own) - len(done))]
     for group in DATA:
         there = [r["off"] for r in done if r["group"] == group]
         off = np.array([z for each in there for z in each])
@@ -272,7 +288,7 @@ def main(arguments: Sequence[str]) -> None:
     given = parser.parse_args(arguments)
     present = store.code("ablation")
     if given.verb == "run":
-        store.run(given.results, jobs(given), work, present, given.processes)
+        store.run(given.results, jobs(given), work, present, given.workers)
         return
     records = store.chosen(store.read(given.results), present, any_code=given.any_code)
     text = summary(records)

@@ -136,11 +136,11 @@ def main(arguments: Sequence[str]) -> None:
     """Draw, drive, identify, sum up."""
     parser = command.parser("guided", __doc__)
     parser.add_argument("--boats", type=int, default=10, help="how many, from seed 1 on")
-    parser.add_argument("--processes", type=int, help="default: as many as cores")
+    command.with_workers(parser)
     given = parser.parse_args(arguments)
     seeds = range(1, given.boats + 1)
     jobs = [(seed, case, aim) for seed in seeds for case in CASES for aim in AIMS]
-    print(sums(gathered(identified, jobs, given.processes)))
+    print(sums(gathered(identified, jobs, given.workers)))
 
 
 if __name__ == "__main__":

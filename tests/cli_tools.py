@@ -17,7 +17,7 @@ def run(capsys, *arguments) -> tuple[int, str, str]:
 
 
 def documented(command: str, path: Path) -> dict:
-    """The content of a JSON file, which is as docs/json.md says: no other field, none missing, no other type."""
+    """The content of a JSON file, which is as the page on JSON says: no other field, none missing, no other type."""
     content = json.loads(path.read_text())
     kind = SCHEMAS[command][content["seatrial"]]
     msgspec.convert(content, kind, strict=True)

@@ -23,8 +23,10 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from types import FrameType
+from unittest.mock import patch
 
 import autopilot_logs
 import bag_tools
@@ -56,7 +58,7 @@ AUTOPILOTS = {
     "run.tlog": autopilot_logs.telemetry,
 }
 LONG_LOG = 200_000  # [bytes]
-SHORT_LOGS = 19  # for each of two minutes, of which `init` can propose a file
+SHORT_LOGS = 29  # for each of two minutes, of which `init` can propose a file
 PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file
 
 
@@ -119,7 +121,8 @@ def log_seeds() -> dict[str, list[Data]]:
             text = init(path, choices=Choices(axes="forward-right-down")).text
             PROPOSED[file] = vehicle_from(yaml.safe_load(text), file)
             found.append({file: path.read_bytes()})
-            write(path, autopilot_logs.trial(seconds=4.0))
+            with patch.multiple(autopilot_logs, ARMED=0.4, DISARMED=0.2):  # so that motors run
+                write(path, autopilot_logs.trial(seconds=2.0))
             found += SHORT_LOGS * [{file: path.read_bytes()}]
     return {"log": found}
 
@@ -133,6 +136,13 @@ def tf_content() -> dict[str, object]:
     """Poses from tf."""
     frames = {"topic": "/tf", "parent": "map", "child": "base_link"}
     return bag_tools.vehicle(pose=frames).to_mapping()
+
+
+@cache
+def boat(*, tree: bool) -> tuple[Vehicle, str]:
+    """What reads good files, and its file. Building one costs more than most of the reading."""
+    content = tf_content() if tree else vehicle_content()
+    return bag_tools.vehicle_from(content, "vehicle.yaml"), dump_yaml(content)
 
 
 def _whole_vehicle() -> dict[str, object]:
@@ -308,14 +318,11 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
         if kind == "log":
             return _log(path)
         tree = any(b"TFMessage" in content for content in files.values())
-        vehicle = bag_tools.vehicle_from(
-            tf_content() if tree else vehicle_content(), "vehicle.yaml"
-        )
         if kind == "inspect":
             return _inspected(path, tree=tree)
         if kind in ("csv", "parquet", "mat", "hdf"):
             look(path)
-        seatrial.read(path, vehicle, salvage=salvage)
+        seatrial.read(path, boat(tree=tree)[0], salvage=salvage)
     except SeatrialError as error:
         _one_line(str(error))
         return "salvage refused" if salvage else "refused"
@@ -326,8 +333,9 @@ def _log(path: Path) -> str:
     """All fields of all topics; then the recording by the whole log's vehicle file, or a new proposal."""
     formats._opened.cache_clear()  # a case may have the size and, to the clock's tick, the time of the one before
     log = open_log(path)
-    for topic in log.topics.values():
-        (samples,) = log.read([Wanted(topic.name, topic.fields)])
+    topics = [*log.topics.values()]
+    read = log.read([Wanted(topic.name, topic.fields) for topic in topics])
+    for topic, samples in zip(topics, read, strict=True):
         assert len(samples.stamps) + samples.dropped <= topic.messages
         assert samples.values.shape == (len(samples.stamps), len(topic.fields))
     size = path.stat().st_size
@@ -343,7 +351,7 @@ def _inspected(path: Path, *, tree: bool) -> str:
     from seatrial.commands.cli import main as command_line
 
     vehicle = path.parent / "vehicle.yaml"
-    vehicle.write_text(dump_yaml(tf_content() if tree else vehicle_content()))
+    vehicle.write_text(boat(tree=tree)[1])
     said, told = io.StringIO(), io.StringIO()
     with contextlib.redirect_stderr(said), contextlib.redirect_stdout(told):
         code = command_line(["inspect", "-q", str(path), "--vehicle", str(vehicle)])

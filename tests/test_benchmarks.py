@@ -52,11 +52,11 @@ def test_every_benchmark_is_in_the_readme():
 def test_results_are_kept_and_what_is_missing_is_added(tmp_path, capsys):
     path = tmp_path / "results.jsonl"
     jobs = [(n, 10.0) for n in range(3)]
-    store.run(path, jobs[:2], squared, "new", processes=1)
+    store.run(path, jobs[:2], squared, "new", workers=1)
     with path.open("a") as file:
         file.write(json.dumps({"value": -1, "job": [2, 10.0], "code": "old"}) + "\n")
         file.write('{"value": 5, "jo')  # the run was stopped here
-    store.run(path, jobs, squared, "new", processes=1)
+    store.run(path, jobs, squared, "new", workers=1)
     assert "1 to do, 2 done with this code (new)" in capsys.readouterr().out
     found = store.chosen(store.read(path), "new")
     assert [(r["job"], r["value"]) for r in found] == [([n, 10.0], 10.0 * n**2) for n in range(3)]
@@ -70,8 +70,8 @@ def test_a_digest_is_of_one_benchmarks_code():
 
 def test_workers_return_all_jobs_and_gathered_keeps_their_order():
     jobs = [(n, 2.0) for n in (3, 1, 2)]
-    assert [r["value"] for r in gathered(squared, jobs, processes=2)] == [18.0, 2.0, 8.0]
-    assert dict(spread(squared, jobs, processes=1)) == {job: squared(*job) for job in jobs}
+    assert [r["value"] for r in gathered(squared, jobs, workers=2)] == [18.0, 2.0, 8.0]
+    assert dict(spread(squared, jobs, workers=1)) == {job: squared(*job) for job in jobs}
 
 
 def test_a_table_has_words_on_the_left_and_figures_on_the_right():

@@ -26,8 +26,15 @@ from seatrial.evaluation.comparison.cause_candidates import (
 from seatrial.identification.estimator import output_error
 from seatrial.monitoring.change_detector import CONFIRMATION, PASSING, ChangeDetector
 from seatrial.monitoring.change_space import COUPLINGS, change_space
-from seatrial.monitoring.change_test import _maximum, explained, linearised, log_ratio, most_to_gain
+from seatrial.monitoring.change_test import (
+    _maximum,
+    fitted_changes,
+    linear_evidences,
+    linearised,
+    log_ratio,
+)
 from seatrial.monitoring.recent_log import RecentLog
+from seatrial.monitoring.running_likelihood import RunningLikelihood
 from seatrial.monitoring.window_likelihood import windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.onboard.live import Adaptation, Settings, serve
@@ -151,25 +158,50 @@ def test_the_evidence_of_a_linear_change_is_the_closed_form(model, drives):
         ).logpdf(z)
 
     logs = [
-        _maximum(space, c, seen, np.zeros(space.root.shape[1] + c.unknowns))[3]
+        _maximum(space, c, seen, np.zeros(space.root.shape[1] + c.unknowns))[2]
         for c in (none, free)
     ]
     rows = free.of(np.zeros(len(space.theta)), np.zeros(free.unknowns))
     rows = np.stack([free.of(rows, e) for e in np.eye(free.unknowns)])
     known = space.wider.covariance
-    assert logs[1] - logs[0] == pytest.approx(
-        closed(known + rows.T @ rows) - closed(known), abs=0.01
-    )
+    exact = closed(known + rows.T @ rows) - closed(known)
+    assert logs[1] - logs[0] == pytest.approx(exact, abs=0.01)
+    linear = {one.change.cause: one.log_evidence for one in linear_evidences(space, [seen])}
+    assert linear[NONE_OF_THESE] - linear[NO_CHANGE] == pytest.approx(exact, abs=0.01)
 
 
 def test_an_unchanged_boat_is_as_probable_as_ever(model, drives):
     space, recording = change_space(model), drives[NO_CHANGE]
     for start in np.arange(0.0, SECONDS - 10.0, 10.0):
         several = windows(model, recording.cut(start, start + 10.0))
-        seen = linearised(space, several)
-        ratio = log_ratio(explained(space, several, seen))
+        quadratics = linearised(space, several)
+        ratio = log_ratio(fitted_changes(space, several, quadratics))
         assert ratio < 0.0
-        assert ratio < most_to_gain(space, seen)
+        assert log_ratio(linear_evidences(space, quadratics)) == pytest.approx(ratio, abs=1.0)
+
+
+@pytest.mark.parametrize("cause", [NO_CHANGE, BATTERY])
+def test_running_filters_know_the_evidence_of_a_window(model, drives, cause):
+    """A filter that goes on with the drive against one that runs along the window alone."""
+    space, log = change_space(model), RecentLog(model.vehicle, 60.0)
+    running = RunningLikelihood(model, space.wider, space.theta, 42.0)
+    compared, rows = [], sent(drives[cause].cut(0.0, 60.0))
+    origin = following = rows[0][0]
+    for stamp, kind, values in rows:
+        log.add(kind, stamp, values)
+        if stamp < following:
+            continue
+        following += 2 * NANO
+        running.advance(log, origin, stamp)
+        quadratics = running.quadratics(stamp - 20 * NANO, 20)
+        if quadratics:
+            alone = linearised(space, windows(model, log.recording(stamp - 20 * NANO, stamp)))
+            both = [log_ratio(linear_evidences(space, one)) for one in (quadratics, alone)]
+            compared.append(both)
+    goes_on, alone = np.array(compared).T
+    assert len(compared) > 15
+    assert np.abs(goes_on - alone).max() < 2.0 + 0.2 * np.abs(alone).max()
+    assert (np.median(alone) > 10.0) == (np.median(goes_on) > 10.0) == (cause == BATTERY)
 
 
 @pytest.mark.system

@@ -32,7 +32,7 @@ from seatrial.guide.answers import (
 )
 from seatrial.guide.steps import Steps
 from seatrial.inspection.proposal.side_names import contradicting_names
-from seatrial.inspection.proposal.sources import Choices, lever_of, thrusters_of
+from seatrial.inspection.proposal.sources import Choices, lever_of, one_each, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
 from seatrial.recording.excitation import find_roles
@@ -436,7 +436,7 @@ def test_a_typed_answer_is_asked_again_until_it_can_be_read():
     typist = Typist("about 0", "0.2 0.2 135", "0.2 0.2 135; 0.2 -0.2 -135")
     names = ["left", "right"]
     places = answers._answered(
-        typist, "Where?", lambda answer: answers._one_each(thrusters_of(answer), names)
+        typist, "Where?", lambda answer: one_each(thrusters_of(answer), names)
     )
     assert len(places) == 2
     first, second, third = typist.asked

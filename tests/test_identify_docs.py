@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""docs/identify.md: its commands run, print what it shows, and its notes are the program's."""
+"""docs/identify.md: its commands run and print what it shows."""
 
 import contextlib
 import io
@@ -11,7 +11,6 @@ import pytest
 from test_docs import ROOT, blocks
 
 import seatrial
-from seatrial.boat.findings import FindingKind
 from seatrial.commands.cli import main
 
 pytestmark = pytest.mark.system
@@ -64,43 +63,3 @@ def test_every_option_shows_what_it_is_for(shown):
     assert "more for half" not in plain
     lever = seatrial.load(folder / "model.yaml").vehicle.file.pose.lever
     np.testing.assert_allclose(lever, 0.0, atol=1e-3)
-
-
-OF_SCORES = {  # docs/validate.md has them
-    FindingKind.NO_FILTER,
-    FindingKind.HORIZON_NOT_PREDICTED,
-    FindingKind.EXCEEDS_EXPECTED_ERROR,
-    FindingKind.SLOW_POSES,
-    FindingKind.THROUGH_WATER,
-}
-
-
-def messages(heading: str) -> list[str]:
-    """The first column of a section's table, message by message."""
-    rows = PAGE.read_text().split(heading)[1].split("\n## ")[0].splitlines()
-    cells = [row.split("|")[1].strip() for row in rows if row.startswith("| ")][1:]
-    return [message.strip() for cell in cells for message in cell.split(";") if cell != "---"]
-
-
-def test_every_finding_is_in_the_table_as_it_is_worded():
-    said = {kind: re.sub(r"\{[^{}]*\}", "…", kind.sentence) for kind in FindingKind}
-    found = {
-        message: {kind for kind, sentence in said.items() if sentence.startswith(message)}
-        for message in messages("## Notes")
-    }
-    (of_inspect,) = (message for message, kinds in found.items() if not kinds)
-    assert of_inspect == "… contradicts the vehicle file"
-    assert all(len(kinds) <= 1 for kinds in found.values())
-    listed = {kind for kinds in found.values() for kind in kinds}
-    assert listed == set(FindingKind) - OF_SCORES - {FindingKind.OTHER}
-
-
-def test_the_refusals_are_those_that_the_program_makes():
-    sources = " ".join(
-        re.sub(r'"\s*f?"', "", path.read_text()) for path in (ROOT / "src").rglob("*.py")
-    )
-    said = [*messages("## When it refuses"), "… contradicts the vehicle file"]
-    assert len(said) > 6
-    for message in said:
-        for piece in re.split(r"…|\b\d+\b", message):
-            assert piece.strip(" %:,") in sources, piece

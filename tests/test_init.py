@@ -263,10 +263,12 @@ CROSSED = "0.3 0 45; 0.3 0 -45; -0.3 0 45; -0.3 0 -45"
 
 def test_thrusters_behind_an_allocation_are_refused_as_such(log, tmp_path, capsys):
     path = allocated(log, tmp_path / "pool")
-    for more in ((), ("--thrusters", CROSSED.rpartition(";")[0])):  # nothing, and three of four
-        said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", *more)
-        assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
-        assert "in this order: --thrusters 'X Y DEG; X Y DEG; ...'" in said
+    said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml")
+    assert "fl, fr, rl, rr are always driven in the same 3 combinations" in said
+    assert "in this order: --thrusters 'X Y DEG; X Y DEG; ...'" in said
+    three = CROSSED.rpartition(";")[0]
+    said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", "--thrusters", three)
+    assert "3 of 4 thrusters given; one each for fl, fr, rl and rr, separated by ';'" in said
     for wrong in ("0.3 0.2", "0.3 left 45", "0.3 0.2 45 1", "300 200 45"):
         said = refused(capsys, path, "-o", tmp_path / "vehicle.yaml", "--thrusters", wrong)
         assert f"thruster '{wrong}': expected x [m], y [m] and direction [deg]" in said

@@ -357,7 +357,37 @@ def test_two_thrusters_astern_push_nothing_sideways(tmp_path, propose):
     of = {name: force.of for name, force in vehicle.file.forces.items()}
     assert of == {"F_u": {"left": 0.5, "right": 0.5}, "F_r": {"left": -0.5, "right": 0.5}}
     assert "which input drives sway? No channel moves it" in text
+    assert (
+        "# origin: the middle of thrusters around the boat; of thrusters astern only, the" in text
+    )
     assert re.search(r"left: .*sway \(t", text)
+
+
+def test_places_that_are_given_are_used_where_the_recording_shows_weights(
+    tmp_path, propose, capsys
+):
+    """Moments are force times arm, y to port: a thruster to port turns the boat to starboard."""
+    mix = np.array([[0.5, 0.5], [0.0, 0.0], [-0.5, 0.5]])  # left, right
+    log = drive(180.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
+    log = log.but(command=thrust(log.command_t)[:, :2])
+    path = tables(log, tmp_path / "cat", commands="t,left,right")
+    vehicle, text = propose(path, "--thrusters", "-0.4 0.25 0; -0.4 -0.3 0")
+    of = {name: force.of for name, force in vehicle.file.forces.items()}
+    assert of == {"F_u": {"left": 1.0, "right": 1.0}, "F_r": {"left": -0.25, "right": 0.3}}
+    assert "by the places [m] of the thrusters as given" in text
+    assert "No channel moves it" not in text
+    said = refused(capsys, path, "-o", tmp_path / "v.yaml", "--thrusters", "-0.4 0.25 0")
+    assert "1 of 2 thrusters given; one each for left and right" in said
+    sticks = tables(drive(120.0), tmp_path / "two")
+    rows = np.loadtxt(sticks / "commands.csv", delimiter=",", skiprows=1)
+    np.savetxt(
+        sticks / "commands.csv", rows[:, [0, 1, 3]], delimiter=",", header="t,F_u,F_r", comments=""
+    )
+    said = refused(capsys, sticks, "-o", tmp_path / "v.yaml", "--thrusters", "0 0.3 0; 0 -0.3 0")
+    assert (
+        "--thrusters: the commands are F_u and F_r. Places are used with sticks of surge, sway and yaw"
+        in said
+    )
 
 
 def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):

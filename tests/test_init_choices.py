@@ -100,11 +100,10 @@ def test_of_two_boats_one_must_be_named(two_boats, log, tmp_path, propose, capsy
         in line
     )
     assert "of two boats in one recording" in line
-    line = refused(capsys, two_boats, "-o", tmp_path / "v.yaml", "--pose", "/swan/slam/pose")
-    assert (
-        "several candidates for the commands: /duck/joy, /swan/joy; name one with --commands"
-        in line
-    )
+    for choices in (Choices(pose="/swan/slam/pose"), Choices(commands="/swan/joy")):
+        content = yaml.safe_load(init(two_boats, choices=choices).text)  # the rest is that boat's
+        assert content["pose"]["topic"] == "/swan/slam/pose"
+        assert content["commands"]["topic"] == "/swan/joy"
     line = refused(capsys, two_boats, "-o", tmp_path / "v.yaml", "--pose", "/goose/pose")
     assert "no topic /goose/pose (--pose); the topics are" in line
     vehicle, text = propose(
@@ -135,7 +134,6 @@ def test_of_two_boats_the_user_chooses_one(two_boats):
     )
     assert asked == [
         ("Which are the poses of the boat?", ("/duck/slam/pose", "/swan/slam/pose")),
-        ("Which are the commands of the boat?", ("/duck/joy", "/swan/joy")),
     ]
 
 

@@ -47,6 +47,16 @@ def test_a_faster_boat_widens_the_bins_and_keeps_the_seconds(boat):
     assert surge.seconds[-1][-1] == pytest.approx(1.1)
 
 
+def test_discarded_seconds_are_taken_out_to_a_second(boat):
+    coverage = Coverage(boat)
+    drive(coverage, [0.12, 0.0, 0.0], [0.5, 0.0, 0.0], count=101)
+    drive(coverage, [0.9, 0.0, 0.0], [1.0, 0.0, 0.0], begin=10.1, count=100)
+    coverage.discard(10.1)
+    assert coverage.driven[0, 1] == pytest.approx(10.0, abs=1.0)
+    coverage.discard(-1.0)
+    assert not coverage.driven.any()
+
+
 def test_gaps_and_unknown_velocities_do_not_count(boat):
     coverage = Coverage(boat)
     for t, u in [(0.0, 0.1), (3.0, 0.1), (3.1, np.nan), (3.2, 0.1)]:

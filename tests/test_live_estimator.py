@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.identification.estimator import first_maximum
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.poolside import live_estimator

@@ -2,6 +2,9 @@
 """The gate of the live page: Host, Origin, token, bodies; and what its routes answer."""
 
 import json
+import socket
+import time
+from http.client import HTTPConnection
 
 import pytest
 from live_states import FakeSession, shown_state
@@ -256,3 +259,26 @@ def test_the_server_listens_where_it_says(session):
     assert url.endswith(":8330/?token=a%20secret%20with%20spaces")
     assert "0.0.0.0" not in url
     assert url_of(Place("::1"), 1) == "http://[::1]:1/"
+
+
+def test_connections_that_ask_for_nothing_lose_their_place(session, monkeypatch):
+    monkeypatch.setattr("seatrial.poolside.web.server.LONGEST_REQUEST", 0.5)
+    with PageServer(Place(port=0)) as server:
+        server.serve(session)
+        begin = time.monotonic()
+        silent = []
+        while len(silent) < 80 and time.monotonic() < begin + 20.0:
+            one = socket.create_connection(("127.0.0.1", server.port))
+            one.send(b"GET / HTTP/1.1\r\n")
+            silent.append(one)
+        end = time.monotonic() + 10.0
+        status = 503
+        while status == 503 and time.monotonic() < end:
+            time.sleep(0.1)
+            asked = HTTPConnection("127.0.0.1", server.port, timeout=10.0)
+            asked.request("GET", "/api/state")
+            status = asked.getresponse().status
+            asked.close()
+        for one in silent:
+            one.close()
+    assert status == 200

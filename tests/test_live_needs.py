@@ -124,7 +124,15 @@ def test_predictions_that_are_worse_than_expected_are_not_enough():
     for rms, level in [(0.010, "fit"), (0.015, "limited"), (0.030, "not fit")]:
         wrong = PredictionState("surge", rms, 0.010, 0.05)
         assert verdict.update(1.0, model, [wrong])[0].level == level
-    assert "3.00 of the expected" in verdict.states[0].reason
+    assert "errors 1 s ahead are 3.00 times those that the model states" in verdict.states[0].reason
+
+
+def test_errors_that_are_tiny_beside_the_motion_need_no_comparison():
+    verdict = Enough((Use.ODOMETRY,))
+    verdict.update(0.0, known_boat(0.01), [PredictionState("surge", 3e-5, 1e-6, 0.1)])
+    assert verdict.states[0].level == "fit"
+    verdict.update(1.0, known_boat(0.01), [PredictionState("surge", 3e-3, 1e-4, 0.1)])
+    assert verdict.states[0].level == "not fit"
 
 
 def test_an_unstable_model_is_fit_for_nothing():

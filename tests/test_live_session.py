@@ -32,7 +32,7 @@ def vehicle():
 class Queue:
     """A source that the test fills."""
 
-    name, by_columns, problems = "queue", False, ()
+    name, by_columns, problems, behind = "queue", False, (), 0.0
     fault = None  # at the end
 
     def __init__(self):
@@ -72,7 +72,7 @@ class Parted:
         note = self.notes
         estimator = SimpleNamespace(
             use=lambda *given: self.used.append(given), discard=lambda *given: note.append(("estimate", *given)),
-            work=self._work, model=lambda: None, problem="", lag=0.0,
+            work=self._work, model=lambda: None, problem="", lag=0.0, trust=1.0,
             log=SimpleNamespace(recording=self._recording),
         )  # fmt: skip
         recorder = SimpleNamespace(
@@ -81,8 +81,12 @@ class Parted:
             finish=lambda: note.append(("finish",)) or folder / "recording", close=lambda: note.append(("close",)),
         )  # fmt: skip
         health = SimpleNamespace(use=lambda *_: None, states=lambda _: (), check=lambda _: None)
-        prediction = SimpleNamespace(use=lambda *_: None, reload=lambda _: None, states=lambda: ())
+        self.looks = []
+        prediction = SimpleNamespace(
+            use=lambda *_: None, reload=lambda _: None, states=lambda: self.looks.append(1) or (),
+        )  # fmt: skip
         self.source, self.parts_estimator, self.recorder = Queue(), estimator, recorder
+        self.health = health
         parts = Parts(
             self.source, estimator, health, recorder, prediction, Coverage(vehicle),
             SimpleNamespace(advise=lambda *_: self.advice),
@@ -160,6 +164,54 @@ def test_marks_and_discards_reach_recording_and_estimate(parted):
     ]  # fmt: skip
     assert one.session.state().discards == 1
     assert one.session.track(0)[1][-1][0] < 6.0
+
+
+def test_discarded_seconds_are_not_driven_and_not_covered(parted, vehicle):
+    one = parted()
+    command = np.array([1.0, 0.0, 0.0])
+    for i in range(101):
+        one.source.put(
+            SourceEvent("command", i * SECOND // 10, command, i),
+            SourceEvent("pose", i * SECOND // 10, ROW + 0.01 * i, i),
+        )
+    one.until(lambda state: state.poses == 101 and state.coverage)
+    one.until(lambda state: sum(map(sum, state.coverage[0].seconds)) > 9.0)
+    assert one.session.state().driven == pytest.approx(10.0)
+    one.session.discard(4.0)
+    one.until(lambda state: sum(map(sum, state.coverage[0].seconds)) < 7.0)
+    assert one.session.state().driven == pytest.approx(6.0, abs=0.25)
+    assert sum(map(sum, one.session.state().coverage[0].seconds)) == pytest.approx(5.6, abs=1.1)
+
+
+def test_a_computer_that_falls_behind_is_named_and_not_the_sender(parted):
+    one = parted()
+    one.drive(3)
+    given = []
+    one.health.states = lambda now: given.append(now) or ()
+    one.source.behind = 3.0
+    one.until(lambda state: "this computer is 3.0 s behind" in state.message)
+    assert time.time_ns() - given[-1] > 2 * SECOND  # signals are judged at what is used
+    one.source.behind = 0.0
+    one.until(lambda state: state.message == "")
+
+
+def test_poses_and_predictions_go_on_while_a_search_runs(parted):
+    one = parted()
+    begun, searched = threading.Event(), threading.Event()
+
+    def search(**_):
+        begun.set()
+        searched.wait(20.0)
+        return False
+
+    one.parts_estimator.work = search
+    assert begun.wait(10.0)
+    one.drive(51)
+    one.until(lambda state: state.poses == 51)
+    looked = len(one.looks)
+    one.until(lambda _: len(one.looks) > looked + 2)
+    assert one.session.track(0)[0] == 26
+    searched.set()
 
 
 def test_what_fails_is_stated_and_all_else_goes_on(parted):

@@ -9,6 +9,7 @@ import sys
 import time
 from dataclasses import replace
 from pathlib import Path
+from platform import node
 
 import msgspec
 import numpy as np
@@ -427,3 +428,85 @@ def test_a_killed_worker_loses_nothing(ran, boats, tmp_path):
     assert running.returncode == 0, errors
     assert "Traceback" not in errors
     assert (out / "fleet.json").read_bytes() == (ran[0] / "fleet.json").read_bytes()
+
+
+class ByHand:
+    """`dask scheduler` and two `dask worker`, each of its own folder, as a user starts them."""
+
+    def __init__(self, root):
+        self.file, self._running = root / "scheduler.json", []
+        plain = ("--scheduler-file", self.file, "--no-dashboard")
+        self.scheduler = self._start(
+            root / "s", "scheduler", "--host", "127.0.0.1", "--port", 0, *plain
+        )
+        for name in ("a", "b"):
+            self._start(
+                root / name, "worker", "--nthreads", 1, "--local-directory", root / name, *plain
+            )
+
+    def _start(self, folder, *command):
+        folder.mkdir()
+        words = [sys.executable, "-m", "dask", *map(str, command)]
+        with (folder / "log").open("w") as log:
+            self._running.append(
+                subprocess.Popen(words, cwd=folder, stdout=log, stderr=log, start_new_session=True)
+            )
+        return self._running[-1]
+
+    def stop(self):
+        for one in reversed(self._running):
+            one.terminate()
+        for one in self._running:
+            one.wait(timeout=60)
+
+
+@pytest.fixture
+def by_hand(tmp_path):
+    (tmp_path / "cluster").mkdir()
+    started = ByHand(tmp_path / "cluster")
+    yield started
+    started.stop()
+
+
+def command_of(*given):
+    """`seatrial` in a process of its own."""
+    words = [sys.executable, "-m", "seatrial", *map(str, given)]
+    return subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.system
+def test_a_scheduler_elsewhere_makes_the_same_table_and_says_when_it_ends(
+    ran, boats, tmp_path, by_hand
+):
+    deadline = time.monotonic() + 120.0
+    while not by_hand.file.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    out = tmp_path / "out"
+    with command_of("fleet", boats, "-o", out, "--scheduler", by_hand.file) as running:
+        _, errors = running.communicate(timeout=240)
+    assert running.returncode == 0, errors
+    assert (out / "fleet.json").read_bytes() == (ran[0] / "fleet.json").read_bytes()
+    # a recording that is not where the fleet's file says
+    gone = config(
+        tmp_path / "gone.yaml",
+        f"""\
+seatrial: fleet 1
+boats: {{ada: {{vehicle: {boats}/ada/vehicle-MP.yaml, recordings: [{tmp_path}/none.bag]}}}}
+""",
+    )
+    with command_of("fleet", gone, "-o", tmp_path / "gone", "--scheduler", by_hand.file) as running:
+        _, errors = running.communicate(timeout=240)
+    assert running.returncode == 0, errors
+    assert (
+        f"none.bag: no such file or folder on {node()}"
+        in (tmp_path / "gone" / "fleet.json").read_text()
+    )
+    # the scheduler ends while boats are worked on
+    later = tmp_path / "later"
+    with command_of("fleet", boats, "-o", later, "--scheduler", by_hand.file) as running:
+        while not list(later.glob("boats/*/vehicle.yaml")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        by_hand.scheduler.kill()
+        _, errors = running.communicate(timeout=240)
+    assert running.returncode == 1, errors
+    assert "the scheduler has ended" in errors and "Traceback" not in errors

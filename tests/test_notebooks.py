@@ -33,7 +33,7 @@ def test_each_notebook_is_a_page_in_the_menu_with_its_title():
     menu = (ROOT / "mkdocs.yml").read_text()
     assert names(PATHS) == sorted(SHOWN)
     assert names(PATHS) == names(sorted((ROOT / "docs" / "notebooks").glob("*.md")))
-    assert yaml.safe_load(menu)["hooks"] == ["tools/notebooks.py"]
+    assert "tools/notebooks.py" in yaml.safe_load(menu)["hooks"]
     for path in PATHS:
         first = nbformat.read(path, 4).cells[0].source.splitlines()[0]
         page = (ROOT / "docs" / "notebooks" / f"{path.stem}.md").read_text()

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The recorder: what is read back is what arrived, a kill loses nothing that was taken, nothing is overwritten."""
 
+import shutil
 import signal
 import subprocess
 import sys
@@ -86,6 +87,50 @@ def test_discarded_intervals_are_left_out_of_the_saved_recording_and_stay_in_the
     assert len(notes) == 3
     assert '"mark":"begin \\"zigzag\\"\\n"' in notes[0]
     assert recorder.discarded == ((given[50][0], given[59][0]), (given[195][0], given[199][0]))
+
+
+def test_a_killed_program_leaves_discarded_rows_out(tmp_path):
+    recorder = Recorder(tmp_path / "drive", vehicle())
+    given = rows(200)
+    for i, (stamp, pose, command) in enumerate(given):
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+        if i in (59, 120):
+            recorder.discard(given[i - 9][0], stamp)
+            late = given[i - 5]
+            recorder.use("pose", late[0] + 1, late[1])  # inside: left out, too
+    folder = tmp_path / "drive"  # as it is, without an end
+    recording = read(folder, load_vehicle(folder / "vehicle.yaml"))
+    kept = [
+        stamp for i, (stamp, _, _) in enumerate(given) if not (50 <= i <= 59 or 111 <= i <= 120)
+    ]
+    assert recording.stamps.tolist() == kept
+    assert len((folder / "poses.csv").read_text().splitlines()) == 203
+    before = (folder / "kept_poses.csv").read_bytes()
+    recorder.finish()
+    assert (folder / "kept_poses.csv").read_bytes() == before
+
+
+@pytest.mark.parametrize("how", ["removed", "renamed"])
+def test_a_folder_that_is_gone_is_stated_within_a_second(tmp_path, how):
+    folder, elsewhere = tmp_path / "drive", tmp_path / "elsewhere"
+    recorder = Recorder(folder, vehicle())
+    given = rows(3)
+    recorder.use("pose", given[0][0], given[0][1])
+    folder.rename(elsewhere)
+    if how == "removed":
+        shutil.rmtree(elsewhere)
+    time.sleep(1.0)
+    with pytest.raises(
+        FileError, match=r"poses.csv, vehicle.yaml is not there any more.*begin anew"
+    ):
+        recorder.use("pose", given[1][0], given[1][1])
+    with pytest.raises(FileError, match="not there any more"):
+        recorder.finish()
+    if how == "renamed":
+        elsewhere.rename(folder)
+        assert recorder.finish() == folder
+        assert len((folder / "poses.csv").read_text().splitlines()) == 3
 
 
 def test_an_existing_recording_is_never_overwritten(tmp_path):

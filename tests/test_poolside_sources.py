@@ -137,6 +137,30 @@ def test_udp_is_on_loopback_unless_an_address_is_given(sender):
     again.close()
 
 
+def test_lines_that_had_arrived_are_used_when_it_is_closed(sender):
+    with datagrams("udp:0", vehicle()) as source:
+        events = iter(source)
+        place = ("127.0.0.1", source._endpoint.port)
+        sender.sendto(b"pose,1,1,2,3", place)
+        first = next(events)
+        assert source.behind < PATIENCE
+        for i in range(2, 102):
+            sender.sendto(b"pose,%d,1,2,3" % i, place)
+        time.sleep(0.5)
+        source.close()
+        assert [e.stamp for e in (first, *events)] == [i * 1_000_000_000 for i in range(1, 102)]
+        assert source.behind == 0.0
+
+
+def test_a_line_that_waits_shows_how_far_its_user_is_behind(sender):
+    with datagrams("udp:0", vehicle()) as source:
+        sender.sendto(b"pose,1,1,2,3\npose,2,1,2,3", ("127.0.0.1", source._endpoint.port))
+        events = iter(source)
+        next(events)
+        time.sleep(0.3)
+        assert 0.3 <= source.behind < PATIENCE
+
+
 def test_an_empty_datagram_ends_nothing(sender):
     with datagrams("udp:0", vehicle()) as source:
         events = iter(source)
@@ -233,6 +257,87 @@ def test_a_replay_at_speed_takes_its_share_of_the_time(tmp_path):
     assert time.monotonic() - begin < PATIENCE / 2
     with pytest.raises(LiveError):
         open_source(str(tmp_path / "run.csv"), vehicle(), float("nan"))
+
+
+# Growing bags #
+
+
+def grown(path, boat, content, cuts):
+    """Events of a bag that is written up to each cut [bytes], and then to its end."""
+    path.write_bytes(b"")
+    found: list[object] = []
+    with open_source(f"follow:{path}", boat) as source:
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        for begin, end in zip([0, *cuts], [*cuts, len(content)], strict=True):
+            with path.open("ab") as file:
+                file.write(content[begin:end])
+            time.sleep(0.1)
+        source.close()
+        thread.join(PATIENCE)
+        return found, source.problems
+
+
+@pytest.mark.parametrize(("compression", "chunk"), [("zstd", 50), ("lz4", 7), ("", 0)])
+def test_an_mcap_that_grows_gives_what_it_reads_in_the_end(tmp_path, compression, chunk):
+    sent = poses_sent(6.0) + joy_sent(6.0)
+    whole = mcap(tmp_path / "whole.mcap", sent, compression, chunk=chunk)
+    content, boat = whole.read_bytes(), bag_boat()
+    cuts = np.linspace(0, len(content), 9)[1:-1].astype(int).tolist()
+    found, said = grown(tmp_path / "run.mcap", boat, content, cuts)
+    assert said == ()
+    expected = list(open_source(str(whole), boat, 0.0))
+    for kind in ("pose", "command"):
+        own, other = ([e for e in some if e.kind == kind] for some in (found, expected))
+        missing = len(other) - len(own)
+        assert 0 <= missing < 5  # before both topics had a message
+        assert [e.stamp for e in own] == [e.stamp for e in other][missing:]
+        np.testing.assert_array_equal([e.values for e in own], [e.values for e in other][missing:])
+
+
+def test_a_folder_of_mcap_files_is_followed_from_one_to_the_next(tmp_path):
+    sent = sorted(poses_sent(6.0) + joy_sent(6.0), key=lambda s: s.time)
+    folder = tmp_path / "run"
+    folder.mkdir()
+    mcap(folder / "run_0.mcap", sent[:300])
+    found: list[object] = []
+    with open_source(f"follow:{folder}", bag_boat()) as source:
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        time.sleep(0.3)
+        mcap(folder / "run_1.mcap", sent[300:])
+        time.sleep(0.5)
+        source.close()
+        thread.join(PATIENCE)
+    assert len(sent) - 5 < len(found) <= len(sent)
+    assert [e.kind for e in found].count("pose") == len(poses_sent(6.0))
+
+
+def test_a_growing_bag_that_can_not_be_followed_is_one_line(tmp_path):
+    for name in ("run.bag", "run.bag.active", "run.db3"):
+        with pytest.raises(LiveError, match=r"can't be followed while it grows, only \.mcap"):
+            open_source(f"follow:{tmp_path / name}", bag_boat())
+    whole = mcap(tmp_path / "whole.mcap", poses_sent(2.0) + joy_sent(2.0), "").read_bytes()
+    (tmp_path / "odd.mcap").write_bytes(b"no bag at all")
+    with pytest.raises(RecordingError, match=r"does not begin like an \.mcap"):
+        next(iter(open_source(f"follow:{tmp_path / 'odd.mcap'}", bag_boat())))
+    damaged = whole[:2000] + bytes(100) + whole[2000:]
+    (tmp_path / "run.mcap").write_bytes(damaged)
+    with pytest.raises(RecordingError, match="is damaged at byte"):
+        list(open_source(f"follow:{tmp_path / 'run.mcap'}", bag_boat()))
+
+
+def test_a_growing_bag_without_a_topic_waits_for_it(tmp_path):
+    mcap(tmp_path / "run.mcap", poses_sent(2.0))
+    with open_source(f"follow:{tmp_path / 'run.mcap'}", bag_boat()) as source:
+        thread = threading.Thread(target=lambda: list(source))
+        thread.start()
+        end = time.monotonic() + PATIENCE
+        while not source.problems and time.monotonic() < end:
+            time.sleep(0.02)
+        assert "waiting: " in source.problems[0] and "no topic /joy" in source.problems[0]
+        source.close()
+        thread.join(PATIENCE)
 
 
 # Telemetry #

@@ -11,12 +11,15 @@ import pytest
 from conftest import make_model
 from survey_boat import LAG, LATENCY, TRUTH, boat, driven
 
+from seatrial.boat.earth_effects import direction, earth_effects
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import RecordingEntry
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.evaluation.comparison.cause_candidates import BATTERY, CURRENT, MASS, ONE_THRUSTER
 from seatrial.evaluation.comparison.causes import Cause
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import WHAT_TO_DO, next_text
+from seatrial.identification.console import summary
 from seatrial.report.evidence.first_screen import floor_score, known_score
 from seatrial.report.evidence.model_evidence import collect
 from seatrial.report.evidence.runs import judged
@@ -163,6 +166,58 @@ def test_effects_have_their_intervals(survey):
     assert float(current[3]) == pytest.approx(NORMAL_95 * 0.01)
     text = effects.section(SimpleNamespace(model=known)).html
     assert "unmodelled effect: wind" in text
+
+
+@pytest.fixture
+def in_a_current(survey):
+    """The survey boat in a current to the south-west, forward-right-down with latitude and longitude."""
+    content = survey[0].vehicle.to_mapping() | {"axes": "forward-right-down"}
+    content["pose"] = {"latitude": "lat", "longitude": "lon", "psi": "psi"}
+    entry = RecordingEntry(
+        "S1", 60.0, effects={"current_x": -0.03, "current_y": 0.04}, errors={"current_x": 0.001, "current_y": 0.002}
+    )  # fmt: skip
+    return replace(
+        survey[0],
+        recordings=(entry,),
+        vehicle=vehicle_from(content, "frd").with_lever((0.25, -0.03)),
+        estimator=msgspec.structs.replace(
+            survey[0].estimator,
+            findings=[finding_of(FindingKind.LEVER_ARM_ERRORS, ahead=0.01, aside=0.02)],
+        ),
+    )
+
+
+def test_a_current_has_a_size_and_a_bearing(in_a_current):
+    """x of the model is north, y to its left is west."""
+    (found,) = earth_effects(in_a_current.vehicle, in_a_current.recordings[0])
+    assert (found.kind, found.unit, found.direction) == ("current", "m/s", "233 deg (south-west)")
+    assert found.size == pytest.approx(0.05)
+    assert found.error == pytest.approx(np.hypot(0.6 * 0.001, 0.8 * 0.002))
+    rows = [[cell.plain() for cell in row] for row in effects.effects(in_a_current).rows]
+    assert [row[0] for row in rows][-1] == "current toward 233 deg (south-west)"
+    assert "S1: current of 0.0500 ± 0.0017 m/s toward 233 deg (south-west)" in summary(in_a_current)
+
+
+@pytest.mark.parametrize(
+    ("axes", "pose", "said"),
+    [
+        ("forward-left-up", {"x": "east", "y": "north"}, "37 deg (north-east)"),
+        ("forward-left-up", {}, "53 deg from x towards y"),
+        ("forward-right-down", {}, "-53 deg from x towards y"),
+    ],
+)
+def test_a_direction_is_in_the_words_of_the_files_axes(survey, axes, pose, said):
+    content = survey[0].vehicle.to_mapping() | {"axes": axes, "pose": pose}
+    assert direction(vehicle_from(content, "own"), 0.3, 0.4) == said
+
+
+def test_the_first_screen_has_the_effects_on_one_line(in_a_current, survey):
+    line = effects.in_short(in_a_current)
+    assert line == (
+        "lever arm ahead 0.250 ± 0.020 m; lever arm to port -0.030 ± 0.039 m; "
+        "current 0.0500 ± 0.0033 m/s toward 233 deg (south-west)"
+    )
+    assert effects.in_short(survey[0]) == ""
 
 
 def test_without_any_effect_there_is_no_section(evidence):

@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
 import numpy as np
@@ -27,6 +28,7 @@ from ros1_node_tools import (
 from ros1_tools import PARTS, Ros1
 from ros_drive import OVER, SETTLED, WORST, s7, save_model
 from ros_drive import truth_at as truth
+from test_live_command import free_port, until
 
 import seatrial
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
@@ -68,11 +70,13 @@ def ros(tmp_path_factory):
 class Run:
     """The node and a recorder, while a bag is played by its own clock."""
 
-    def __init__(self, ros, bag, model, out, rate=2.0):
-        self.ros, self.bag, self.model, self.out, self.rate = ros, bag, model, out, rate
+    def __init__(self, ros, bag, model, out, rate=2.0, **parameters):
+        self.ros, self.bag, self.out, self.rate = ros, bag, out, rate
+        self.parameters = {"model": model, "publish_map_to_odom": "true", **parameters}
 
     def node(self):
-        node = self.ros.start(str(NODE), f"_model:={self.model}", "_publish_map_to_odom:=true")
+        own = [f"_{name}:={value}" for name, value in self.parameters.items()]
+        node = self.ros.start(str(NODE), *own)
         self.ros.until(lambda: "/seatrial_odometry" in self.ros.subscribers("/joy"), "node")
         return node
 
@@ -312,3 +316,32 @@ def test_odometry_keeps_its_rate_by_system_time(ros, known, tmp_path):
     phase = np.mod(ticks - np.median(np.mod(ticks, 1.0)) + 0.5, 1.0)
     first, second = (np.quantile(part, 0.1) for part in np.array_split(phase, 2))
     assert first == pytest.approx(second, abs=0.15)
+
+
+def test_a_live_session_hears_the_node(ros, played, known, trial, tmp_path):
+    """`seatrial live` on `live_port`: its recording has the poses and commands of the bag, by their stamps."""
+    port, page, out = free_port(), free_port(), tmp_path / "drive"
+    session = subprocess.Popen(
+        [sys.executable, "-m", "seatrial", "live", str(known), f"udp:{port}", "-o", str(out),
+         "--port", str(page), "--no-browser", "--quiet"],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+    )  # fmt: skip
+    try:
+        until(page, lambda _: True)
+        with Run(ros, played, known, tmp_path / "out.bag", live_port=port):
+            pass
+        until(page, lambda state: state["poses"] > 0.9 * len(trial.pose_stamps))
+        session.send_signal(signal.SIGINT)
+        complained, _ = session.communicate(timeout=60.0)
+    finally:
+        session.kill()
+        ros.run("rosparam", "delete", "/seatrial_odometry")
+    assert str(out / "recording") in complained
+    vehicle = seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
+    kept = seatrial.read(out / "recording", vehicle)
+    sent = {s + BAG_EPOCH: row for s, row in zip(trial.pose_stamps.tolist(), trial.pose, strict=True)}
+    assert set(kept.stamps.tolist()) <= set(sent)
+    assert len(kept.stamps) > 0.9 * len(sent)
+    of_bag = np.array([sent[stamp] for stamp in kept.stamps.tolist()])
+    np.testing.assert_allclose(kept.raw[:, :2], of_bag[:, :2], atol=1e-6)
+    assert len(kept.commands.stamps) > 0.9 * len(trial.command_stamps)

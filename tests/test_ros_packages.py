@@ -249,6 +249,9 @@ def launched(monkeypatch):
             name = "LaunchContext" if kind is SimpleNamespace else kind.__name__
             setattr(stand_in, name, kind)
         monkeypatch.setitem(sys.modules, module, stand_in)
+    monkeypatch.syspath_prepend(str(ROOT / "ros" / "ros2"))
+    for own in ("seatrial_odometry", "seatrial_odometry.node_launch"):
+        monkeypatch.delitem(sys.modules, own, raising=False)
 
     def run_file(node: str):
         path = ROOT / f"ros/ros2/launch/{node}.launch.py"

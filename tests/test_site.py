@@ -3,6 +3,7 @@
 
 import re
 import sys
+from types import SimpleNamespace
 
 import pytest
 import yaml
@@ -13,9 +14,11 @@ from seatrial.commands.cli import main
 
 sys.path.insert(0, str(ROOT / "tools"))
 import flow
+import generated
 import json_page
 import pictures
 import reference
+import troubleshooting
 
 DOCS = ROOT / "docs"
 
@@ -34,8 +37,23 @@ def test_every_page_is_in_the_menu():
     assert any("/" in page for page in written)
 
 
+def test_the_site_has_whole_pages_where_the_repository_has_short_ones():
+    assert "tools/generated.py" in yaml.safe_load((ROOT / "mkdocs.yml").read_text())["hooks"]
+    for name, whole in (
+        ("reference.md", reference.page()),
+        ("json.md", json_page.page()),
+        ("troubleshooting.md", troubleshooting.page()),
+        ("index.md", "as it is"),
+    ):
+        page = SimpleNamespace(file=SimpleNamespace(src_uri=name))
+        assert generated.on_page_markdown("as it is", page) == whole
+        kept = (DOCS / name).read_text()
+        assert kept.splitlines()[0] == whole.splitlines()[0] or name == "index.md"
+
+
 def test_the_reference_is_what_the_program_says():
-    assert (DOCS / "reference.md").read_text() == reference.page(), "run tools/reference.py"
+    assert (DOCS / "reference.md").read_text() == reference.short(), "run tools/reference.py"
+    assert "- `identify`: identify a model from recordings" in reference.short()
     text = reference.page()
     for words in ("### seatrial identify", "`--prior OLD`", "### read", "class Model"):
         assert words in text
@@ -64,7 +82,9 @@ def test_the_picture_of_the_flow_is_drawn_by_its_tool():
 
 
 def test_the_page_on_json_is_what_the_program_writes():
-    assert (DOCS / "json.md").read_text() == json_page.page(), "run tools/json_page.py"
+    assert (DOCS / "json.md").read_text() == json_page.short(), "run tools/json_page.py"
+    assert "`scores 5`, `report 1`" in json_page.short()
+    assert "## seatrial validate" in json_page.sections(["validate"])
     assert "| `written` | text | path |" in json_page.page()
     assert "| `rms` | number |" in json_page.page()
 

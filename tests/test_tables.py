@@ -37,6 +37,8 @@ TEXTS = {
     "header in a comment": "# a log\n# t x y\n" + text_of(" ").split("\n", 1)[1],
     "percent": "%" + text_of(","), "units": text_of(",").replace("y\n", "y\n[s],[m],[m]\n", 1),
     "carriage returns": text_of(",").replace("\n", "\r\n"), "byte order mark": "\ufeff" + text_of(","),
+    "title": "Drive of boat 3; 12.05.2026, lake\n" + text_of(";", comma=True), "separator": "sep=;\n" + text_of(";"),
+    "titles and units": "boat 3\nlake, calm\n\n" + text_of(",").replace("y\n", "y\ns,m,m\n", 1),
     "quoted": text_of(",").replace("t,x,y", '"t","x","y"'), "empty lines": text_of(",").replace("\n", "\n\n"),
 }  # fmt: skip
 
@@ -51,8 +53,37 @@ def test_text_with_any_separator_gives_the_same_numbers(tmp_path, kind):
     stamps = table.stamps(Column(column="t"))
     np.testing.assert_allclose(stamps, T * 1e9, atol=1.0)
     assert ("the line after the header has units, and counts as no row" in table.remarks) == (
-        kind == "units"
+        "units" in kind
     )
+    titles = {"title": 1, "separator": 1, "titles and units": 2}.get(kind)
+    said = [r for r in table.remarks if "above the header" in r]
+    assert said == (
+        [f"{titles} lines above the header are no row, and are left out"] if titles else []
+    )
+
+
+@pytest.mark.parametrize(
+    ("encoding", "said"),
+    [
+        ("cp1252", "is not UTF-8, and was read as Windows-1252"),
+        ("utf-16", None),
+        ("utf-8-sig", None),
+    ],
+)
+def test_text_of_other_encodings_gives_the_same_numbers(tmp_path, encoding, said):
+    path = tmp_path / "log.csv"
+    path.write_text(text_of(";", comma=True, head="t,x,y [°]"), encoding=encoding, newline="")
+    table = one(path)
+    assert table.names == ["t", "x", "y [°]"]
+    np.testing.assert_allclose(table.columns(["y [°]"])[:, 0], Y, atol=1e-9)
+    assert table.remarks == ([said] if said else [])
+
+
+def test_a_header_with_too_few_names_is_no_title(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,x\n1,2,3\n4,5,6\n")
+    with pytest.raises(SeatrialError, match="3 cells, expected 2; name every column"):
+        one(path)
 
 
 def test_a_name_that_is_twice_in_the_header_names_two_columns(tmp_path):

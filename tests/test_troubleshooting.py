@@ -16,7 +16,7 @@ from seatrial.recording.pose_faults import FaultKind
 sys.path.insert(0, str(ROOT / "tools"))
 import troubleshooting
 
-PAGE = (ROOT / "docs" / "troubleshooting.md").read_text()
+PAGE = troubleshooting.page()
 
 
 def messages() -> list[str]:
@@ -32,8 +32,12 @@ def messages() -> list[str]:
     return found
 
 
-def test_the_page_is_what_the_program_says():
-    assert troubleshooting.page() == PAGE, "run tools/troubleshooting.py"
+def test_a_message_is_found_by_its_words():
+    (entry,) = troubleshooting.found("one edge for both sides").split("\n- ")
+    assert entry.startswith("- `dead zone of …: one edge for both sides")
+    assert "**Do:**" in entry
+    assert troubleshooting.found("no such words") == ""
+    assert troubleshooting.found("").count("\n- ") > len(FindingKind)
 
 
 def test_every_finding_has_a_meaning_and_stands_on_the_page_with_its_advice():

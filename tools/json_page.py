@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: MIT
-"""docs/json.md: what --json writes for each command, from the classes of the content and their comments.
+"""What --json writes for each command, from the classes of the content and their comments.
 
-python tools/json_page.py            # after a change of one of them
+The site has every field (tools/generated.py); docs/json.md in the repository names the kinds of content.
+
+python tools/json_page.py            # writes docs/json.md, after a new kind or version
+python tools/json_page.py validate   # prints the fields of one command
 """
 
 import dataclasses
 import enum
 import inspect
 import re
+import sys
+import textwrap
 import typing
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -24,8 +29,6 @@ PLAIN = {
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
 HEAD = """\
 # Results as JSON
-
-Made by `tools/json_page.py` from the program itself.
 
 Every command takes `--json FILE` and then also writes its result as JSON. With `--json -` the JSON is on
 standard output, and nothing else is: `seatrial inspect run1.bag --vehicle boat.yaml --json - | jq .signs`. Exit
@@ -112,15 +115,35 @@ def first_line(kind: type) -> str:
     return inspect.cleandoc(kind.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
 
 
-def page() -> str:
-    """The whole page."""
-    lines, done = [HEAD], set[type]()
-    for command in COMMANDS:
+def sections(commands: Sequence[str]) -> str:
+    """What each command writes, a class once."""
+    lines, done = list[str](), set[type]()
+    for command in commands:
         for kind, content in SCHEMAS.get(command, {}).items():
             lines += [f"## seatrial {command}: `{kind}`", "", first_line(content), ""]
             lines += section(content, done)
     return "\n".join(lines).rstrip() + "\n"
 
 
+def page() -> str:
+    """The page of the site."""
+    return f"{HEAD}\n{sections(list(COMMANDS))}"
+
+
+def short() -> str:
+    """The page in the repository."""
+    kinds = [f"`{kind}`".replace(" ", "~") for name in COMMANDS for kind in SCHEMAS[name]]
+    text = f"Kinds, in the order of `seatrial --help`: {', '.join(kinds)}."
+    listed = [line.replace("~", " ") for line in textwrap.wrap(text, 120)]
+    note = (
+        "Fields of one command, with type, unit and meaning: `python tools/json_page.py validate`. `make docs` writes\n"
+        "those of all commands into this page of the site.\n"
+    )
+    return "\n".join([HEAD, note, *listed]) + "\n"
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    if sys.argv[1:]:
+        print(sections(sys.argv[1:]), end="")
+    else:
+        PAGE.write_text(short())

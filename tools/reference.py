@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""docs/reference.md: every command with its options, and the library's public names.
+"""The reference: every command with its options, and the library's public names.
 
-python tools/reference.py            # after a change of either
+The site has all of it (tools/generated.py); docs/reference.md in the repository names commands and functions.
+
+python tools/reference.py            # writes docs/reference.md, after a new command or public name
 """
 
 import argparse
 import inspect
 import re
+import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -94,17 +97,28 @@ def plain(signature: str) -> str:
     return re.sub(r"(?:\b[a-z_]+\.)+(?=[A-Z])", "", signature.replace("'", ""))
 
 
+def names() -> list[str]:
+    """Commands, each with its purpose, and the library's names."""
+    chosen = next(a for a in make_parser()._actions if isinstance(a, argparse._SubParsersAction))
+    rows = [f"- `{action.dest}`: {action.help}" for action in chosen._choices_actions]
+    library = ", ".join(f"`{name}`" for name in seatrial.__all__)
+    text = f"`import seatrial`, then `help(seatrial.NAME)`: {library}."
+    lines = ["## Commands", "", "`seatrial COMMAND --help` lists the options and shows examples.", ""]
+    lines += [*rows, "", "## Library", ""]
+    return [*lines, *textwrap.wrap(text, 120, break_on_hyphens=False)]
+
+
+def short() -> str:
+    """The page in the repository."""
+    note = "`make docs` writes every option and every docstring into this page of the site."
+    return "\n".join(["# Reference", "", note, "", TERMINAL, *names()]) + "\n"
+
+
 def page() -> str:
-    """The whole page."""
-    head = [
-        "# Reference",
-        "",
-        "Made by `tools/reference.py` from the program itself.",
-        "",
-        TERMINAL,
-    ]
+    """The page of the site."""
+    head = ["# Reference", "", TERMINAL]
     return "\n".join([*head, *commands(make_parser()), *library()]).rstrip() + "\n"
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    PAGE.write_text(short())

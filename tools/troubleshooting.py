@@ -1,27 +1,26 @@
 # SPDX-License-Identifier: MIT
 # ruff: noqa: E501 (sentences)
-"""docs/troubleshooting.md: messages, what they mean, what to do.
+"""Messages, what they mean, what to do: a page of the site (tools/generated.py).
 
-python tools/troubleshooting.py       # after a change of a message
+python tools/troubleshooting.py dead zone      # entries with these words; none: all
 
 Sentences and advice are the program's own: findings, faults, health. Only meanings are written here; a test
 compares, and finds every error below in the source.
 """
 
 import re
+import sys
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 
 from seatrial import _core
 from seatrial.boat.finding_kinds import FindingKind
 from seatrial.recording.pose_faults import FaultKind
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "troubleshooting.md"
 HEAD = """\
 # Troubleshooting
 
-Made by `tools/troubleshooting.py`. Search this page for words of your message; *…* stands for names and numbers of
-your data. Each entry: the message, what it means, what to do.
+Search this page for words of your message; *…* stands for names and numbers of your data. Each entry: the message,
+what it means, what to do.
 """
 K = FindingKind
 
@@ -55,12 +54,14 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.UNMODELLED_TRIM: "The boat is pushed to one side at command zero.",
         K.UNMODELLED_WIND: "A force from one direction of the earth acts on the boat.",
         K.UNMODELLED_DELAY: "As of a GNSS beside a gyro: the position lags the heading.",
-        K.HEADING_OFFSET: "The sensor is mounted at an angle, or the heading has another zero.",
+        K.HEADING_OFFSET: "The sensor is mounted at an angle, or the heading has another zero. Until that is corrected "
+        "all coefficients are of a misaligned boat.",
     },
     "Recordings that disagree": {
-        K.HOMOGENEITY: "The boat changed between the recordings. The model is their mean.",
+        K.HOMOGENEITY: "The boat changed between the recordings (battery, payload, trim, weeds), or its drag has another "
+        "form at other speeds. The model is their mean.",
         K.CLOCK_HOMOGENEITY: "The computers of poses and commands have two clocks.",
-        K.PARAMETER_DRIFT: "The boat changed during the recording.",
+        K.PARAMETER_DRIFT: "The boat changed during the recording, as by a battery that runs down.",
         K.DISTURBED_INTERVAL: "Something other than thrusters and water moved the boat there.",
         K.DISTURBANCE_INFLUENCE: "What these intervals cost.",
     },
@@ -143,6 +144,8 @@ ERRORS: Mapping[str, tuple[tuple[str, str, str], ...]] = {  # message, meaning, 
          "Record the joypad or the motor outputs, too."),
         ("poses and commands do not overlap", "They are by two clocks, or of two runs.",
          "Check the units of both stamps; record with one computer's clock."),
+        ("ahead of the recorder's clock", "Two computers have two clocks.",
+         "Run chrony on both; cut the recording where the clock jumps, with `--start` and `--end`."),
         ("of the steps between poses leap by about", "Poses of two sources alternate.", "Record one of them."),
         ("nowhere five usable poses in a row", "There are gaps all over, or the stamps are very uneven.",
          "Record the sensor's own stamps at 10 Hz or more."),
@@ -154,6 +157,16 @@ ERRORS: Mapping[str, tuple[tuple[str, str, str], ...]] = {  # message, meaning, 
          "`seatrial inspect` names the faults."),
         ("can't be told apart: vary speed and command independently", "Two terms do the same in this recording.",
          "Drive pulses of several sizes with pauses, or take one term out."),
+        ("excited (RMS command", "An axis is hardly driven.", "Drive a minute of pulses in it, or remove its terms."),
+        ("of the poses are rejected as outliers", "The structure or a sign is wrong.",
+         "Run `seatrial inspect` with the vehicle file."),
+        ("the boat diverges from the start values",
+         "A command moves another axis than its name, or a clock is off by seconds.",
+         "Run `seatrial inspect` with the vehicle file."),
+        ("no solution after", "A clock is off by seconds, the prior is another boat's, or there is too little driving.",
+         "Check signals and clocks with `seatrial inspect`, or drive longer."),
+        ("a delay that position and heading have in common is indistinguishable",
+         "A common delay looks like the thrusters' latency.", "State `heading_delay`, or the latency of all thrusters."),
         ("nothing is commanded; drive, and record the commands", "All commands are constant.",
          "Check the columns of the inputs with `seatrial inspect`."),
         ("throughout; constant thrust and drag are not distinguishable", "A force never changes.",
@@ -223,5 +236,11 @@ def page() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def found(words: str) -> str:
+    """Entries that contain these words, in any case."""
+    entries = re.findall(r"^- .*(?:\n  .*)*", page(), re.MULTILINE)
+    return "\n".join(one for one in entries if words.lower() in one.lower())
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    print(found(" ".join(sys.argv[1:])))

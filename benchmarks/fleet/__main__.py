@@ -17,10 +17,10 @@ def main(arguments: Sequence[str]) -> None:
     """Draw, drive, identify, sum up."""
     parser = command.parser("fleet", benchmarks.fleet.__doc__)
     parser.add_argument("--boats", type=int, default=20, help=f"how many, from seed {FIRST} on")
-    parser.add_argument("--processes", type=int, help="default: as many as cores")
+    command.with_workers(parser)
     given = parser.parse_args(arguments)
     jobs = [(seed,) for seed in range(FIRST, FIRST + given.boats)]
-    rows = gathered(identified, jobs, given.processes)
+    rows = gathered(identified, jobs, given.workers)
     for row in rows:
         if text := line(row):
             print(f"{row.seed}: {text}")

@@ -20,7 +20,19 @@ def parser(name: str, text: str | None) -> argparse.ArgumentParser:
 def with_seeds(given: argparse.ArgumentParser, count: int, first: int) -> None:
     """Options of how much is run."""
     given.add_argument("--seeds", type=int, default=count, help=f"how many, from {first} on")
-    given.add_argument("--processes", type=int, help="default: as many as cores")
+    with_workers(given)
+
+
+def with_workers(given: argparse.ArgumentParser) -> None:
+    """Options of who does the work: `workers` is a number of processes, or a scheduler of Dask."""
+    who = given.add_mutually_exclusive_group()
+    who.add_argument(
+        "--processes", dest="workers", type=int, metavar="N", help="default: as many as cores"
+    )
+    who.add_argument(
+        "--scheduler", dest="workers", metavar="WHERE",
+        help="workers of Dask elsewhere: tcp://HOST:PORT, or a scheduler's file",
+    )  # fmt: skip
 
 
 def with_results(given: argparse.ArgumentParser, path: str) -> None:

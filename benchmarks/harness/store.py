@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.harness.workers import Job, spread
+from benchmarks.harness.workers import Job, Workers, spread
 
 SOURCES = ("src/seatrial", "core/include/seatrial", "tests/boats")
 UNCONCERNED = {  # changes of these do not make results stale
@@ -47,7 +47,7 @@ def run(
     jobs: Sequence[Job],
     work: Callable[..., Record],
     present: str,
-    processes: int | None = None,
+    workers: Workers = None,
 ) -> None:
     """Add what is missing of the jobs, with the digest of the present code."""
     known = read(path)
@@ -58,7 +58,7 @@ def run(
     if path.exists() and not path.read_text().endswith("\n"):  # else it swallows the next line
         path.write_text("".join(json.dumps(r) + "\n" for r in known))
     with path.open("a") as out:
-        for i, (job, record) in enumerate(spread(work, missing, processes), start=1):
+        for i, (job, record) in enumerate(spread(work, missing, workers), start=1):
             out.write(json.dumps(record | {"job": list(job), "code": present}) + "\n")
             out.flush()
             outcome = record.get("failed", "done")

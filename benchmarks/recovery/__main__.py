@@ -61,7 +61,7 @@ def main(arguments: Sequence[str]) -> None:
         if given.scenes:
             names = [name for name in names if name in given.scenes.split(",")]
         jobs = [(n, s) for s in range(FIRST, FIRST + given.seeds) for n in names]  # even if stopped
-        store.run(given.results, jobs, one, present, given.processes)
+        store.run(given.results, jobs, one, present, given.workers)
         return
     if given.verb == "reachable":
         refill(PAGES[0], {"reachable": reachable()})

@@ -13,6 +13,7 @@ void bind_on_board(nb::module_& m) {
   bind_odometer(m);
   bind_parameter_uncertainty(m);
   bind_allocator(m);
+  bind_steering(m);
   bind_tracking(m);
   bind_simulator(m);
   bind_mimic(m);

@@ -8,6 +8,7 @@
 #include "arrays.hpp"
 #include "predictor.hpp"
 #include "seatrial/control/allocator.hpp"
+#include "seatrial/control/steering.hpp"
 #include "seatrial/control/tracking.hpp"
 
 namespace {
@@ -60,14 +61,86 @@ std::tuple<Out1, int> track(Tracker& self, int inputs, double dt, Vector eta, Ve
   return {found, static_cast<int>(done)};
 }
 
+/// Surge, yaw by full commands at a speed ahead, and the side of a positive angle.
+std::tuple<double, double, double> full_steering(const Steering& self, double speed) {
+  double surge = 0.0;
+  double yaw = 0.0;
+  self.authority(speed, &surge, &yaw);
+  return {surge, yaw, self.side(speed)};
+}
+
+/// Commands (thrust, angle) as inputs, and whether they give what was asked.
+std::tuple<Out1, bool> steer(Steering& self, double surge, double yaw, Vector nu, double dt) {
+  require(nu.shape(0) == kAxes, "nu: 3");
+  require(self.fault() == SteeringFault::kOk, "this steering has a fault");
+  double* out = nullptr;
+  auto found = fresh<Out1>({std::size_t{2}}, &out);
+  const bool given = self.command(surge, yaw, nu.data(), dt, out);
+  return {found, given};
+}
+
+/// Accelerations at a motion by a thrust of 1 and by the sine of its angle.
+Out1 steered_effect(const Steering& self, Vector nu) {
+  require(nu.shape(0) == kAxes, "nu: 3");
+  const SteeredEffect e = self.effect(nu.data());
+  double* out = nullptr;
+  auto found = fresh<Out1>({std::size_t{6}}, &out);
+  const double values[] = {e.along, e.turn, e.across, e.flow, e.sway_across, e.sway_flow};
+  std::copy(values, values + 6, out);
+  return found;
+}
+
+void bind_steering(nb::module_& m) {
+  using namespace nb::literals;
+  nb::class_<Steering>(m, "Steering")
+      .def(
+          "__init__",
+          [](Steering* self, const Boat& boat, const Chain& chain, Vector q, double limit) {
+            require(static_cast<int>(q.shape(0)) == chain.n_constants,
+                    "one value for each chain constant");
+            new (self) Steering(boat.structure, boat.coefficient, chain, q.data(), limit);
+          },
+          "boat"_a, "chain"_a, "q"_a, "limit"_a = 1.0,
+          "One thruster with an angle; limit: of both commands.")
+      .def_prop_ro("fault", [](const Steering& self) { return static_cast<int>(self.fault()); })
+      .def_prop_ro("thrust", &Steering::thrust, "Its input.")
+      .def_prop_ro("angle", &Steering::angle, "Its input.")
+      .def_prop_ro("trim", &Steering::trim, "[rad] angle at no command.")
+      .def_prop_ro("full_angle", &Steering::full_angle, "[rad] from the trim at full command.")
+      .def_prop_ro("angle_rate", &Steering::angle_rate, "[rad/s]; 0: no limit.")
+      .def_prop_ro("thrusts",
+                   [](const Steering& self) {
+                     return std::make_tuple(self.astern_thrust(), self.full_thrust());
+                   })
+      .def_prop_ro(
+          "sines",
+          [](const Steering& self) { return std::make_tuple(self.least_sine(), self.most_sine()); })
+      .def("authority", &full_steering, "speed"_a,
+           "Surge and yaw acceleration by full commands at a speed ahead [m/s], and 1, or -1 where "
+           "a "
+           "positive command turns the bow to starboard.")
+      .def("effect", &steered_effect, "nu"_a,
+           "along, turn, across, flow, sway_across, sway_flow (6,): accelerations at a motion.")
+      .def("command", &steer, "surge"_a, "yaw"_a, "nu"_a, "dt"_a,
+           "Commands (2,) for accelerations, dt [s] after the last; whether they give what was "
+           "asked.")
+      .def("forget", &Steering::forget);
+}
+
 void bind_tracking(nb::module_& m) {
   using namespace nb::literals;
   nb::class_<Tracker>(m, "Tracker")
       .def(
           "__init__",
           [](Tracker* self, const Boat& boat, const Chain& chain, Matrix gains, Matrix mix,
-             double limit, bool feed_forward, const Allocator* allocator, Vector guidance) {
+             double limit, bool feed_forward, const Allocator* allocator, Vector guidance,
+             const Steering* steering) {
             const TrackingGains g = make_gains(chain, gains, mix, limit, feed_forward, guidance);
+            if (steering != nullptr) {
+              require(steering->fault() == SteeringFault::kOk, "this steering has a fault");
+              new (self) Tracker(boat.structure, boat.coefficient, *steering, g);
+              return;
+            }
             if (allocator == nullptr) {
               new (self) Tracker(boat.structure, boat.coefficient, chain.allocation, g);
               return;
@@ -78,9 +151,10 @@ void bind_tracking(nb::module_& m) {
             new (self) Tracker(boat.structure, boat.coefficient, *allocator, g);
           },
           "boat"_a, "chain"_a, "gains"_a, "mix"_a, "limit"_a, "feed_forward"_a,
-          "allocator"_a.none(), "guidance"_a,
+          "allocator"_a.none(), "guidance"_a, "steering"_a.none() = nb::none(),
           "allocator: for inputs that are the thrusters; without it the boat's own allocation. "
-          "guidance: time, radius, slowest, fastest, approach; a time of 0: none.")
+          "guidance: time, radius, slowest, fastest, approach; a time of 0: none. "
+          "steering: for one thruster with an angle.")
       .def("command", &track, "inputs"_a, "dt"_a, "eta"_a, "nu"_a, "now"_a, "ahead"_a,
            "Commands (inputs,), and the status of the call.")
       .def("forget", &Tracker::forget)

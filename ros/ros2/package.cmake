@@ -1,4 +1,5 @@
 find_package(ament_cmake REQUIRED)
+find_package(ament_cmake_python REQUIRED)
 find_package(rclcpp REQUIRED)
 find_package(tf2_ros REQUIRED)
 set(interfaces builtin_interfaces diagnostic_msgs geometry_msgs nav_msgs rcl_interfaces
@@ -46,6 +47,7 @@ endif()
 
 install(TARGETS seatrial_components DESTINATION lib)
 install(TARGETS ${nodes} DESTINATION lib/${PROJECT_NAME})
+ament_python_install_package(${PROJECT_NAME} PACKAGE_DIR ros2/${PROJECT_NAME})
 install(DIRECTORY ros2/launch ros2/config DESTINATION share/${PROJECT_NAME})
 if(BUILD_TESTING)
   find_package(ament_lint_auto QUIET)

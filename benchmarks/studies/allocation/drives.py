@@ -27,15 +27,7 @@ def mallard() -> str:
     trial = driven(plan, vehicle, names=["S7"])["S7"]
     drives = [trial.recording, scaled(trial.recording, 0.5)]
     found = compare_schemes(plant_model(plan, vehicle), drives)
-    return "\n".join(
-        [
-            _able(found),
-            "As driven:\n",
-            _driven(found, 0),
-            "With half the stick:\n",
-            _driven(found, 1),
-        ]
-    )
+    return f"{_able(found)}\n{_driven(found, ['as driven', 'half the stick'])}"
 
 
 def ship() -> str:
@@ -46,7 +38,7 @@ def ship() -> str:
     }
     model = seatrial.identify([runs[n] for n in TRAINED], vehicle, method="equation-error")
     found = compare_schemes(model, [runs[UNSEEN]])
-    return "\n".join([_able(found), f"Along `{UNSEEN}`:\n", _driven(found, 0)])
+    return f"{_able(found)}\n{_driven(found, [UNSEEN])}"
 
 
 def with_dead_zone(vehicle: Vehicle) -> Vehicle:
@@ -77,14 +69,15 @@ def _able(found: AllocationComparison) -> str:
     return table(head, rows)
 
 
-def _driven(found: AllocationComparison, place: int) -> str:
+def _driven(found: AllocationComparison, names: list[str]) -> str:
     rows = []
-    for row in found.rows:
-        if row.drives:
-            d = row.drives[place]
-            rows.append([
-                row.name, f"{d.crossing:.1f}", f"{100 * d.error_share:.1f}", f"{100 * d.limited:.1f}",
-                f"{d.power:.2f}",
-            ])  # fmt: skip
-    head = ["scheme", "crossings a minute", "wrench error, %", "limited, % of the time", "power"]
-    return table(head, rows)
+    for place, name in enumerate(names):
+        for row in found.rows:
+            if row.drives:
+                d = row.drives[place]
+                rows.append([
+                    name, row.name, f"{d.crossing:.1f}", f"{100 * d.error_share:.1f}",
+                    f"{100 * d.limited:.1f}", f"{d.power:.2f}",
+                ])  # fmt: skip
+    head = ["drive", "scheme", "crossings a minute", "wrench error, %", "limited, % of the time", "power"]
+    return table(head, rows, text=2)

@@ -29,7 +29,7 @@ if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
         cases = list(dict.fromkeys(case for table in given.tables for case in CASES[table]))
         seeds = range(SEEDS[0], SEEDS[0] + given.seeds)
-        study = run(cases, Path(name), seeds, given.processes)
+        study = run(cases, Path(name), seeds, given.workers)
     makers = {name: partial(table, name, study) for name in CASES}
     picture = partial(draw, study.outcomes, command.DOCS / "images" / "slam-hector.svg")
     command.show(given, makers, "slam.md", picture)

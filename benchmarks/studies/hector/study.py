@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import seatrial
-from benchmarks.harness.workers import gathered
+from benchmarks.harness.workers import Workers, gathered
 from benchmarks.studies.hector.ros import Forced, Start, play
 from benchmarks.studies.slam.drives import STICKS
 from benchmarks.studies.slam.lidar import Scan, scan
@@ -103,7 +103,7 @@ def run(
     cases: Sequence[Case],
     folder: Path,
     seeds: Sequence[int] = SEEDS,
-    processes: int | None = None,
+    workers: Workers = None,
 ) -> Study:
     """All cases with every seed; the models are kept in the folder."""
     build()
@@ -112,7 +112,7 @@ def run(
         (tuple(case for case in cases if case.driving == driving), seed, folder)
         for seed in seeds for driving in STICKS if any(case.driving == driving for case in cases)
     ]  # fmt: skip
-    parts = gathered(work, jobs, processes)
+    parts = gathered(work, jobs, workers)
     return Study(earlier, models, [outcome for part in parts for outcome in part])
 
 

@@ -25,7 +25,7 @@ def main(arguments: Sequence[str]) -> None:
     if given.verb == "run":
         seeds = (range(s, s + 1) for s in range(FIRST, FIRST + given.seeds))
         jobs = [(n, *key) for each in seeds for n in given.only for key in FINDINGS[n].keys(each)]
-        store.run(given.results, jobs, one, present, given.processes)
+        store.run(given.results, jobs, one, present, given.workers)
     elif given.verb == "figures":
         figures.write(given.page.parent / "images")
     else:

@@ -76,7 +76,7 @@ def main(arguments: Sequence[str]) -> None:
         jobs = [(w, s, n) for s in seeds for w in given.waters for n in names]
         jobs = [job for job in jobs if names == [first] or f"{job[0]} {job[1]}" in goals]
         if not given.any_code:
-            store.run(given.results, jobs, partial(record, goals), present, given.processes)
+            store.run(given.results, jobs, partial(record, goals), present, given.workers)
     done = [(job, _outcome(one)) for job, one in _done(given, present)]
     made = [
         row(water, name, own)

@@ -1,11 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A ground robot as a boat: ros2 launch seatrial_odometry mimic.launch.py model:=/path/of/model.yaml"""
 
-from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
-from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-from launch_ros.parameter_descriptions import ParameterValue
+from launch import LaunchDescription
+from seatrial_odometry.node_launch import node_launch
 
 ARGUMENTS = (  # name, type, description (default of the node)
     ("model", str, "path of model.yaml"),
@@ -24,31 +21,6 @@ TOPICS = (  # name and default, description
 )
 
 
-def start(context: LaunchContext) -> list[Node]:
-    """The node. What is not given stays as in the parameter file, else as the node has it."""
-    given = {name: LaunchConfiguration(name) for name in ("params", *(a[0] for a in ARGUMENTS))}
-    given = {name: value for name, value in given.items() if value.perform(context)}
-    values = {
-        name: ParameterValue(given[name], value_type=kind)
-        for name, kind, _ in ARGUMENTS if name in given
-    }  # fmt: skip
-    return [
-        Node(
-            package="seatrial_odometry", executable="mimic", name="seatrial_mimic",
-            namespace=LaunchConfiguration("namespace"), output="screen",
-            remappings=[(name, LaunchConfiguration(name)) for name, _ in TOPICS],
-            parameters=[*([given["params"]] if "params" in given else []), values],
-        )
-    ]  # fmt: skip
-
-
 def generate_launch_description() -> LaunchDescription:
     """Arguments, and the node."""
-    return LaunchDescription([
-        DeclareLaunchArgument("namespace", default_value="", description="of the node and its topics"),
-        DeclareLaunchArgument("params", default_value="", description="path of a parameter file"),
-        *(DeclareLaunchArgument(name, default_value="", description=words)
-          for name, _, words in ARGUMENTS),
-        *(DeclareLaunchArgument(n, default_value=n, description=words) for n, words in TOPICS),
-        OpaqueFunction(function=start),
-    ])  # fmt: skip
+    return node_launch("mimic", ARGUMENTS, TOPICS)

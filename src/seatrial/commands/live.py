@@ -34,7 +34,8 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "source", nargs="?", default="-", metavar="SOURCE",
         help="where poses and commands come from: - lines of standard input; udp:PORT; mavlink:udp:PORT or "
-        "mavlink:DEVICE; a log or bag, replayed, or followed while it grows (default: -)",
+        "mavlink:DEVICE; follow:PATH, a table, a folder of tables or an .mcap that grows; a log or bag, replayed "
+        "(default: -)",
     )  # fmt: skip
     command.add_argument(
         "-o", "--out", type=Path, metavar="DIR",
@@ -55,6 +56,9 @@ def add(command: argparse.ArgumentParser) -> None:
         "--effect", action="append", default=[], choices=EFFECT_KINDS,
         help="estimate this effect, too, as identify does",
     )  # fmt: skip
+    command.add_argument(
+        "--mcap", action="store_true", help="save the recording as recording.mcap, too"
+    )
     command.add_argument(
         "--speed", type=float, default=1.0, metavar="X",
         help="replay: times the pace of the log; 0: as fast as possible (default: %(default)g)",
@@ -83,7 +87,9 @@ def run(args: argparse.Namespace) -> None:
     guard(args.json, "{", args.boat, args.source, args.area)
     boat = _boat(args.boat)
     vehicle = boat if isinstance(boat, Vehicle) else boat.vehicle
-    wishes = Wishes(_area(args), tuple(map(Use, args.use)) or tuple(Use), tuple(args.effect))
+    wishes = Wishes(
+        _area(args), tuple(map(Use, args.use)) or tuple(Use), tuple(args.effect), args.mcap
+    )
     folder = args.out or Path(f"{vehicle.name.replace(' ', '-')}-{time.strftime('%Y%m%d-%H%M%S')}")
     with (
         open_port(args.address, args.port, args.token) as page,

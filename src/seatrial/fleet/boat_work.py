@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
+from platform import node
 
 import msgspec
 import numpy as np
@@ -42,6 +43,7 @@ from seatrial.util.frames import SYMBOLS
 RESULT, REPORT, VEHICLE, MODEL = "boat.json", "report.html", "vehicle.yaml", "model.yaml"
 WRITTEN = (RESULT, REPORT, MODEL, "scores.json", "inspect.txt", "steps.json")
 MOST_FINDINGS = 5  # on one model
+NOT_SEEN = "{path}: no such file or folder on {on}; workers read files where this path leads to on their computer"
 
 Unread = Mapping[Path, str]  # recordings that can't be read, with the reason
 
@@ -115,6 +117,9 @@ def _clear(folder: Path) -> None:
 def _identified(boat: Boat, folder: Path, made_from: str) -> BoatResult:
     if boat.vehicle is None:
         raise VehicleError(f"{boat.name}: no vehicle file")
+    for path in (boat.vehicle, boat.previous):
+        if path is not None and path.is_absolute() and not path.exists():
+            raise FileError(NOT_SEEN.format(path=path, on=node()))
     vehicle = load_vehicle(boat.vehicle)
     if boat.options.structure == "auto":
         vehicle = vehicle.with_automatic_structure()
@@ -157,7 +162,7 @@ def _unread(boat: Boat, vehicle_file: Path) -> Unread:
         try:
             read(path, vehicle, salvage=boat.options.salvage)
         except SeatrialError as error:
-            found[path] = str(error)
+            found[path] = str(error) if path.exists() else NOT_SEEN.format(path=path, on=node())
     return found
 
 

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache, partial
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -30,6 +30,10 @@ CONNECT_WITHIN, WORKERS_WITHIN = (
     10.0,
     30.0,
 )  # [s] until the scheduler answers, until it has a worker
+LOST = (
+    "the scheduler has ended, or is not reached any more: look at its log, start it again, and repeat the "
+    "command; a fleet goes on where it was"
+)
 SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
 
 
@@ -58,6 +62,8 @@ class DaskFarm(Farm):
         ended = as_completed(futures)
         del futures  # the cluster keeps a result as long as it has a future
         for future in ended:
+            if future.cancelled():
+                raise FleetError(LOST)
             error = future.exception()
             yield places[future.key], future.result() if error is None else _in_words(error)
 
@@ -70,7 +76,7 @@ def _opened(common: bytes) -> Any:  # noqa: ANN401, as it was packed
 
 def _worked(expected: str, work: Callable[[C, T], R], common: bytes, item: T) -> R:
     """One item, on one core of a worker."""
-    if (own := version("seatrial")) != expected:
+    if (own := version("seatrial")) != expected:  # a worker that came later
         raise FleetError(
             f"a worker has seatrial {own}, here it is {expected}: install the same version on all computers"
         )
@@ -105,7 +111,11 @@ def _connected(stack: ExitStack, scheduler: str, workers: int | None) -> "Client
         from distributed import Client
     except ImportError:
         raise FleetError(f"workers of Dask need the package distributed: {INSTALL}") from None
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # a worker that died is no news
+    for name in (
+        "distributed",
+        "distributed.client",
+    ):  # what ended is no news, or an error of its own
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     if scheduler == LOCAL:
         return stack.enter_context(Client(_local(stack, workers)))
     if workers is not None:
@@ -119,7 +129,28 @@ def _connected(stack: ExitStack, scheduler: str, workers: int | None) -> "Client
             f"--scheduler {scheduler}: no scheduler with a worker answers ({type(error).__name__}); "
             "start them with 'dask scheduler' and 'dask worker', or leave the option out"
         ) from None
+    _check_versions(client)
     return client
+
+
+def _check_versions(client: "Client") -> None:
+    """The same seatrial on all computers: the scheduler opens the work, too. Raises FleetError."""
+    found = client.run(version, "seatrial", on_error="return")
+    try:
+        found["the scheduler"] = client.run_on_scheduler(version, "seatrial")
+    except PackageNotFoundError as error:
+        found["the scheduler"] = error
+    for place, there in found.items():
+        if there != version("seatrial"):
+            raise _other_version(
+                place, "no seatrial" if isinstance(there, Exception) else f"seatrial {there}"
+            )
+
+
+def _other_version(place: str, there: str) -> FleetError:
+    return FleetError(
+        f"{place} has {there}, here it is {version('seatrial')}: install the same version on all computers"
+    )
 
 
 def _address_in(path: Path) -> str:
@@ -146,6 +177,6 @@ def _local(stack: ExitStack, workers: int | None) -> Any:  # noqa: ANN401, a cla
     return stack.enter_context(
         LocalCluster(
             n_workers=count, threads_per_worker=1, processes=True, host="127.0.0.1",
-            dashboard_address=None, silence_logs=logging.CRITICAL, local_directory=scratch,
+            dashboard_address="127.0.0.1:0", silence_logs=logging.CRITICAL, local_directory=scratch,
         )
     )  # fmt: skip

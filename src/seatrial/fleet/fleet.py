@@ -2,24 +2,30 @@
 """`fleet`: many boats, each by itself on a worker, then all against their kind."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TextIO
 
 import msgspec
 
-from seatrial.fleet.boat_work import REPORT, failed, work_on_boat
+from seatrial.fleet.boat_work import REPORT, RESULT, failed, work_on_boat
 from seatrial.fleet.fleet_file import BOATS, Boat, Fleet
 from seatrial.fleet.kinds import SIGNIFICANCE, Compared, compare_kind
 from seatrial.fleet.page import write_fleet_page
 from seatrial.fleet.results import BoatResult, FleetBoat, FleetResult
 from seatrial.util.distributions import holm
-from seatrial.util.errors import FleetError, SeatrialError
+from seatrial.util.errors import FileError, FleetError, SeatrialError
 from seatrial.util.files import dump_json, finite_or_none, write_text
 from seatrial.util.parallel import Farm, InTurn
 from seatrial.util.progress import stage
 
-JSON, PAGE = "fleet.json", "fleet.html"
+JSON, PAGE, LOCK = "fleet.json", "fleet.html", ".lock"
 REPORT_SHARE = 0.01  # of the time
+ELSEWHERE = (
+    "its worker wrote the results to its own {out}, which this computer does not see: give a folder with -o that "
+    "all computers share"
+)
 
 
 @dataclass(frozen=True)
@@ -40,17 +46,47 @@ def fleet(boats: Fleet, folder: str | Path, farm: Farm | None = None) -> FleetRu
 
     A boat whose files and options are as in an earlier run is not worked on again. What fails for one boat is in
     its row. The result does not depend on `farm`, the workers (default: this process). Raises FileError where the
-    folder can't be written.
+    folder can't be written, FleetError where another run works on it.
     """
     out = Path(folder).resolve()
-    with stage("", 1.0 - REPORT_SHARE):
-        found = list(_by_boat(boats.boats, out, farm or InTurn()))
-    result = _together(boats.name, found, out)
-    with stage("report"):
-        content = finite_or_none(msgspec.to_builtins(result))
-        write_text(out / JSON, dump_json(content))
-        write_fleet_page(result, out / PAGE)
+    with _alone_in(out):
+        with stage("", 1.0 - REPORT_SHARE):
+            found = list(_by_boat(boats.boats, out, farm or InTurn()))
+        result = _together(boats.name, found, out)
+        with stage("report"):
+            content = finite_or_none(msgspec.to_builtins(result))
+            write_text(out / JSON, dump_json(content))
+            write_fleet_page(result, out / PAGE)
     return FleetRun(Path(folder), result)
+
+
+@contextmanager
+def _alone_in(out: Path) -> Iterator[None]:
+    """No other run in this folder meanwhile, where the system has locks; a lock ends with its process."""
+    try:
+        import fcntl  # noqa: PLC0415 not on Windows
+    except ImportError:
+        yield
+        return
+    with _opened(out / LOCK) as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise FleetError(
+                f"{out}: another 'seatrial fleet' works on this folder; wait for its end, or give another folder"
+            ) from None
+        except OSError:  # a file system without locks
+            pass
+        yield
+
+
+def _opened(path: Path) -> TextIO:
+    """A file to be locked, made where it is missing."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path.open("a")
+    except OSError as error:
+        raise FileError(f"{path.parent}: can't be written ({error.strerror})") from None
 
 
 def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResult]:
@@ -64,10 +100,12 @@ def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResul
         with stage(f"boats {len(found)}/{len(boats)}{words}", 1.0 / len(todo)):
             place, outcome = next(ended)
         boat = boats[todo[place]]
-        found[todo[place]] = (
-            failed(boat, _in_words(outcome)) if isinstance(outcome, Exception) else outcome
-        )
-        without += found[todo[place]].error is not None
+        if isinstance(outcome, Exception):
+            outcome = failed(boat, _in_words(outcome))
+        elif not (out / BOATS / boat.name / RESULT).is_file():
+            outcome = failed(boat, ELSEWHERE.format(out=out))
+        found[todo[place]] = outcome
+        without += outcome.error is not None
     yield from (found[place] for place in range(len(boats)))
 
 

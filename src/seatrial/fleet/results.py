@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Results of a fleet: what one boat's folder has, and what the whole has; docs/json.md lists the fields."""
+"""Results of a fleet: what one boat's folder has, and what the whole has; tools/json_page.py lists the fields."""
 
 from typing import Literal
 

@@ -15,16 +15,16 @@ from seatrial.inspection.proposal.sources import (
     MOORE_PENROSE,
     Choices,
     lever_of,
+    one_each,
     thrusters_of,
 )
 from seatrial.io.formats import is_log
-from seatrial.util.errors import SeatrialError, VehicleError
+from seatrial.util.errors import SeatrialError
 from seatrial.util.format import joined
 from seatrial.util.frames import Axes
 from seatrial.util.questions import Questions
 
 T = TypeVar("T")
-P = TypeVar("P")
 LAST_QUARTER = "the last quarter of each recording"
 BOW, STERN = "the bow", "the stern"
 BOW_QUESTION = """\
@@ -35,8 +35,9 @@ SIDES_QUESTION = (
 OTHER_END = "the heading points to the other end of the boat"
 OTHER_NAMES = "nothing: {names} are on the other side than their names say"
 LEVER_QUESTION = (
-    "Where is the measured point (GNSS antenna, markers, SLAM frame) from the boat's origin, usually the middle "
-    "of the thrusters? Give metres ahead and metres to {side}, such as '0.35 -0.1'. Enter: not known"
+    "Where is the measured point (GNSS antenna, markers, SLAM frame) from the boat's origin? The origin is the "
+    "middle of the thrusters where they stand around the boat; of thrusters at the stern only, it is the boat's "
+    "centre of mass. Give metres ahead and metres to {side}, such as '0.35 -0.1'. Enter: not known"
 )
 THRUSTERS_QUESTION = (
     "Where are the thrusters{of}? For each x ahead [m], y to {side} [m] and direction of thrust [deg] from "
@@ -101,7 +102,7 @@ def proposed(
     except ThrustersUnknownError as error:
         names = error.names
         question = _thrusters_question(joined(names), given)
-        places = _answered(ask, question, lambda answer: _one_each(thrusters_of(answer), names))
+        places = _answered(ask, question, lambda answer: one_each(thrusters_of(answer), names))
         if places is None:
             raise
         given = replace(given, thrusters=places)
@@ -114,15 +115,6 @@ def proposed(
             given = replace(given, stern=not given.stern)
             proposal = propose()
     return proposal, given
-
-
-def _one_each(places: tuple[P, ...], names: Sequence[str]) -> tuple[P, ...]:
-    """Places of all thrusters. Raises VehicleError where their number is another."""
-    if len(places) != len(names):
-        raise VehicleError(
-            f"{len(places)} of {len(names)} thrusters given; one each for {joined(names)}, separated by ';'"
-        )
-    return places
 
 
 def _thrusters_question(names: str, given: Choices) -> str:

@@ -225,7 +225,12 @@ def _held_out(
         replace(r.cut(end), name=f"{r.name}{HELD_OUT_SUFFIX}")
         for r, end in zip(recordings, ends, strict=True)
     ]
-    here.assumed.append(f"the model is tested on {LAST_QUARTER} (--test LOG for another)")
+    other = (
+        "--test LOG for another"
+        if len(here.logs) > 1
+        else "another drive tests it better: LOG LOG2 --test LOG2"
+    )
+    here.assumed.append(f"the model is tested on {LAST_QUARTER} ({other})")
     return training, held
 
 

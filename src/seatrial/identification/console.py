@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from seatrial.boat.earth_effects import earth_effects
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION, FindingKind
 from seatrial.boat.findings import finding_text, most_important, sentence_of
 from seatrial.boat.model import Model
@@ -113,6 +114,11 @@ def _effects(model: Model) -> list[str]:
                 for name, value in recording.effects.items()
             )
             lines.append(f"  {recording.name}: {', '.join(said)}")
+        for found in earth_effects(model.vehicle, recording):
+            size = plus_minus(found.size, found.error)
+            lines.append(
+                f"  {recording.name}: {found.kind} of {size} {found.unit} toward {found.direction}"
+            )
     if any(r.effects for r in model.recordings):  # the file's own axes may be forward-right-down
         lines.append("  (z up, as in the model file: y to the left of x, turns counter-clockwise)")
     return lines

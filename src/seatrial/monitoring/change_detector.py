@@ -20,13 +20,15 @@ from seatrial.boat.model import Model
 from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import change_space
 from seatrial.monitoring.change_test import (
-    Explained,
-    explained,
+    FittedChange,
+    by_cause,
+    fitted_changes,
+    linear_evidences,
     linearised,
     log_ratio,
-    most_to_gain,
 )
 from seatrial.monitoring.recent_log import RecentLog
+from seatrial.monitoring.running_likelihood import RunningLikelihood
 from seatrial.monitoring.window_likelihood import Window, noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.util.errors import RecordingError
@@ -37,7 +39,7 @@ FALSE_ALARMS = 0.1  # an hour
 PASSING = 5.0  # [s] after the notice, in which what passes is over
 CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
-FIRST_LOOK = 5.0  # log ratio that further linearisations may add
+FIRST_LOOK = 5.0  # log ratio that the full test may add to that of linear changes
 FEWEST_POSES = 20  # of a window
 NANO = 1_000_000_000
 
@@ -62,7 +64,8 @@ class ChangeDetector:
     ) -> None:
         self.threshold = math.log(len(lengths) * 3600.0 / every / false_alarms)
         self._lengths, self._every = tuple(sorted(lengths)), round(NANO * every)
-        self._log = RecentLog(model.vehicle, max(*lengths, CONFIRMATION) + every)
+        self._kept = max(*lengths, CONFIRMATION) + every  # [s]
+        self._log = RecentLog(model.vehicle, self._kept)
         self._next: int | None = None  # [ns] stamp of the next test
         self.restart(model)
 
@@ -70,6 +73,7 @@ class ChangeDetector:
         """Test against another model, by poses from now on."""
         noise_of(model)
         self.model, self._space = model, change_space(model)
+        self._running = RunningLikelihood(model, self._space.wider, self._space.theta, self._kept)
         self._since = self._log.newest  # [ns] windows begin after it
         self._noticed: int | None = None  # [ns]
 
@@ -91,7 +95,7 @@ class ChangeDetector:
         if now is None or not self.due:
             return None
         if self._next is not None and now < self._next - self._every:  # the clock was set back
-            self._since = now
+            self._begin_at(now)
             self._noticed = None if self._noticed is None else now
         self._next = now + self._every
         self._since = now if self._since is None else self._since
@@ -100,49 +104,60 @@ class ChangeDetector:
         begin = self._noticed + round(NANO * PASSING)
         return self._confirmation(begin, now) if now >= begin + round(NANO * CONFIRMATION) else None
 
+    def _begin_at(self, stamp: int) -> None:
+        """Windows begin after a stamp [ns]."""
+        self._since = stamp
+        self._running.restart()
+
     def _notice(self, now: int, since: int) -> BoatChange | None:
         """The change in the shortest window that shows one."""
+        self._running.advance(self._log, since, now)
         for length in self._lengths:
             start = now - round(NANO * length)
             if start < since:
                 break
-            several = self._several(start, now)
-            seen = linearised(self._space, several)
-            # most windows are as probable as ever, or gusts explain them
-            if not seen or most_to_gain(self._space, seen) < self.threshold:
-                continue
-            # a first look, about the unchanged boat, spares most searches
-            first = explained(self._space, several, seen, rounds=0)
-            if log_ratio(first) < self.threshold - FIRST_LOOK:
-                continue
-            found = explained(self._space, several, seen)
+            found = self._fitted(start, now) if self._suspicious(start) else []
             if log_ratio(found) > self.threshold:
                 self._noticed = now
                 return _finding(found, ChangeState.NOTICED, now)
         return None
 
+    def _suspicious(self, start: int) -> bool:
+        """Whether a change may show from a stamp [ns] on: by linear evidences of the running filters."""
+        quadratics = self._running.quadratics(start, FEWEST_POSES)
+        evidences = linear_evidences(self._space, quadratics) if quadratics else []
+        return log_ratio(evidences) > self.threshold - FIRST_LOOK
+
+    def _fitted(self, start: int, end: int) -> list[FittedChange]:
+        """All changes, fitted to a window; none where it has few poses, or the boat diverges."""
+        several = self._windows(start, end)
+        quadratics = linearised(self._space, several)
+        return fitted_changes(self._space, several, quadratics) if quadratics else []
+
     def _confirmation(self, begin: int, now: int) -> BoatChange | None:
         """The change in the window after the notice; None: too few poses tell, the next window is awaited."""
-        several = self._several(begin, now)
-        self._noticed, self._since = None if several else now, now
-        if not several:
+        self._begin_at(now)
+        if not self._windows(begin, now):
+            self._noticed = now
             return None
-        seen = linearised(self._space, several)
-        found = explained(self._space, several, seen) if seen else []
+        self._noticed = None
+        found = self._fitted(begin, now)
         if log_ratio(found) < CONFIRMED:
             return BoatChange(ChangeState.WITHDRAWN, now, NO_CHANGE)
         change = _finding(found, ChangeState.CONFIRMED, now)
-        best = next(one for one in found if one.change.cause == change.cause)
-        boat = self._space.boat(best.theta, best.covariance)
-        finding = finding_of(FindingKind.ADAPTED, text=change.text)
-        estimator = msgspec.structs.replace(
-            boat.estimator, findings=[*boat.estimator.findings, finding]
-        )
-        changed = replace(boat, estimator=estimator)
+        changed = self._changed(found, change)
         self.restart(changed)  # the next change is one of this boat
         return replace(change, model=changed)
 
-    def _several(self, start: int, end: int) -> list[Window]:
+    def _changed(self, found: Sequence[FittedChange], change: BoatChange) -> Model:
+        """The changed boat's model, with a finding of the change."""
+        best = next(one for one in found if one.change.cause == change.cause)
+        boat = self._space.boat(best.theta, best.covariance)
+        finding = finding_of(FindingKind.ADAPTED, text=change.text)
+        findings = [*boat.estimator.findings, finding]
+        return replace(boat, estimator=msgspec.structs.replace(boat.estimator, findings=findings))
+
+    def _windows(self, start: int, end: int) -> list[Window]:
         """The window with each noise; none where it has few poses."""
         try:
             recording = self._log.recording(start, end)
@@ -152,16 +167,9 @@ class ChangeDetector:
         return windows(self.model, recording) if enough else []
 
 
-def _changes(found: Sequence[Explained]) -> list[Explained]:
-    return [one for one in found if one.change.cause != NO_CHANGE]
-
-
-def _finding(found: Sequence[Explained], state: ChangeState, now: int) -> BoatChange:
+def _finding(found: Sequence[FittedChange], state: ChangeState, now: int) -> BoatChange:
     """The most probable change, all causes being equally probable before."""
-    logs: dict[str, list[float]] = {}
-    for one in _changes(found):
-        logs.setdefault(one.change.cause, []).append(one.log_evidence)
-    each = {c: float(np.logaddexp.reduce(own) - np.log(len(own))) for c, own in logs.items()}
+    each = by_cause(found)
     whole = float(np.logaddexp.reduce([*each.values()]))
     causes = {c: math.exp(log - whole) for c, log in sorted(each.items(), key=lambda e: -e[1])}
     first = next(iter(causes))

@@ -8,7 +8,7 @@ others, and the acceleration couplings of a mass off centre (Fossen, Handbook of
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -43,13 +43,30 @@ GAINS = "changed"  # chain group of the gains
 
 @dataclass(frozen=True)
 class PhysicalChange:
-    """Parameters of the changed boat: `of(theta (n,), phi (m,))`, phi independent with unit variance."""
+    """A change of the parameters theta (n,) to theta * factor(phi) + phi @ shift.
+
+    phi (m,) are its unknowns, independent with mean 0 and unit variance.
+    """
 
     cause: str
-    unknowns: int  # m
-    of: Callable[[Array, Array], Array]
+    factor: Callable[[Array], Array]  # phi to (n,)
+    shift: Array  # (m, n)
     what: str = ""
     size: Callable[[Array], float] | None = None  # phi to the relative change; None: it has none
+
+    @property
+    def unknowns(self) -> int:
+        """m."""
+        return len(self.shift)
+
+    def of(self, theta: Array, phi: Array) -> Array:
+        """Parameters (n,) of the changed boat."""
+        return np.asarray(theta * self.factor(phi) + phi @ self.shift)
+
+    def slopes(self, theta: Array, root: Array, phi: Array) -> Array:
+        """d of(theta + root x, phi) / d (x, phi): (n, k + m), root (n, k)."""
+        by_phi = difference_quotients(lambda other: self.of(theta, other), phi)
+        return np.hstack([self.factor(phi)[:, None] * root, by_phi.reshape(len(theta), -1)])
 
 
 @dataclass(frozen=True)
@@ -133,55 +150,75 @@ class ChangeSpace:
     @cached_property
     def changes(self) -> list[PhysicalChange]:
         """No change, each physical change that this boat can show, and any change at all."""
-        n = len(self.theta)
-        found = [
-            PhysicalChange(NO_CHANGE, 0, lambda theta, phi: theta),
+        same, none = np.ones(len(self.theta)), np.zeros((0, len(self.theta)))
+        rows = np.diag(self._units())
+        return [
+            PhysicalChange(NO_CHANGE, lambda phi: same, none),
             *self._masses(),
             *self._battery(),
             *(self._thruster(name, place) for name, place in self.gains.items()),
+            PhysicalChange(NONE_OF_THESE, lambda phi: same, rows[rows.any(axis=1)]),
         ]
-        units = np.zeros(n)
+
+    @cached_property
+    def slopes(self) -> dict[tuple[str, str], Array]:
+        """Of each change, by cause and what changes: d theta / d phi (n, m) of the unchanged boat."""
+        nothing = np.zeros((len(self.theta), 0))
+        return {
+            (c.cause, c.what): c.slopes(self.theta, nothing, np.zeros(c.unknowns))
+            for c in self.changes
+        }
+
+    def _units(self) -> Array:
+        """Typical change (n,) of each coefficient, 0 of constants."""
+        units = np.zeros(len(self.theta))
         for i, name in enumerate(self.own.structure.coefficients):
             size = TYPICAL_CHANGE * abs(self.own.coefficients[i])
             units[i] = max(size, COUPLING_CHANGE * (coupling_unit(self.own, name) or 0.0))
-        rows = np.diag(units)[units > 0.0]
-        found.append(PhysicalChange(NONE_OF_THESE, len(rows), partial(_added, rows)))
-        return found
+        return units
 
     def _masses(self) -> list[PhysicalChange]:
         """Drag and thrust of an axis over one factor of its mass; off centre with the couplings.
 
         phi[0] is the logarithm of the mass in surge; those of sway and yaw are correlated with it.
         """
-        rows = np.zeros((3, len(self.theta)))
-        for i, name in enumerate(self.wider.structure.coefficients):
-            for term in self.wider.structure.terms:
-                if term.coefficient == name and not term.of_masses:
-                    rows[term.axis, i] = 1.0
+        of_axis = self._of_axes()
         hull, turn = BOTH_HULL_AXES, MASS_AND_INERTIA
         correlation = np.array([[1.0, hull, turn], [hull, 1.0, turn], [turn, turn, 1.0]])
         scale = TYPICAL_CHANGE * np.linalg.cholesky(correlation)
-        shift = np.zeros((0, len(self.theta)))
-        for i, name in enumerate(self.wider.structure.coefficients):
-            terms = [t for t in self.wider.structure.terms if t.coefficient == name]
-            unit = coupling_unit(self.wider, name)
-            if unit and all(t.acceleration is not None for t in terms):
-                shift = np.vstack(
-                    [shift, COUPLING_CHANGE * unit * (np.arange(len(self.theta)) == i)]
-                )
 
-        def heavier(theta: Array, phi: Array) -> Array:
-            return np.asarray(theta * np.exp(-(scale @ phi[:3]) @ rows) + phi[3:] @ shift)
+        def factor(phi: Array) -> Array:
+            return np.asarray(np.exp(-(scale @ phi[:3]) @ of_axis))
 
         def size(phi: Array) -> float:
             return float(np.expm1(scale[0] @ phi[:3]))
 
-        centred = PhysicalChange(
-            MASS, 3, lambda theta, phi: heavier(theta, np.pad(phi, (0, len(shift)))), "mass", size
-        )
-        if not len(shift):
-            return [centred]
-        return [centred, PhysicalChange(OFF_CENTRE, 3 + len(shift), heavier, "mass", size)]
+        centred = np.zeros((3, len(self.theta)))
+        couplings = self._couplings()
+        found = [PhysicalChange(MASS, factor, centred, "mass", size)]
+        if len(couplings):
+            shift = np.vstack([centred, couplings])
+            found.append(PhysicalChange(OFF_CENTRE, factor, shift, "mass", size))
+        return found
+
+    def _of_axes(self) -> Array:
+        """(3, n) whether a coefficient is drag or thrust of an axis."""
+        found = np.zeros((3, len(self.theta)))
+        for i, name in enumerate(self.wider.structure.coefficients):
+            for term in self.wider.structure.terms:
+                if term.coefficient == name and not term.of_masses:
+                    found[term.axis, i] = 1.0
+        return found
+
+    def _couplings(self) -> Array:
+        """Typical changes (couplings, n) of the coefficients that couple an axis to another's acceleration."""
+        rows = []
+        for i, name in enumerate(self.wider.structure.coefficients):
+            terms = [t for t in self.wider.structure.terms if t.coefficient == name]
+            unit = coupling_unit(self.wider, name)
+            if unit and all(t.acceleration is not None for t in terms):
+                rows.append(COUPLING_CHANGE * unit * (np.arange(len(self.theta)) == i))
+        return np.array(rows).reshape(len(rows), len(self.theta))
 
     def _battery(self) -> list[PhysicalChange]:
         """All thrust by one factor."""
@@ -189,12 +226,14 @@ class ChangeSpace:
         thrust[self._thrust_of({force.name for force in self.wider.structure.forces})] = 1.0
         if not thrust.any():
             return []
-        return [
-            PhysicalChange(
-                BATTERY, 1, lambda theta, phi: theta * np.exp(TYPICAL_CHANGE * phi[0] * thrust),
-                "thrust", lambda phi: float(np.expm1(TYPICAL_CHANGE * phi[0])),
-            )
-        ]  # fmt: skip
+
+        def factor(phi: Array) -> Array:
+            return np.asarray(np.exp(TYPICAL_CHANGE * phi[0] * thrust))
+
+        def size(phi: Array) -> float:
+            return float(np.expm1(TYPICAL_CHANGE * phi[0]))
+
+        return [PhysicalChange(BATTERY, factor, np.zeros((1, len(thrust))), "thrust", size)]
 
     def _thruster(self, name: str, place: int) -> PhysicalChange:
         """The gain of one thruster, down to none."""
@@ -203,14 +242,10 @@ class ChangeSpace:
         def size(phi: Array) -> float:
             return max(THRUSTER_CHANGE * float(phi[0]), -1.0)
 
-        return PhysicalChange(
-            ONE_THRUSTER, 1, lambda theta, phi: theta * (1.0 + size(phi) * own), name, size
-        )
+        def factor(phi: Array) -> Array:
+            return np.asarray(1.0 + size(phi) * own)
 
-
-def _added(rows: Array, theta: Array, phi: Array) -> Array:
-    """theta (n,) with steps along rows (m, n)."""
-    return np.asarray(theta + phi @ rows)
+        return PhysicalChange(ONE_THRUSTER, factor, np.zeros((1, len(own))), name, size)
 
 
 def change_space(model: Model) -> ChangeSpace:

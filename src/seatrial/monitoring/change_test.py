@@ -7,7 +7,7 @@ parameters at which the filter has run (Kass and Raftery, 1995).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,118 +19,148 @@ from seatrial.util.frames import Array
 ROUNDS = 4  # of linearisation and maximum
 CLOSE = 0.3  # posterior standard deviations of a step that ends them
 INNER_ROUNDS, HALVINGS, INNER_CLOSE = 20, 12, 1e-6  # of the search on one linearisation
-LEAST_INFORMATION = 1e-12  # of the largest: less is round-off
 
 
 @dataclass(frozen=True)
-class Explained:
-    """A change fitted to a window."""
+class Evidence:
+    """The evidence of a change in a window: the mean over the noises that may have been in it."""
 
     change: PhysicalChange
     log_evidence: float
+
+
+@dataclass(frozen=True)
+class FittedChange(Evidence):
+    """A change fitted to a window."""
+
     size: float | None  # [-]
     error: float | None  # [-] its standard error
     theta: Array  # (n,)
     covariance: Array  # (n, n)
 
 
-def most_to_gain(space: ChangeSpace, seen: Sequence[Quadratic]) -> float:
-    """Upper bound of `log_ratio`, about the unchanged boat: that of parameters without any prior."""
-    none = next(change for change in space.changes if change.cause == NO_CHANGE)
-    start = np.zeros(space.root.shape[1])
-    unchanged = [_maximum(space, none, one, start)[3] for one in seen]
-    most = max(one.value + 0.5 * float(np.sum(_whitened(one)[1] ** 2)) for one in seen)
-    return most - float(np.logaddexp.reduce(unchanged) - np.log(len(unchanged)))
+def linear_evidences(space: ChangeSpace, quadratics: Sequence[Quadratic]) -> list[Evidence]:
+    """Evidences with every change linear in its unknowns, about the unchanged boat: closed forms, no search."""
+    found = []
+    for change in space.changes:
+        root = np.hstack([space.root, space.slopes[change.cause, change.what]])
+        logs = [_normal_evidence(one, root) for one in quadratics]
+        found.append(Evidence(change, _mean(logs)))
+    return found
 
 
-def linearised(space: ChangeSpace, several: Sequence[Window]) -> list[Quadratic]:
+def _normal_evidence(quadratic: Quadratic, root: Array) -> float:
+    """The logarithm of the integral of the likelihood over theta ~ N(at, root root')."""
+    whitening, centre = quadratic.whitened
+    spread = whitening @ root
+    lower = np.linalg.cholesky(np.eye(len(centre)) + spread @ spread.T)
+    left = np.linalg.solve(lower, centre)
+    gain = 0.5 * float(centre @ centre - left @ left)
+    return quadratic.value + gain - float(np.sum(np.log(np.diag(lower))))
+
+
+def _mean(logs: Sequence[float]) -> float:
+    """Logarithm of the mean of numbers that are given by their logarithms."""
+    return float(np.logaddexp.reduce(logs) - np.log(len(logs)))
+
+
+def linearised(space: ChangeSpace, windows: Sequence[Window]) -> list[Quadratic]:
     """The windows about the unchanged boat; none where it diverges in one."""
-    found = [window.quadratic(space.wider, space.theta) for window in several]
+    found = [window.quadratic(space.wider, space.theta) for window in windows]
     return [] if any(one is None for one in found) else [one for one in found if one is not None]
 
 
-def explained(
-    space: ChangeSpace,
-    several: Sequence[Window],
-    seen: Sequence[Quadratic],
-    rounds: int = ROUNDS,
-) -> list[Explained]:
-    """Every change of the space, the most probable first; the evidence is a mean over the windows' noise.
+def fitted_changes(
+    space: ChangeSpace, windows: Sequence[Window], quadratics: Sequence[Quadratic]
+) -> list[FittedChange]:
+    """Every change of the space, the most probable first.
 
-    seen: `linearised` of the windows; rounds: of further linearisations, 0 for a first look.
+    windows: one interval with each noise; quadratics: `linearised` of them.
     """
     found = []
     for change in space.changes:
-        fits = [
-            fit for window, start in zip(several, seen, strict=True)
-            if (fit := _fitted(space, window, change, start, rounds)) is not None
-        ]  # fmt: skip
+        pairs = zip(windows, quadratics, strict=True)
+        fits = [fit for window, start in pairs if (fit := _fitted(space, change, window, start))]
         if not fits:
             continue
-        logs = np.array([fit.log_evidence for fit in fits])
-        best = fits[int(np.argmax(logs))]
-        whole = float(np.logaddexp.reduce(logs) - np.log(len(several)))
-        found.append(Explained(change, whole, best.size, best.error, best.theta, best.covariance))
+        best = max(fits, key=lambda fit: fit.log_evidence)
+        # of a window in which the changed boat diverges the likelihood is 0
+        logs = [fit.log_evidence for fit in fits] + [-np.inf] * (len(windows) - len(fits))
+        found.append(replace(best, log_evidence=_mean(logs)))
     return sorted(found, key=lambda one: -one.log_evidence)
 
 
-def log_ratio(found: Sequence[Explained]) -> float:
+def log_ratio(found: Sequence[Evidence]) -> float:
     """Logarithm of the evidence of a change, the mean over causes, over that of no change."""
     none = [one.log_evidence for one in found if one.change.cause == NO_CHANGE]
-    some: dict[str, list[float]] = {}
+    some = by_cause(found)
+    return _mean([*some.values()]) - none[0] if none and some else 0.0
+
+
+def by_cause(found: Sequence[Evidence]) -> dict[str, float]:
+    """Logarithm of the evidence of each cause of a change, the mean over its cases (one for each thruster)."""
+    logs: dict[str, list[float]] = {}
     for one in found:
         if one.change.cause != NO_CHANGE:
-            some.setdefault(one.change.cause, []).append(one.log_evidence)
-    if not none or not some:
-        return 0.0
-    each = [np.logaddexp.reduce(logs) - np.log(len(logs)) for logs in some.values()]
-    return float(np.logaddexp.reduce(each) - np.log(len(each)) - none[0])
+            logs.setdefault(one.change.cause, []).append(one.log_evidence)
+    return {cause: _mean(own) for cause, own in logs.items()}
 
 
 def _fitted(
-    space: ChangeSpace, window: Window, change: PhysicalChange, start: Quadratic, rounds: int
-) -> Explained | None:
+    space: ChangeSpace, change: PhysicalChange, window: Window, start: Quadratic
+) -> FittedChange | None:
     """The maximum of the posterior, by linearisations about it. None: the boat diverges there."""
-    k, m = space.root.shape[1], change.unknowns
-    x, seen = np.zeros(k + m), start
-    for _ in range(rounds):
-        x, step, jacobian, log = _maximum(space, change, seen, x)
-        if np.linalg.norm(jacobian @ step) < CLOSE:
+    k = space.root.shape[1]
+    x, quadratic = np.zeros(k + change.unknowns), start
+    for _ in range(ROUNDS):
+        begin = x
+        x, jacobian, log = _maximum(space, change, quadratic, x)
+        if np.linalg.norm(jacobian @ (x - begin)) < CLOSE:
             break
-        again = window.quadratic(space.wider, change.of(space.theta + space.root @ x[:k], x[k:]))
+        again = window.quadratic(space.wider, _parameters(space, change, x))
         if again is None:
             return None
-        seen = again
-    x, _, jacobian, log = _maximum(space, change, seen, x)
+        quadratic = again
+    x, jacobian, log = _maximum(space, change, quadratic, x)
     spread = np.linalg.inv(jacobian.T @ jacobian)
-    slopes = difference_quotients(lambda y: change.of(space.theta + space.root @ y[:k], y[k:]), x)
+    slopes = _slopes(space, change, x)
     size = error = None
     if change.size is not None:
         size_of = change.size
         size = size_of(x[k:])
-        along = difference_quotients(lambda y: np.array([size_of(y)]), x[k:])[0]
+        along = difference_quotients(lambda phi: np.array([size_of(phi)]), x[k:])[0]
         error = float(np.sqrt(along @ spread[k:, k:] @ along))
-    theta = change.of(space.theta + space.root @ x[:k], x[k:])
-    return Explained(change, log, size, error, theta, slopes @ spread @ slopes.T)
+    theta = _parameters(space, change, x)
+    return FittedChange(change, log, size, error, theta, slopes @ spread @ slopes.T)
+
+
+def _parameters(space: ChangeSpace, change: PhysicalChange, x: Array) -> Array:
+    """theta (n,) of x (k + m,): errors of the identification and unknowns of the change, all of unit variance."""
+    k = space.root.shape[1]
+    return change.of(space.theta + space.root @ x[:k], x[k:])
+
+
+def _slopes(space: ChangeSpace, change: PhysicalChange, x: Array) -> Array:
+    """d theta / d x (n, k + m)."""
+    k = space.root.shape[1]
+    return change.slopes(space.theta + space.root @ x[:k], space.root, x[k:])
 
 
 def _maximum(
-    space: ChangeSpace, change: PhysicalChange, seen: Quadratic, x: Array
-) -> tuple[Array, Array, Array, float]:
-    """Gauss-Newton on one linearisation: the maximum, the move to it, its Jacobian, the log evidence.
-
-    x (k + m,): errors of the identification and unknowns of the change, all of unit variance.
-    """
-    k = space.root.shape[1]
-    root, centre = _whitened(seen)
+    space: ChangeSpace, change: PhysicalChange, quadratic: Quadratic, x: Array
+) -> tuple[Array, Array, float]:
+    """Gauss-Newton on one linearisation, from x (k + m,): the maximum, the Jacobian there, the log evidence."""
+    root, centre = quadratic.whitened
 
     def residuals(y: Array) -> Array:
-        theta = change.of(space.theta + space.root @ y[:k], y[k:])
-        return np.concatenate([y, root @ (theta - seen.at) - centre])
+        theta = _parameters(space, change, y)
+        return np.concatenate([y, root @ (theta - quadratic.at) - centre])
 
-    begin, now = x, residuals(x)
+    def jacobian_at(y: Array) -> Array:
+        return np.vstack([np.eye(len(y)), root @ _slopes(space, change, y)])
+
+    now, jacobian = residuals(x), jacobian_at(x)
     for _ in range(INNER_ROUNDS if len(x) else 0):
-        jacobian = difference_quotients(residuals, x)
         step, share = -np.linalg.lstsq(jacobian, now, rcond=None)[0], 1.0
         for _ in range(HALVINGS):
             after = residuals(x + share * step)
@@ -139,17 +169,10 @@ def _maximum(
             share /= 2.0
         else:
             break
+        moved = np.linalg.norm(jacobian @ (share * step))
         x, now = x + share * step, after
-        if np.linalg.norm(jacobian @ (share * step)) < INNER_CLOSE:
+        jacobian = jacobian_at(x)
+        if moved < INNER_CLOSE:
             break
-    jacobian = difference_quotients(residuals, x)
-    log = seen.value + 0.5 * float(centre @ centre) - 0.5 * float(now @ now)
-    return x, x - begin, jacobian, log - 0.5 * float(np.linalg.slogdet(jacobian.T @ jacobian)[1])
-
-
-def _whitened(seen: Quadratic) -> tuple[Array, Array]:
-    """R (m, n) and c (m,): log L = value + |c|^2 / 2 - |R d - c|^2 / 2, d from `seen.at`."""
-    values, vectors = np.linalg.eigh(0.5 * (seen.information + seen.information.T))
-    kept = values > LEAST_INFORMATION * values.max(initial=0.0)
-    root = (vectors[:, kept] * np.sqrt(values[kept])).T
-    return root, (vectors[:, kept].T @ seen.gradient) / np.sqrt(values[kept])
+    log = quadratic.value + 0.5 * float(centre @ centre) - 0.5 * float(now @ now)
+    return x, jacobian, log - 0.5 * float(np.linalg.slogdet(jacobian.T @ jacobian)[1])

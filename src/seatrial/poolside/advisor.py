@@ -5,8 +5,9 @@ Every stick pattern of a small library is simulated with the current model from 
 clear of the walls add their expected Fisher information to that of the drive so far.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import msgspec
 import numpy as np
@@ -30,6 +31,11 @@ BOAT_RADIUS = 0.3  # [m] where none is given
 PATH_PERIOD = 0.25  # [s] of a manoeuvre's drawn path
 RETURN_SPEED = 0.1  # [m/s] back to the middle
 MOST_ADVICE = 3  # manoeuvres
+MOST_CHECKED = (
+    12  # of the best manoeuvres, whose distance from the walls is checked for errors of the model
+)
+CHECK_PERIOD = 0.25  # [s] of that check
+NEGLIGIBLE = 1e-3  # eigenvalue of the correlations, below which a direction moves nothing
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,8 @@ class Advisor:
         here = np.asarray(state, dtype=float) * np.tile(self._signs, 2)
         found: list[ManoeuvreState] = []
         if model is not None and (np.diag(model.covariance) > 0.0).any():
-            found = _ranked(model, self._candidates(model, here), needs, trust)
+            ranked = _ranked(model, self._candidates(model, here), needs, trust)
+            found = list(islice(self._clear(model, here, ranked), MOST_ADVICE))
         if not found and self._walls is not None and _off_middle(self._walls, here):
             found = [_to_middle(self._walls, here)]
         if not found:
@@ -104,11 +111,61 @@ class Advisor:
             found.append(Candidate(pattern, drive, margin))
         return found
 
+    def _clear(
+        self, model: Model, here: Array, ranked: Sequence[tuple[Candidate, Array]]
+    ) -> Iterator[ManoeuvreState]:
+        """Those that also keep within the walls where the parameters are off by their 95 % intervals.
+
+        ranked: candidates with the covariance after each; the best `MOST_CHECKED` are looked at.
+        """
+        if self._walls is None:
+            yield from (_state(model, *each) for each in ranked)
+            return
+        for one, after in ranked[:MOST_CHECKED]:
+            every = max(1, round(CHECK_PERIOD / self.period))
+            path, times = one.drive.states[::every, :2], one.drive.recording.t[::every]
+            off = NORMAL_95 * position_errors(model, here, one.pattern, times, path)
+            if (self._walls.margins(path) - off).min() >= self.radius:
+                yield _state(model, one, after)
+
+
+def position_errors(
+    model: Model, here: Array, pattern: StickPattern, times: Array, path: Array
+) -> Array:
+    """Standard errors (n,) [m] of the positions (n, 2) at times (n,) [s], by the parameters' covariance.
+
+    Linearised by a simulation from here (6,) along each principal direction, a standard error long. Infinite
+    where the model diverges.
+    """
+    values = np.concatenate([model.coefficients, model.constants])
+    squares = np.zeros(len(times))
+    for direction in _directions(model.covariance):
+        coefficients, constants = np.split(values + direction, [len(model.coefficients)])
+        moved = replace(model, coefficients=coefficients, constants=np.maximum(constants, 0.0))
+        try:
+            drive = simulated_drive(moved, here, (pattern.t, pattern.commands), times)
+        except ModelError:
+            return np.full(len(times), np.inf)
+        squares += np.sum((drive.states[:, :2] - path) ** 2, axis=1)
+    return np.sqrt(squares)
+
+
+def _directions(covariance: Array) -> Array:
+    """Rows (k, p) whose squares add up to a covariance (p, p); those that are as good as 0 are left out."""
+    size = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    scale = np.where(size > 0.0, size, 1.0)
+    spectrum, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    kept = spectrum > NEGLIGIBLE
+    return np.asarray((scale[:, None] * vectors[:, kept] * np.sqrt(spectrum[kept])).T)
+
 
 def _ranked(
     model: Model, candidates: Sequence[Candidate], needs: Sequence[Need], trust: float
-) -> list[ManoeuvreState]:
-    """The candidates by what they gain a second: in the widest needs, of equal ones in the log-determinant."""
+) -> list[tuple[Candidate, Array]]:
+    """The candidates, and the covariance after each, by what they gain a second.
+
+    In the widest needs; of equal ones in the log-determinant.
+    """
     if not candidates:
         return []
     point = _point(model)
@@ -125,7 +182,7 @@ def _ranked(
         gain = before - _excess(after, needs)
         scored.append((gain / one.pattern.seconds, smaller / one.pattern.seconds, i, after))
     scored.sort(key=lambda row: (-row[0], -row[1]))
-    return [_state(model, candidates[i], after) for _, _, i, after in scored[:MOST_ADVICE]]
+    return [(candidates[i], after) for _, _, i, after in scored]
 
 
 def _excess(covariance: Array, needs: Sequence[Need]) -> float:

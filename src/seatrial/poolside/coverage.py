@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Coverage of the drive so far: seconds by speed and command of each driven axis, in bounded memory."""
 
+from collections import deque
+
 import numpy as np
 
 from seatrial import _core
@@ -14,6 +16,7 @@ COMMAND_EDGES = (-1.0, -2 / 3, -1 / 3, -AT_REST_COMMAND, AT_REST_COMMAND, 1 / 3,
 FIRST_SPEEDS = np.array([0.2, 0.2, 0.4])  # [m/s, m/s, rad/s] range at the start
 STEADY_AFTER = 10.0  # [s] a command acts fully
 LONGEST_INTERVAL = 0.5  # [s] between two poses that counts; a longer one is a gap
+SNAPSHOT, MOST_SNAPSHOTS = 1.0, 3600  # [s] between two of them, and how many: 5 MB
 
 
 class Coverage:
@@ -25,11 +28,15 @@ class Coverage:
         self._range = FIRST_SPEEDS.copy()
         self._seconds = np.zeros((3, SPEED_BINS, len(COMMAND_EDGES) - 1))
         self._last: float | None = None
+        # time, ranges and seconds, once a second: what `discard` returns to
+        self._before: deque[tuple[float, Array, Array]] = deque(maxlen=MOST_SNAPSHOTS)
 
     def add(self, t: float, nu: Array, command: Array) -> None:
         """The state at a pose: t [s] rising, nu (3,) [m/s, m/s, rad/s], command (inputs,), forward-left-up."""
         step = 0.0 if self._last is None else t - self._last
         self._last = t
+        if not self._before or not 0.0 <= t - self._before[-1][0] < SNAPSHOT:
+            self._before.append((t, self._range.copy(), self._seconds.copy()))
         if not 0.0 < step <= LONGEST_INTERVAL or not np.isfinite(nu).all():
             return
         forces = axis_commands(self.vehicle, np.asarray(command, dtype=float)[None])[0]
@@ -40,6 +47,11 @@ class Coverage:
             row = min(int(share * SPEED_BINS), SPEED_BINS - 1)
             column = np.searchsorted(COMMAND_EDGES[1:-1], forces[axis], side="right")
             self._seconds[axis, row, column] += step
+
+    def discard(self, start: float) -> None:
+        """Without what was driven since a time [s], to a second."""
+        while self._before and self._before[-1][0] >= start:
+            _, self._range, self._seconds = self._before.pop()
 
     @property
     def driven(self) -> Array:

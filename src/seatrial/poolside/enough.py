@@ -23,6 +23,7 @@ from seatrial.workflow.fitness import (
 STEADY_UPDATES = 3  # of the model, and
 STEADY_SECONDS = 10.0  # [s] in which a verdict must not change
 LIMITED_RATIO = 2.0  # of a width over the allowed one, at most for a limited fitness
+NEGLIGIBLE = 0.02  # of constant velocity's error ahead: a smaller one needs no comparison
 ORDER = list(Level)
 
 
@@ -101,7 +102,7 @@ def _other_criteria(
             yield Level.NOT_FIT, 0.0, Reason(Criterion.BACKWARD, name).text()
         return
     for one in predictions:
-        if one.expected is None or not one.expected > 0.0:
+        if one.expected is None or not one.expected > 0.0 or one.rms < NEGLIGIBLE * one.constant:
             continue
         value = one.rms / one.expected
         level = (

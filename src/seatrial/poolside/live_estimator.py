@@ -140,6 +140,14 @@ class LiveEstimator:
         return " ".join(text for text in (self._problem, self.log.message) if text)
 
     @property
+    def trust(self) -> float:
+        """Information that the drive turned out to have, over what the noise promised; at most 1."""
+        found = self._solution
+        if found is None:
+            return 1.0
+        return 1.0 / max(1.0, _scatter(found.fit.covariance, found.information))
+
+    @property
     def lag(self) -> float:
         """Seconds of the drive that the estimate has not used."""
         newest, found = self.log.newest, self._solution
@@ -326,12 +334,19 @@ def _covariance(last: Solution, information: Array) -> Array:
     inside = np.diag(old) > 0.0
     within = np.ix_(inside, inside)
     before, after = last.information[within], information[within]
-    factor = float(np.sum(before * old[within])) / max(int(inside.sum()), 1)
+    factor = _scatter(old, last.information)
     inverse = inverse_of(after)
     scatter = before @ old[within] @ before + factor * (after - before)
     out = np.zeros_like(old)
     out[within] = inverse @ scatter @ inverse
     return out
+
+
+def _scatter(covariance: Array, information: Array) -> float:
+    """Mean ratio of the covariance (p, p) to the inverse information (p, p), of what is estimated."""
+    inside = np.diag(covariance) > 0.0
+    within = np.ix_(inside, inside)
+    return float(np.sum(information[within] * covariance[within])) / max(int(inside.sum()), 1)
 
 
 def _waiting(length: float) -> str:

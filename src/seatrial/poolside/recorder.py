@@ -5,6 +5,7 @@ A row is in the system's memory when `use` returns, so a killed program loses no
 the disk within `SYNC`, so a power cut loses a second.
 
     FOLDER/poses.csv, or positions.csv and headings.csv; commands.csv, scales.csv
+    FOLDER/kept_*.csv    poses without the discarded intervals, from the first of these on
     FOLDER/notes.jsonl   marks and discarded intervals
     FOLDER/vehicle.yaml  the vehicle, with the columns of these tables
 """
@@ -60,44 +61,60 @@ class Recorder:
             "command": vehicle.input_signs, "scale": np.ones(len(vehicle.scales)),
         }  # fmt: skip
         self._handles: dict[str, int] = {}
+        self._lost = ""  # that the folder is not there any more
         self._lock, self._ended, self._changed = Lock(), Event(), False
         self.notes: list[Note] = []
-        self.vehicle = _with_tables(vehicle, split=False)  # which reads the folder
+        self._discarded: tuple[tuple[int, int], ...] = ()
         self._make()
         self._thread = Thread(target=self._sync, name="recorder", daemon=True)
         self._thread.start()
 
     def use(self, kind: EventKind, stamp: int, values: Array) -> None:
-        """A row; values forward-left-up, of poses those of the measured point."""
+        """A row; values forward-left-up, of poses those of the measured point.
+
+        Raises FileError, too, where the folder is not there any more.
+        """
         own = (values * self._signs[kind]).tolist()
         seconds, rest = divmod(stamp, NANO)
         line = ",".join([str(seconds), str(rest), *map(repr, own)])
         with self._lock:
             if kind == "position" and FILES["position"] not in self._handles:
-                self._write_vehicle(_with_tables(self._original, split=True))
-            self._append(FILES[kind], line, ",".join([SECONDS, NANOSECONDS, *self._names[kind]]))
+                self._write_vehicle(split=True)
+            head = ",".join([SECONDS, NANOSECONDS, *self._names[kind]])
+            self._append(FILES[kind], line, head)
+            if self._discarded and kind in POSE_KINDS and not self._is_discarded(line):
+                self._append(KEPT + FILES[kind], line, head)
+            if self._lost:
+                raise FileError(self._lost)
 
     def mark(self, stamp: int, text: str) -> None:
         """Mark a moment [ns]."""
         self._note(Note(stamp, mark=text))
 
     def discard(self, start: int, end: int) -> None:
-        """Leave poses from `start` to `end` [ns] out when the recording is saved; the tables keep them."""
+        """Leave poses from `start` to `end` [ns] out of the recording; the first tables keep them.
+
+        The vehicle file then reads the tables without them, so that they stay out whatever ends the program.
+        """
         self._note(Note(end, discard_from=start))
+        with self._lock:
+            self._discarded = (*self._discarded, (start, end))
+            names = [FILES[kind] for kind in POSE_KINDS if FILES[kind] in self._handles]
+            for name in names:
+                self._write_kept(name)
+            self._write_vehicle(split=FILES["position"] in names)
 
     @property
     def discarded(self) -> tuple[tuple[int, int], ...]:
         """Intervals [ns] that are left out."""
-        return tuple((n.discard_from, n.stamp) for n in self.notes if n.discard_from is not None)
+        return self._discarded
 
     def finish(self) -> Path:
-        """Write all to the disk, apply the discarded intervals, and end; the folder."""
+        """Write all to the disk, and end; the folder. Raises FileError where it is not there any more."""
         self.close()
-        if self.discarded:
-            kept = [kind for kind in POSE_KINDS if (self.folder / FILES[kind]).exists()]
-            for kind in kept:
-                self._write_kept(FILES[kind])
-            self._write_vehicle(_with_tables(self._original, split="position" in kept, prefix=KEPT))
+        self._look()
+        if self._lost:
+            raise FileError(self._lost)
         return self.folder
 
     def close(self) -> None:
@@ -119,11 +136,13 @@ class Recorder:
                 )
         except OSError as error:
             raise FileError(f"{self.folder}: can't be written ({error.strerror})") from None
-        self._write_vehicle(self.vehicle)
+        self._write_vehicle(split=False)
 
-    def _write_vehicle(self, vehicle: Vehicle) -> None:
-        self.vehicle = vehicle
-        write_text(self.folder / VEHICLE, dump_yaml(vehicle.to_mapping()))
+    def _write_vehicle(self, *, split: bool) -> None:
+        """The vehicle file that reads the folder; `split`: position and heading have tables of their own."""
+        prefix = KEPT if self._discarded else ""
+        self.vehicle = _with_tables(self._original, split=split, prefix=prefix)
+        write_text(self.folder / VEHICLE, dump_yaml(self.vehicle.to_mapping()))
 
     def _note(self, note: Note) -> None:
         with self._lock:
@@ -160,17 +179,36 @@ class Recorder:
                 os.close(handle)
             if changed:
                 sync_folder(self.folder)
+            self._look()
+
+    def _look(self) -> None:
+        """Whether the tables are still in the folder, where others find them."""
+        with self._lock:
+            names = [*self._handles, VEHICLE]
+        missing = [name for name in names if not (self.folder / name).exists()]
+        self._lost = (
+            f"{self.folder}: {', '.join(missing)} is not there any more: removed, or renamed. Rows since then "
+            "are lost when the session ends. Put the folder back, or stop and begin anew"
+            if missing else ""
+        )  # fmt: skip
 
     def _write_kept(self, name: str) -> None:
-        """A table without the rows in discarded intervals."""
-        head, *rows = (self.folder / name).read_text().splitlines()
-        kept = [row for row in rows if not self._is_discarded(row)]
-        write_text(self.folder / f"{KEPT}{name}", "\n".join([head, *kept]) + "\n")
+        """The table without the rows in discarded intervals, to which further rows are added."""
+        kept, before = self.folder / f"{KEPT}{name}", self._handles.pop(KEPT + name, None)
+        if before is not None:
+            os.close(before)
+        try:
+            head, *rows = (self.folder / name).read_text().splitlines()
+            rows = [row for row in rows if not self._is_discarded(row)]
+            write_text(kept, "\n".join([head, *rows, ""]))
+            self._handles[KEPT + name] = os.open(kept, os.O_WRONLY | os.O_APPEND)
+        except OSError as error:
+            raise FileError(f"{kept}: can't be written ({error.strerror})") from None
 
     def _is_discarded(self, row: str) -> bool:
         seconds, rest, _ = row.split(",", 2)
         stamp = int(seconds) * NANO + int(rest)
-        return any(start <= stamp <= end for start, end in self.discarded)
+        return any(start <= stamp <= end for start, end in self._discarded)
 
 
 def _with_tables(vehicle: Vehicle, *, split: bool, prefix: str = "") -> Vehicle:

@@ -13,7 +13,7 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import dump_yaml
 
-OF_INPUTS = (InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED)
+OF_INPUTS = (InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED, InconsistencyKind.STEERED)
 SENDER = (
     "the lines are after the vehicle file's signs and units: correct the program that sends them; of the "
     "odometry node the vehicle in its model file"

@@ -59,8 +59,10 @@ class Asynchronous:
         """With headings and rates of the opposite sense."""
         return replace(self, values=-self.values)
 
-    def joined(self, other: "Asynchronous") -> "Asynchronous":
-        """Both, in order of time."""
+    def joined(self, other: "Asynchronous | None") -> "Asynchronous":
+        """Both, in order of time; this one if there is no other."""
+        if other is None:
+            return self
         stamps = np.concatenate([self.stamps, other.stamps])
         order = np.argsort(stamps, kind="stable")
         return Asynchronous(

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Messages about the clocks of a recording's signals: offsets, drift, steps, missing stamps."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from seatrial.recording.timing import Clock, Delay, Stream, time_text
 
@@ -40,58 +40,62 @@ def clock_verdicts(streams: Sequence[Stream], begin: int | None = None) -> list[
 
 
 def _of_one(stream: Stream) -> list[str]:
-    messages, delay = [], stream.delay
+    """What one signal's stamps show, and what its delay from stamp to arrival shows."""
+    messages = list(_stamp_messages(stream))
+    if stream.delay is not None:
+        messages += _delay_messages(stream, stream.delay)
+    return [f"{stream.source}{message}" for message in messages]
+
+
+def _stamp_messages(stream: Stream) -> Iterator[str]:
     if stream.clock is Clock.ZERO:
-        messages.append(
-            f"{stream.source}: header stamps are all 0, so arrival times in the bag are used; set "
-            "header.stamp in the publisher"
+        yield (
+            ": header stamps are all 0, so arrival times in the bag are used; set header.stamp in the "
+            "publisher"
         )
     elif stream.clock is Clock.ARRIVAL:
-        messages.append(
-            f"{stream.source} ({stream.kind}) is stamped by its arrival in the bag: the transport "
-            "delay acts as a latency"
+        yield (
+            f" ({stream.kind}) is stamped by its arrival in the bag: the transport delay acts as a "
+            "latency"
         )
     if stream.publishers > 1:
-        messages.append(
-            f"{stream.source} has {stream.publishers} publishers: check for two robots, or a node "
-            "that was restarted"
+        yield (
+            f" has {stream.publishers} publishers: check for two robots, or a node that was restarted"
         )
     if stream.backward:
-        messages.append(
-            f"{stream.source}: stamps go back in time {_times(stream.backward)}: check for a clock that "
-            "was set, or for two publishers"
+        yield (
+            f": stamps go back in time {_times(stream.backward)}: check for a clock that was set, or "
+            "for two publishers"
         )
     if stream.duplicated > DUPLICATED_SHARE * stream.count:
-        messages.append(
-            f"{stream.source}: {stream.duplicated} of {stream.count} stamps equal that of the "
-            "message before: check for repeated messages or rounded stamps"
+        yield (
+            f": {stream.duplicated} of {stream.count} stamps equal that of the message before: check "
+            "for repeated messages or rounded stamps"
         )
-    if delay is None:
-        return messages
+
+
+def _delay_messages(stream: Stream, delay: Delay) -> Iterator[str]:
     if _replayed(stream, delay):
-        messages.append(
-            f"{stream.source}: arrivals do not match its stamps: it was played back and recorded "
-            "again; its own stamps are used"
+        yield (
+            ": arrivals do not match its stamps: it was played back and recorded again; its own stamps "
+            "are used"
         )
-        return messages
+        return
     if delay.least < -CLOCK_AHEAD and not delay.step:
-        messages.append(
-            f"{stream.source}: stamps are up to {time_text(-delay.least)} ahead of the recorder's clock, "
-            "so another machine makes them. A constant offset acts as a latency; keep it constant "
-            "(chrony, PTP)"
+        yield (
+            f": stamps are up to {time_text(-delay.least)} ahead of the recorder's clock, so another "
+            "machine makes them. A constant offset acts as a latency; keep it constant (chrony, PTP)"
         )
     if abs(delay.drift) > LEAST_DRIFT:  # a clock that runs fast makes the delay fall
-        messages.append(
-            f"{stream.source}: its clock {'gains' if delay.drift < 0 else 'loses'} "
-            f"{time_text(abs(delay.drift))} against the recorder's over the recording; synchronise the "
-            "clocks (chrony, PTP)"
+        yield (
+            f": its clock {'gains' if delay.drift < 0 else 'loses'} {time_text(abs(delay.drift))} "
+            "against the recorder's over the recording; synchronise the clocks (chrony, PTP)"
         )
     if delay.least > SLOW_TRANSPORT and not delay.step:
-        messages.append(
-            f"{stream.source}: every message arrives {time_text(delay.least)} or more after its stamp: a "
-            "slow source, or a clock that is behind"
+        yield (
+            f": every message arrives {time_text(delay.least)} or more after its stamp: a slow source, "
+            "or a clock that is behind"
         )
-    return messages
 
 
 def _replayed(stream: Stream, delay: Delay) -> bool:

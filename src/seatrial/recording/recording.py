@@ -334,29 +334,18 @@ def make_recording(
         remarks = [*remarks, *fresh.remarks]
         marked_valid = None if marked_valid is None else marked_valid[fresh.rows]
         if fresh.asynchronous is not None:
-            asynchronous = (
-                fresh.asynchronous
-                if asynchronous is None
-                else fresh.asynchronous.joined(asynchronous)
-            )
+            asynchronous = fresh.asynchronous.joined(asynchronous)
     # 2. Faults of the poses.
     found = examine(name, stamps, eta, marked_valid)
-    t = found.t
-    origin = stamps[found.in_order][0]
     # 3. Intervals with unknown commands: poses in them are masked.
     driven, unknown = _finite_rows(commands)
-    hidden = np.zeros(len(t), dtype=bool)
-    faults = list(found.faults)
-    if len(driven.stamps):
-        held = (driven.stamps - origin).astype(float) * 1e-9
-        holes = [(FaultKind.SILENT, *s) for s in silences(name, t, held, driven.values, timeout)]
-        odd = (unknown - origin).astype(float) * 1e-9
-        holes += [(FaultKind.NO_NUMBER, *s) for s in odd.tolist() if s[0] < t[-1] and s[1] > 0]
-        for kind, begin, end in holes:
-            inside = (t >= begin) & (t < end)
-            hidden |= inside
-            until = float(min(end, t[-1]))
-            faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
+    origin = stamps[found.in_order][0]
+    held, not_finite = ((some - origin).astype(float) * 1e-9 for some in (driven.stamps, unknown))
+    faults, hidden = list(found.faults), np.zeros(len(found.t), dtype=bool)
+    if len(held):
+        silent = silences(name, found.t, held, driven.values, timeout)
+        lost, hidden = _unknown_commands(found.t, silent, not_finite)
+        faults += lost
         streams = [replace(s, on_change=_is_on_change(s, held, driven.values)) for s in streams]
     # 4. Poses with rising stamps.
     kept = found.in_order
@@ -366,6 +355,21 @@ def make_recording(
         tuple(sources), tuple(streams), tuple(remarks), tuple(doubts), position_delay=position_delay,
         parts=None if parts is None else parts[kept], asynchronous=asynchronous,
     )  # fmt: skip
+
+
+def _unknown_commands(
+    t: Array, silent: Sequence[tuple[float, float]], not_finite: Array
+) -> tuple[list[Fault], Mask]:
+    """Faults, and the poses (n,) at t (n,) [s] in them: commands are silent, or no numbers (k, 2) [s]."""
+    faults, hidden = [], np.zeros(len(t), dtype=bool)
+    holes = [(FaultKind.SILENT, *hole) for hole in silent]
+    holes += [(FaultKind.NO_NUMBER, *s) for s in not_finite.tolist() if s[0] < t[-1] and s[1] > 0]
+    for kind, begin, end in holes:
+        inside = (t >= begin) & (t < end)
+        hidden |= inside
+        until = float(min(end, t[-1]))
+        faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
+    return faults, hidden
 
 
 def _is_on_change(stream: Stream, held: Array, values: Array) -> bool:

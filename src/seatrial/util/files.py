@@ -382,8 +382,10 @@ def _explain(message: str, kind: type[msgspec.Struct], keys: Sequence[str] = ())
         text = text.replace(word, plain)
     text = text[:1].lower() + text[1:].replace("`", "'")
     if "enum value" in text:
-        allowed = _literals(_all_fields(kind).get(where.rpartition(".")[2]))
-        text = text.replace("invalid enum value", "got") + f"; expected {', '.join(allowed)}"
+        wanted = _all_fields(kind).get(where.rpartition(".")[2])
+        allowed = ", ".join(_literals(wanted))
+        number = "a number, or " if _has_number(wanted) else ""
+        text = text.replace("invalid enum value", "got") + f"; expected {number}{allowed}"
     return f"{where or 'the file'}: {text}"
 
 
@@ -399,6 +401,11 @@ def _literals(kind: object) -> list[str]:
     if get_origin(kind) is Literal:
         return [str(value) for value in get_args(kind)]
     return [text for part in get_args(kind) for text in _literals(part)]
+
+
+def _has_number(kind: object) -> bool:
+    """Whether a type, or a part of a union, is a number."""
+    return kind in (int, float) or any(_has_number(part) for part in get_args(kind))
 
 
 def _all_fields(kind: type[msgspec.Struct]) -> dict[str, Any]:

@@ -35,12 +35,14 @@ class _Work:
 
     def __init__(self, report: Report, line: "ProgressLine | None" = None) -> None:
         self.report, self.line = report, line
-        self.begun = time.monotonic()
+        self.begun: float | None = None  # when the first stage began, after what it imports
         self.share = 0.0
         self.lock = threading.Lock()
 
     def add(self, share: float, name: str) -> None:
         with self.lock:
+            if self.begun is None:
+                self.begun = time.monotonic()
             self.share = min(self.share + share, 1.0)
             self.report(Status(name, self.share, time_left(self.begun, self.share)))
 

@@ -45,6 +45,8 @@ class ProgressLine:
         """Show this at the next drawing."""
         self.status = status
         if not self.thread.ident and not self.ended.is_set():
+            self.begun = time.monotonic()
+        if not self.thread.ident and not self.ended.is_set():
             self.thread.start()
 
     @contextmanager

@@ -5,7 +5,7 @@ import time
 from typing import NamedTuple
 
 TIME_LEFT_AFTER = 1.0  # [s] before, the time left is not estimated
-TIME_LEFT_FROM = 0.02  # share done from which on the time left is estimated
+TIME_LEFT_FROM = 0.05  # share done from which on the time left is estimated
 
 
 class Status(NamedTuple):

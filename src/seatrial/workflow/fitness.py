@@ -60,16 +60,20 @@ class Criterion(Enum):
     UNSTABLE = "the model is unstable within its envelope"
     NOT_PREDICTED = "no recording could be predicted"
     SEEN = "tested only on recordings that it was identified from"
-    GROWTH = "{subject}: error grows to {value:.2f} of constant velocity's {horizon:g} s ahead (fit: {limit:g})"
-    GAIN = "{subject} is known to ± {value:.0%} (fit: {limit:.0%})"
+    GROWTH = (
+        "{subject}: error grows to {value:.2f} of constant velocity's {horizon:g} s ahead "
+        "(fit: up to {limit:g})"
+    )
+    GAIN = "{subject} is known to ± {value:.0%} (fit: up to {limit:.0%})"
     NO_GAIN = "{subject} has no standard error"
-    DELAY = "latency and lag are known to ± {value:.0%} of the rise time (fit: {limit:.0%})"
+    DELAY = "latency and lag are known to ± {value:.0%} of the rise time (fit: up to {limit:.0%})"
     NO_DELAY = "the model has no latency and no lag"
     BACKWARD = "{subject} is negative: signs, thruster angles or axes are wrong"
     NO_INPUT = "no command drives any axis"
-    BASELINE = "{subject}: error {horizon:g} s ahead is {value:.2f} of constant velocity's (fit: {limit:g})"
+    BASELINE = "{subject}: error {horizon:g} s ahead is {value:.2f} of constant velocity's (fit: up to {limit:g})"
     CONSISTENCY = (
-        "{subject}: error {horizon:g} s ahead is {value:.2f} of the expected (fit: {limit:g})"
+        "{subject}: errors {horizon:g} s ahead are {value:.2f} times those that the model states "
+        "(fit: up to {limit:g})"
     )
     NO_EXPECTED = "the model has no process noise, so its filter states no error"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A controller's axis commands to commands of all inputs, within limits: by shares that are fixed,
-// for a boat that allocates by itself, or by an allocator, where the inputs are the thrusters. No
-// heap, no exceptions.
+// for a boat that allocates by itself, by an allocator, where the inputs are the thrusters, or by
+// the inverse of a steered thruster. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "seatrial/actuators/allocation.hpp"
 #include "seatrial/control/allocator.hpp"
+#include "seatrial/control/steering.hpp"
 #include "seatrial/model/frames.hpp"
 
 namespace seatrial {
@@ -37,12 +38,25 @@ class AxisCommands {
     }
   }
 
+  /// For a thruster with an angle, whose fault() must be kOk. `authority`: accelerations by axis
+  /// commands of 1.
+  AxisCommands(const Steering& steering, const double* authority)
+      : AxisCommands(Allocation{}, Mix{}, 0.0) {
+    steering_ = steering;
+    std::copy(authority, authority + kAxes, authority_);
+    allocation_.n_commands = 2;
+  }
+
   int size() const {
     return allocator_ ? allocator_->setup().effectiveness.n : allocation_.n_commands;
   }
 
-  /// Commands to all inputs; false where less is given than was asked.
-  bool command(const double* axis, double* values) {
+  /// Commands to all inputs at the motion nu, dt [s] after the last; false where less is given than
+  /// was asked.
+  bool command(const double* axis, const double* nu, double dt, double* values) {
+    if (steering_) {
+      return steering_->command(axis[0] * authority_[0], axis[2] * authority_[2], nu, dt, values);
+    }
     if (allocator_) {
       double wrench[kWrenchAxes] = {};
       for (int i = 0; i < kWrenchAxes; ++i) wrench[i] = detail::dot3(wrench_[i], axis);
@@ -53,6 +67,11 @@ class AxisCommands {
     const double given[kAxes] = {share * axis[0], share * axis[1], axis[2]};
     for (int k = 0; k < size(); ++k) values[k] = detail::dot3(mix_[k], given);
     return limit(values) && share >= 1.0;
+  }
+
+  /// Zero commands were sent for a while.
+  void forget() {
+    if (steering_) steering_->forget();
   }
 
  private:
@@ -87,6 +106,8 @@ class AxisCommands {
   bool yaw_first_ = false;
   Mix mix_ = {};
   std::optional<Allocator> allocator_;
+  std::optional<Steering> steering_;
+  double authority_[kAxes] = {};
   double wrench_[kWrenchAxes][kAxes] = {};  // by axis commands, in command units
 };
 

@@ -103,7 +103,8 @@ class Guidance {
     const double a = line.across / near + drift;
     double drift_rate = -turn * along;  // as the normal turns
     if (!limited_ && std::abs(turn) * s_.time <= kStraightEnough) {
-      const double rate = line.across / (1.0 + a * a) / (4.0 * s_.time * s_.time);
+      const double time = near / speed;
+      const double rate = line.across / (1.0 + a * a) / (4.0 * time * time);
       drift_rate += rate / speed;
       learn(step(dt) * rate, speed, normal);
     }

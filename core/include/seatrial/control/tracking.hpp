@@ -50,6 +50,11 @@ class Tracker {
           const TrackingGains& gains)
       : Tracker(structure, coefficient, AxisCommands(allocator, gains.mix), gains) {}
 
+  /// For one thruster with an angle, at limits of its own.
+  Tracker(const Structure& structure, const double* coefficient, const Steering& steering,
+          const TrackingGains& gains)
+      : Tracker(structure, coefficient, AxisCommands(steering, gains.authority), gains) {}
+
   /// Commands to all inputs, dt [s] after the last call. eta: pose; nu: body velocity over ground.
   /// ahead: the reference as far ahead as the thrusters are late; feed-forward is taken from there.
   Tracked command(double dt, const double* eta, const double* nu, const Reference& now,
@@ -68,7 +73,7 @@ class Tracker {
       axis[i] += gains_.proportional[i] * go.error[i] + gains_.integral[i] * past[i] +
                  gains_.derivative[i] * (go.rate[i] - nu[i]);
     }
-    const bool limited = !commands_.command(axis, values);
+    const bool limited = !commands_.command(axis, nu, dt, values);
     integrate(std::clamp(dt, 0.0, kLongestStep), eta[2], off, go.error, limited ? axis : nullptr,
               go.near);
     guidance_.hold(limited);
@@ -79,6 +84,7 @@ class Tracker {
   void forget() {
     std::fill(integral_, integral_ + kAxes, 0.0);
     guidance_.forget();
+    commands_.forget();
   }
 
   /// Integral of the pose error, earth-fixed [m s, m s, rad s].

@@ -161,10 +161,42 @@ inline void expect_authority(const TrackingGains& gains) {
   }
 }
 
+/// Of a boat with angles; nothing: it has none. Throws std::runtime_error where it has others than
+/// one that turns the thrust of its only thruster.
+inline std::unique_ptr<Steering> steering_of(const OnboardModel& m, double limit) {
+  const Actuator* all = m.chain.actuators;
+  const bool steers = std::any_of(all, all + m.chain.n_actuators(),
+                                  [](const Actuator& a) { return a.steers >= 0; });
+  if (!steers) return nullptr;
+  auto found =
+      std::make_unique<Steering>(m.boat.structure, m.boat.coefficient, m.chain, m.q, limit);
+  if (found->fault() != SteeringFault::kOk) {
+    throw std::runtime_error(
+        "chain: steered: the tracking controller takes one thruster with one angle, inputs of "
+        "their own, and thrust ahead that gives surge; `seatrial tune` says which is missing");
+  }
+  return found;
+}
+
+/// Throws std::runtime_error where the gains were tuned for another boat with an angle.
+inline void expect_steered(const Steering& steering, const TrackingGains& gains) {
+  constexpr double kSame = 1e-6;
+  double own[kAxes] = {};
+  steering.authority(gains.guidance.fastest, &own[0], &own[2]);
+  for (const int axis : {0, 2}) {
+    if (std::abs(own[axis] - gains.authority[axis]) <= kSame * std::abs(own[axis])) continue;
+    throw std::runtime_error("the gains are for a boat with an authority of " +
+                             plain(gains.authority[axis]) + " in " +
+                             kAxisNames[static_cast<std::size_t>(axis)] + "; this model has " +
+                             plain(own[axis]) + ": tune it");
+  }
+}
+
 /// Throws std::runtime_error where the gains were tuned for another boat.
 inline void expect_belong(const OnboardModel& m, const TrackingGains& gains) {
   constexpr double kSame = 1e-6;  // by which two authorities may differ
   expect_authority(gains);
+  if (const auto steering = steering_of(m, gains.limit)) return expect_steered(*steering, gains);
   for (int axis = 0; axis < kAxes; ++axis) {
     if (!drives(gains, axis)) continue;
     double push[kAxes];
@@ -196,8 +228,9 @@ inline void expect_gives(const OnboardModel& m, const AllocatorSetup& setup,
     if (!drives(gains, axis)) continue;
     double asked[kAxes] = {};
     asked[axis] = kSome;
+    const double rest[kAxes] = {};
     double command[kMaxCommands] = {};
-    if (!commands.command(asked, command)) continue;  // beyond the limits: less is given
+    if (!commands.command(asked, rest, 0.0, command)) continue;  // beyond the limits: less is given
     double thrust[kMaxActuators];
     for (int k = 0; k < m.chain.n_actuators(); ++k) thrust[k] = allocator->thrust(k, command[k]);
     double push[kAxes];

@@ -51,7 +51,10 @@ class TrackingNode {
     name_ = board.name;
     const OnboardModel& m = board.model;
     const auto& boat = m.boat;
-    if (gains_.allocation) {
+    if (const auto steering = detail::steering_of(m, gains_.gains.limit)) {
+      tracker_ =
+          std::make_unique<Tracker>(boat.structure, boat.coefficient, *steering, gains_.gains);
+    } else if (gains_.allocation) {
       const auto allocator = std::make_unique<Allocator>(*gains_.allocation);
       tracker_ =
           std::make_unique<Tracker>(boat.structure, boat.coefficient, *allocator, gains_.gains);

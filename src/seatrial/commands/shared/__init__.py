@@ -157,7 +157,7 @@ def to_programs(args: argparse.Namespace) -> bool:
 def write_json(
     args: argparse.Namespace, kind: str, content: "Mapping[str, Any] | msgspec.Struct"
 ) -> None:
-    """The result for programs, where --json asks for it; docs/json.md lists the fields.
+    """The result for programs, where --json asks for it; tools/json_page.py lists the fields.
 
     `kind`: its kind and version, such as `inspection 1`, for content that does not state it. Infinity and NaN,
     which JSON does not have, become null.
@@ -198,8 +198,8 @@ def add_places(command: argparse.ArgumentParser) -> None:
     """--lever and --thrusters."""
     command.add_argument(
         "--lever", nargs=2, type=float, metavar=("X", "Y"),
-        help="the measured point from the boat's origin [m]: ahead, and to port; in forward-right-down axes, "
-        "as of an autopilot's log, to starboard",
+        help="the measured point from the boat's origin (middle of the thrusters; of two astern the centre of "
+        "mass) [m]: ahead, and to port; in forward-right-down axes, as of an autopilot's log, to starboard",
     )  # fmt: skip
     command.add_argument(
         "--thrusters", metavar="PLACES",

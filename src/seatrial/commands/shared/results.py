@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What --json writes, a struct for each command. docs/json.md is made of these lines, comments included.
+"""What --json writes, a struct for each command. The page on JSON is made of these lines, comments included.
 
 Results with a class of their own elsewhere (scores, comparison, gains, model) and larger ones: schemas.py.
 """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""All kinds of content that --json writes, for docs/json.md and its test. No command imports this file."""
+"""All kinds of content that --json writes, for the page on JSON and its test. No command imports this file."""
 
 from typing import Literal
 

@@ -16,6 +16,7 @@ from seatrial.control.gains_file import GainsFile, gains_of, guidance_numbers, l
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.linear import linearise
+from seatrial.control.tuning.steered import steering_of
 from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
@@ -65,7 +66,7 @@ class TrackingController:
             np.array([g.proportional, g.integral, g.derivative, g.authority]),
             np.array(g.mix), g.limit, feed_forward,
             None if g.allocation is None else g.allocation.core(self.model),
-            np.array(guidance_numbers(g)),
+            np.array(guidance_numbers(g)), steering_of(self.model, g.limit),
         )  # fmt: skip
         self._last: float | None = None
         self.outcome = Tracked.FOLLOWING

@@ -16,6 +16,7 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
+from seatrial.control.tuning.steered import steered_shares, steering_of
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
@@ -371,9 +372,12 @@ def _demand(course: Course, model: Model, boat: LinearBoat, most: Array) -> floa
     free = _core.accelerations(
         model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
     )
+    speeds = float((np.abs(nu) / most).max())
+    if (steering := steering_of(model)) is not None:
+        return max(float(steered_shares(steering, nu, nu_dot - free).max()), speeds)
     commands = ((nu_dot - free) * boat.per_authority) @ boat.mix.T
     size = np.abs(commands).max(axis=1)
     # the allocation's limit: the share of the command that remains when its largest input is 1
     full = commands / np.maximum(size, 1e-12)[:, None]
     _, given = _core.allocate(model.vehicle.chain, np.ascontiguousarray(full))
-    return float(max((size / given).max(), (np.abs(nu) / most).max()))
+    return max(float((size / given).max()), speeds)

@@ -8,6 +8,7 @@ from seatrial.boat.model import Model
 from seatrial.control.allocation import Allocator
 from seatrial.control.tracking.thrusters import wrench_of
 from seatrial.control.tuning.linear import LinearBoat, chords
+from seatrial.control.tuning.steered import steering_of
 from seatrial.util.frames import Array
 
 COMMAND_STEPS = 1000  # of an axis command from 0 to 1
@@ -20,6 +21,8 @@ def dead_zone(model: Model, boat: LinearBoat, allocator: Allocator | None = None
     allocator: used instead of the boat's own allocation.
     """
     found = np.zeros(3)
+    if steering_of(model) is not None:
+        return found  # its curves are inverted
     for axis in boat.driven:
         for sign in (1.0, -1.0):
             at = np.linspace(0.0, sign, COMMAND_STEPS + 1)

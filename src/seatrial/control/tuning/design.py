@@ -7,7 +7,6 @@ from typing import Literal
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.boat.steering import refuse_angles
 from seatrial.control.allocation import Allocator
 from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
 from seatrial.control.tuning.guidance import (
@@ -17,7 +16,7 @@ from seatrial.control.tuning.guidance import (
     guided_motions,
     with_bend,
 )
-from seatrial.control.tuning.linear import LinearBoat, linearise, steepest
+from seatrial.control.tuning.linear import LinearBoat, linearise
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_of, worst_of
 from seatrial.control.tuning.rules import NO_GAINS, Gains, pd_gains, pid_gains
@@ -103,7 +102,6 @@ def tune(
     """
     # The request and the thrusters
     _check_request(knob, rate, extra)
-    refuse_angles(model.vehicle.file.chain, model.name, ControlError, "the tracking controller")
     allocator = allocator_for(model, allocation)
     # Linear plant about rest and the fastest steady motions
     boat = linearise(model)
@@ -118,7 +116,7 @@ def tune(
         boat = with_bend(model, boat, guidance)
     # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
     boats = draws_of(boat, model, draws, seed)
-    strength = steepest(model)
+    strength = boat.steepest
     with stage("margins of draws", 0.9):
         spread = worst_of(boats, gains, knob, hold, strength, guidance=guidance)
     if not permitted(spread):
@@ -138,7 +136,7 @@ def gains_for(
 ) -> tuple[Gains, Gains, Gains]:
     """Gains of the three axes, each by its delay and its least drag; none where there is no thrust."""
     rule = pid_gains if action == "pid" else pd_gains
-    delay, drag = boat.actuators.delay + hold, boat.drag.min(axis=0)
+    delay, drag = boat.actuators.delay + hold, np.maximum(boat.loop_drag.min(axis=0), 0.0)
     surge, sway, yaw = (
         rule(knob, float(delay[i]), float(drag[i])) if i in boat.driven else NO_GAINS
         for i in range(3)

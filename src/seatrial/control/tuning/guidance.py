@@ -41,9 +41,9 @@ class Guidance:
         """
         if speed < self.slowest:
             return 0.0, 0.0
-        near = 1.0 / max(self.radius, speed * self.time)
+        ahead = max(self.radius, speed * self.time)
         bend = abs(turn) * self.time > STRAIGHT
-        return near, 0.0 if bend else 1.0 / (4.0 * self.time**2 * speed)
+        return 1.0 / ahead, 0.0 if bend else speed / (4.0 * ahead**2)
 
 
 def guided_motions(model: Model) -> Array:
@@ -69,17 +69,20 @@ def guidance_for(
     tau_c is that of the heading loop: its delay, and its slow time constant (D + d) / P at the largest yaw drag,
     which is the knob where the drag is the least one that the gains are for. theta is as much, and the lag of
     the course behind the heading: in a turn v = -(A_vr / A_vv) r, so that the course lags by
-    tau_v = A_vr / (A_vv u) at speed u.
+    tau_v = A_vr / (A_vv u) at speed u. An angle pushes the stern aside, too: its lever over u is a lag more,
+    which the radius has at low speed.
     """
     if len(boat.driven) == 3:
         return None
     surge, _, yaw = gains
     heading = (yaw.derivative + float(boat.drag[:, 2].max())) / yaw.proportional
-    time = 2.0 * (heading + float(boat.actuators.delay[2]) + hold) + course_lag(boat)
     fastest = float(boat.speeds[:, 0].max())
-    slowest = SLOWEST_SHARE * fastest
+    slowest, lever = SLOWEST_SHARE * fastest, stern_lever(boat)
+    time = 2.0 * (heading + float(boat.actuators.delay[2]) + hold) + course_lag(boat)
+    time += lever / fastest
     approach = (surge.derivative + float(boat.drag[:, 0].min())) / surge.proportional
-    return Guidance(time, RADIUS_SHARE * slowest * time, slowest, fastest, approach)
+    radius = RADIUS_SHARE * (slowest * time + lever)
+    return Guidance(time, radius, slowest, fastest, approach)
 
 
 def course_lag(boat: LinearBoat) -> float:
@@ -87,3 +90,14 @@ def course_lag(boat: LinearBoat) -> float:
     straight = (boat.speeds[:, 0] > 0.0) & (boat.speeds[:, 2] == 0.0)
     A, u = boat.slopes[straight], boat.speeds[straight, 0]
     return float(np.maximum(A[:, 1, 2] / (np.minimum(A[:, 1, 1], -1e-9) * u), 0.0).max())
+
+
+def stern_lever(boat: LinearBoat) -> float:
+    """Sway over yaw rate [m] that a yaw command itself brings, to the outside of the turn, at rest.
+
+    With b = push of the yaw command, v / r = (A_vr b_r - A_rr b_v) / (A_rv b_v - A_vv b_r), less the turn's own.
+    """
+    _, b_v, b_r = boat.actuators.push @ boat.actuators.share[:, 2]
+    A = boat.slopes[0]
+    beside = A[2, 1] * b_v - min(A[1, 1], -1e-9) * b_r
+    return max(0.0, float(A[2, 2] * b_v / beside)) if beside else 0.0

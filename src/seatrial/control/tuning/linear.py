@@ -10,6 +10,13 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.control.tuning.steered import (
+    gear_lag,
+    steered_authority,
+    steered_mix,
+    steered_push,
+    steering_of,
+)
 from seatrial.util.errors import ControlError, ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array, frozen_array
 
@@ -84,21 +91,48 @@ class LinearBoat:
         """Linear drag (m, 3) [1/s] of each axis."""
         return np.asarray(-np.einsum("mii->mi", self.slopes))
 
+    @cached_property
+    def loop_drag(self) -> Array:
+        """Drag (m, 3) [1/s] that the gains of each axis are for; of yaw beside a free sway, the slow one.
+
+        Where sway has no thrust, v follows r: the static gain of yaw is that of A_rr - A_rv A_vr / A_vv.
+        """
+        found = self.drag.copy()
+        if 1 not in self.driven:
+            A = self.slopes
+            slow = A[:, 2, 2] - A[:, 2, 1] * A[:, 1, 2] / np.minimum(A[:, 1, 1], -1e-9)
+            found[:, 2] = np.minimum(found[:, 2], -slow)
+        return found
+
 
 def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
     """The model about rest and its fastest steady motions, or about `speeds` (m, 3).
 
     Raises ControlError where the model's commands do not actuate surge and yaw independently.
     """
-    B, G = _force_effect(model), _allocated(model)
-    push = B @ model.vehicle.mix @ np.diag(chords(model))
-    mix, authority = axis_commands(model, push @ G)
     constants = model.vehicle.constants
     latency, lag = (constants.of_each(stage, model.constants) for stage in ("latency", "lag"))
-    # A latency below 0 is a clock offset; a causal loop has none
-    actuators = Actuators(push, G @ mix, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
     points = steady_motions(model) if speeds is None else speeds
-    return LinearBoat(mix, authority, actuators, points, slopes_at(model, points), steepest(model))
+    if (steering := steering_of(model)) is not None:
+        fastest = float(points[:, 0].max())
+        mix, authority = (
+            steered_mix(steering, fastest),
+            steered_authority(model, steering, fastest),
+        )
+        push, share, slope = steered_push(model, steering, fastest), mix, 1.0  # curves are inverted
+        lag = lag + gear_lag(steering) * np.eye(2)[steering.angle]
+    else:
+        push, G = _plain_push(model), _allocated(model)
+        mix, authority = axis_commands(model, push @ G)
+        share, slope = G @ mix, steepest(model)
+    # A latency below 0 is a clock offset; a causal loop has none
+    actuators = Actuators(push, share, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
+    return LinearBoat(mix, authority, actuators, points, slopes_at(model, points), slope)
+
+
+def _plain_push(model: Model) -> Array:
+    """Accelerations (3, actuators) by full thrust of thrusters in fixed directions."""
+    return np.asarray(_force_effect(model) @ model.vehicle.mix @ np.diag(chords(model)))
 
 
 def axis_commands(model: Model, effect: Array) -> tuple[Array, Array]:
@@ -148,11 +182,13 @@ def steady_motions(model: Model) -> Array:
 
 def _reached(model: Model) -> Array:
     """Steady speed (3,) of each axis at full command, by its own equation."""
-    B, G = _force_effect(model), _allocated(model)
-    push = B @ model.vehicle.mix @ np.diag(chords(model))
-    _, full = axis_commands(model, push @ G)
     speed, step = np.zeros(3), RUN_UP_TIME / 4000
+    steering = steering_of(model)
+    if steering is None:
+        _, full = axis_commands(model, _plain_push(model) @ _allocated(model))
     for _ in range(4000):
+        if steering is not None:
+            full = steered_authority(model, steering, float(speed[0]))
         rate = np.diag(_accelerations(model, np.diag(speed))) + full
         speed = speed + step * rate
         if not np.isfinite(speed).all() or np.abs(speed).max() > 1e3:

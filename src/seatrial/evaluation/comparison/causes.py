@@ -6,7 +6,7 @@ prior on them. Its evidence is Laplace's approximation (MacKay, Information Theo
 Raftery 1995); the candidates are equally probable before, two causes at once a tenth as probable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 import numpy as np
@@ -32,6 +32,7 @@ from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
 
 ROUNDS, HALVINGS, CONVERGED = 40, 20, 1e-9  # of the search; relative step that ends it
+SLOPE_STEP = 1e-6  # of central differences, in units of the unknowns
 
 
 class Cause(msgspec.Struct, frozen=True):
@@ -99,15 +100,17 @@ def _problem(a: Model, b: Model, found: Sequence[Pair], seen: tuple[View, View])
 
 
 def evidence(problem: Problem, candidate: Candidate) -> tuple[float, Array]:
-    """Logarithm of the evidence, but for a constant of all candidates; the unknowns (m,) that fit best."""
-    # 1. Gauss-Newton over A's coefficients and the unknowns, from no change.
+    """Logarithm of the evidence, but for a constant of all candidates; the unknowns (m,) that fit best.
+
+    Raises SeatrialError where the evidence is not finite.
+    """
     n, m = len(problem.names), len(candidate.covariance)
     scale = np.concatenate([problem.units, np.sqrt(np.diag(candidate.covariance))])
-    best = np.concatenate([problem.values[0], np.zeros(m)])
     root = np.linalg.cholesky(np.linalg.inv(candidate.covariance)).T if m else np.zeros((0, 0))
 
-    def residuals(x: Array) -> Array:
-        theta, phi = x[:n], x[n:]
+    def residuals(scaled: Array) -> Array:
+        """Of A's coefficients, of B's, and of the unknowns' prior; scaled (n + m,) in their units."""
+        theta, phi = np.split(scaled * scale, [n])
         a, b = problem.values
         return np.concatenate(
             [
@@ -117,35 +120,40 @@ def evidence(problem: Problem, candidate: Candidate) -> tuple[float, Array]:
             ]
         )
 
-    def slopes(x: Array) -> Array:
-        steps = 1e-6 * scale
-        return (
-            np.stack(
-                [(residuals(x + step) - residuals(x - step)) / 2.0 for step in np.diag(steps)],
-                axis=1,
-            )
-            / 1e-6
-        )  # by the scaled unknowns
-
-    for _ in range(ROUNDS):
-        step = -np.linalg.lstsq(slopes(best), residuals(best), rcond=None)[0] * scale
-        share, before = 1.0, float(np.sum(residuals(best) ** 2))
-        for _ in range(HALVINGS):
-            if float(np.sum(residuals(best + share * step) ** 2)) <= before:
-                break
-            share /= 2.0
-        else:
-            break
-        best = best + share * step
-        if np.max(np.abs(share * step / scale)) < CONVERGED:
-            break
+    # 1. Gauss-Newton over A's coefficients and the unknowns, from no change.
+    best = _minimum(residuals, np.concatenate([problem.values[0], np.zeros(m)]) / scale)
     # 2. Laplace: the cost, and the widths of likelihood and prior (units are those of `scale`).
     cost = float(np.sum(residuals(best) ** 2))
-    jacobian = slopes(best)
+    jacobian = _slopes(residuals, best)
     likelihood = float(np.linalg.slogdet(jacobian.T @ jacobian)[1])
     correlation = candidate.covariance / np.outer(scale[n:], scale[n:]) if m else np.zeros((0, 0))
     prior = float(np.linalg.slogdet(correlation)[1]) if m else 0.0
     log = -0.5 * (cost + likelihood + prior)
     if not np.isfinite(log):
         raise SeatrialError(f"the evidence of '{candidate.cause}' is not finite")
-    return log, best[n:]
+    return log, best[n:] * scale[n:]
+
+
+def _minimum(residuals: Callable[[Array], Array], start: Array) -> Array:
+    """Least squares by Gauss-Newton with halved steps."""
+    best = start
+    for _ in range(ROUNDS):
+        step = -np.linalg.lstsq(_slopes(residuals, best), residuals(best), rcond=None)[0]
+        share, before = 1.0, float(np.sum(residuals(best) ** 2))
+        for _ in range(HALVINGS):
+            if float(np.sum(residuals(best + share * step) ** 2)) <= before:
+                break
+            share /= 2.0
+        else:
+            return best
+        best = best + share * step
+        if np.max(np.abs(share * step)) < CONVERGED:
+            return best
+    return best
+
+
+def _slopes(residuals: Callable[[Array], Array], at: Array) -> Array:
+    """Central differences (residuals, unknowns)."""
+    steps = SLOPE_STEP * np.eye(len(at))
+    columns = [(residuals(at + step) - residuals(at - step)) / (2.0 * SLOPE_STEP) for step in steps]
+    return np.stack(columns, axis=1)

@@ -26,6 +26,7 @@ from seatrial.inspection.consistency.inconsistencies import (
     Inconsistency,
     clock_inconsistency,
     inconsistencies,
+    steering_inconsistencies,
 )
 from seatrial.inspection.consistency.pose_units import (
     as_measured,
@@ -125,7 +126,11 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     effects = _input_effects(vehicle, search, repair)
     unexcited = _unexcited(vehicle, search, repair)
     return ConsistencyReport(
-        (*clock_inconsistency(offset), *inconsistencies(vehicle, repair, effects, speed)),
+        (
+            *clock_inconsistency(offset),
+            *inconsistencies(vehicle, repair, effects, speed),
+            *steering_inconsistencies(vehicle, _surge_t(vehicle, search, repair), effects),
+        ),
         _table(vehicle, found),
         (
             *(f"{name} {does}" for name, does in effects.items()),
@@ -187,9 +192,19 @@ def _table(vehicle: Vehicle, found: Sequence[Gains]) -> tuple[Gain, ...]:
     )
 
 
+def _gains_t(search: HypothesisSearch, repair: Repair) -> Array:
+    """t (3, inputs) of the gains, poses corrected."""
+    return np.asarray(search.gain_rotation(repair) @ np.array([g.t for g in search.gains]))
+
+
+def _surge_t(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> dict[str, float]:
+    """t of the surge gain by input."""
+    return dict(zip(vehicle.inputs, _gains_t(search, repair)[0].tolist(), strict=True))
+
+
 def _input_effects(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> dict[str, str]:
     """The main effect of each input, poses corrected: "moves surge forward (t 35)"."""
-    t = search.gain_rotation(repair) @ np.array([g.t for g in search.gains])
+    t = _gains_t(search, repair)
     effects = {}
     for i, name in enumerate(vehicle.inputs):
         axis = int(np.argmax(np.abs(t[:, i])))

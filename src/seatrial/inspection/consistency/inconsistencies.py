@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 from seatrial.boat.schema import Column
+from seatrial.boat.steering import steered_entries
 from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.inspection.consistency.channel_assignment import ASSIGN_T
 from seatrial.inspection.consistency.repair import POSE, Repair, cycles, repaired_heading
 from seatrial.util.format import joined
 
@@ -34,6 +36,7 @@ class InconsistencyKind(str, Enum):
     HANDED = "poses and commands of opposite axes"
     NEGATED = "sign of an input"
     PERMUTED = "order of the inputs"
+    STEERED = "order of a thrust and its angle"
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,26 @@ def clock_inconsistency(offset: float) -> list[Inconsistency]:
         "commands have different clocks; stamp both by one clock, or correct the stamps"
     )
     return [Inconsistency(InconsistencyKind.CLOCK, text)]
+
+
+def steering_inconsistencies(
+    vehicle: Vehicle, surge_t: Mapping[str, float], effects: Mapping[str, str]
+) -> list[Inconsistency]:
+    """Pairs of chain: steered whose angle moves the boat ahead, and whose thrust does not.
+
+    surge_t: t of the surge gain by input. The cosine of an angle about 0 gives no surge gain.
+    """
+    pairs = [two for entry in steered_entries(vehicle.file.chain) for two in entry.of]
+    return [
+        Inconsistency(
+            InconsistencyKind.STEERED,
+            f"{thrust} and {angle} are swapped at chain: steered: {angle}, the angle, {effects[angle]}; "
+            f"{thrust}, the thrust, {effects[thrust]}; set of: [[{angle}, {thrust}]]",
+        )
+        for thrust, angle in pairs
+        if {thrust, angle} <= set(vehicle.inputs)
+        and abs(surge_t[angle]) > max(ASSIGN_T, abs(surge_t[thrust]))
+    ]
 
 
 def inconsistencies(

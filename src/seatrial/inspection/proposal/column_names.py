@@ -48,14 +48,14 @@ SYNONYMS = {
     Kind.Y: "y|py|y pos|pos y|position y|y position|y coordinate|y world|y map|y local|y loc|y est|y meas",
     Kind.EAST: (
         "e|east|easting|x east|east x|utm x|x utm|utm e|utm east|utm easting|pos e|pe|x enu|enu x|"
-        "y ned|ned y|ned e|ned east|enu e|pos east|position east"
+        "y ned|ned y|ned e|ned east|enu e|pos east|position east|rechtswert|ost"
     ),
     Kind.NORTH: (
         "n|north|northing|y north|north y|utm y|y utm|utm n|utm north|utm northing|pos n|pn|y enu|enu y|"
-        "x ned|ned x|ned n|ned north|enu n|pos north|position north"
+        "x ned|ned x|ned n|ned north|enu n|pos north|position north|hochwert|nord"
     ),
     Kind.LATITUDE: "lat|latitude|latitud|breite",
-    Kind.LONGITUDE: "lon|lng|long|longitude|longitud",
+    Kind.LONGITUDE: "lon|lng|long|longitude|longitud|laenge",
     Kind.HEADING: (
         "psi|yaw|heading|hdg|hdt|head|compass|theta|azimuth|true heading|heading true|magnetic heading|"
         "mag heading|heading magnetic|compass heading|gyro heading|yaw angle|heading angle|euler z|rpy z|"

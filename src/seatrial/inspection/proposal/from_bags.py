@@ -66,8 +66,9 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
         commands: dict[str, Any] = {"topic": given[0]}
         channels, command_notes = given[1], ["--commands"]
     else:
-        driving = _one(found, "commands", choices.commands, ask, found.of("commands"))
-        siblings = _siblings(found, driving)
+        able = _of_this_boat(found, found.of("commands"), str(pose.get("topic", "")))
+        driving = _one(found, "commands", choices.commands, ask, able)
+        siblings = _siblings(able if driving in able else found.of("commands"), driving)
         commands, channels = _channels(path, driving, siblings, salvage=salvage)
         command_notes = _notes(found, driving, "commands", len(siblings))
         full = FULL_COMMAND.get(driving.topic.type_name)
@@ -85,6 +86,7 @@ def _pose(
     if is_whole(fields):
         return (*given_pose(topics, choices, {})[:2], ["--pose"])
     poses = _likely_poses(found.of("poses")) or found.of("positions")
+    poses = _of_this_boat(found, poses, choices.commands or "")
     chosen = _one(found, "poses", None if fields else choices.pose, ask, poses)
     pose: dict[str, Any] = {"topic": chosen.topic.name}
     recognised: tuple[Recognised, ...] = ()
@@ -96,6 +98,20 @@ def _pose(
     if not fields:
         return pose, recognised, _notes(found, chosen, "poses")
     return (*given_pose(topics, choices, pose)[:2], ["--pose"])
+
+
+def _of_this_boat(found: Contents, likely: list[Entry], chosen: str) -> list[Entry]:
+    """Of several boats in a bag, each with poses in its own namespace, the topics of the one that was chosen."""
+    mine = [e for e in likely if _namespace(e.topic.name) == _namespace(chosen)]
+    posed = {_namespace(e.topic.name) for e in (*found.of("poses"), *found.of("positions"))}
+    others = {_namespace(e.topic.name) for e in likely}
+    return mine if mine and "" not in others and others <= posed else likely
+
+
+def _namespace(topic: str) -> str:
+    """First name of a topic's path, `otter` of /otter/pose; of a single name none."""
+    first, slash, _ = topic.strip("/").partition("/")
+    return first if slash else ""
 
 
 def _channels(
@@ -132,7 +148,9 @@ def _one(
             f"{found.path}: no topic has a type of {role}; name one with {option}. "
             f"The topics are {listed}"
         )
-    if len(likely) == 1 or (role == "commands" and len(_siblings(found, likely[0])) == len(likely)):
+    if len(likely) == 1 or (
+        role == "commands" and len(_siblings(likely, likely[0])) == len(likely)
+    ):
         return likely[0]
     names = [e.topic.name for e in likely]
     return likely[names.index(choose(found.path, role, names, ask))]
@@ -148,13 +166,13 @@ def _likely_poses(entries: list[Entry]) -> list[Entry]:
     return plain or entries
 
 
-def _siblings(found: Contents, driving: Entry) -> list[Entry]:
+def _siblings(able: list[Entry], driving: Entry) -> list[Entry]:
     """Scalar topics of the same type: one for each thruster."""
     if not driving.topic.type_name.startswith(("std_msgs/msg/Float", "std_msgs/msg/Int")):
         return [driving]
     if "Array" in driving.topic.type_name:
         return [driving]
-    return [e for e in found.of("commands") if e.topic.type_name == driving.topic.type_name]
+    return [e for e in able if e.topic.type_name == driving.topic.type_name]
 
 
 def _fields(path: Path, entry: Entry, *, salvage: bool) -> list[str]:

@@ -29,7 +29,8 @@ OWN_STICK_SHARE = (
 LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] range of a lever arm that is proposed
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 PWM = (900.0, 2100.0)  # [us] range of servo pulses
-PWM_CENTRE, PWM_SPAN = 1500.0, 400.0  # [us] neutral, and neutral to full
+PWM_CENTRE = 1500.0  # [us] neutral
+PWM_SPANS = (400.0, 500.0, 600.0)  # [us] neutral to full: the least that holds the values
 MOST_TRIM = 60.0  # [us] of a neutral pulse width from the centre
 LEAST_REST_SHARE = 0.02  # of the rows, at one pulse width: that of rest
 OFF_VALUES = (0.0, 65535.0)  # [us] of outputs that are not driven
@@ -277,7 +278,10 @@ def _scale(values: Array, full: float | None = None) -> dict[str, float]:
     """Offset and scale for a full command of 1; `full` where the message type defines it."""
     least, most = float(values.min()), float(values.max())
     if PWM[0] <= least and most <= PWM[1]:
-        return {"offset": _neutral(values), "scale": PWM_SPAN}
+        neutral = _neutral(values)
+        reached = max(most - neutral, neutral - least) / OVERSHOOT
+        spans = (*(span for span in PWM_SPANS if span >= reached), PWM_SPANS[-1])
+        return {"offset": neutral, "scale": spans[0]}
     largest = max(abs(least), abs(most))
     usual = next((x for x in USUAL_FULL_COMMANDS if x > largest / OVERSHOOT), 0.0)
     if full is None and largest < LEAST_REACHED * usual and largest > OVERSHOOT:

@@ -11,8 +11,9 @@ from seatrial.boat.names import LONGEST_TITLE
 from seatrial.inspection.proposal.from_bags import of_bag
 from seatrial.inspection.proposal.from_logs import of_log
 from seatrial.inspection.proposal.from_tables import of_tables
-from seatrial.inspection.proposal.inputs import Drive, find_drive
-from seatrial.inspection.proposal.sources import Ask, Choices, Sources
+from seatrial.inspection.proposal.inputs import Drive, ThrustersUnknownError, find_drive
+from seatrial.inspection.proposal.places import driven_by_places
+from seatrial.inspection.proposal.sources import Ask, Choices, Sources, one_each
 from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.formats import is_log
@@ -56,7 +57,14 @@ def init(
     if choices.stern:
         sources = replace(sources, pose=turned_about(sources.pose))
     # 2. Units, signs, scales, and which channel drives which axis, from the data.
-    drive = find_drive(sources, thrusters=len(choices.thrusters), salvage=salvage)
+    try:
+        drive = find_drive(sources, thrusters=len(choices.thrusters), salvage=salvage)
+    except ThrustersUnknownError as error:
+        if choices.thrusters:
+            one_each(choices.thrusters, error.names)
+        raise
+    if choices.thrusters:
+        drive = driven_by_places(path, drive, choices.thrusters)
     # 3. The file, with a comment on each value that needs a check.
     return Proposal(sources, drive, vehicle_text(sources, drive, choices))
 

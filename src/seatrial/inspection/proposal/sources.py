@@ -9,9 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from seatrial.util.errors import RecordingError, VehicleError
+from seatrial.util.format import joined
 from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
+Place = tuple[float, float, float]  # of a thruster: x, y [m], direction [deg]
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
 LONGEST_LEVER = 50.0  # [m] of a small boat; a longer one is in other units
@@ -50,7 +52,7 @@ class Choices:
     child: str | None = None
     lever: tuple[float, float] | None = None  # [m] of the measured point, in the file's axes
     stern: bool = False  # whether the heading is that of the stern
-    thrusters: tuple[tuple[float, float, float], ...] = ()  # x, y [m], direction [deg] of each
+    thrusters: tuple[Place, ...] = ()  # of each
     scheme: str = MOORE_PENROSE  # of the allocation to them
     axes_answered: bool = False  # whether the user answered the question on axes
 
@@ -135,9 +137,18 @@ def recognised_text(found: Sequence[Recognised]) -> str:
     )
 
 
-def thrusters_of(text: str) -> tuple[tuple[float, float, float], ...]:
+def thrusters_of(text: str) -> tuple[Place, ...]:
     """Position [m] and direction [deg] of each thruster, divided by semicolons. Raises VehicleError."""
     return tuple(_thruster(part) for part in text.split(";") if part.strip())
+
+
+def one_each(places: tuple[Place, ...], names: Sequence[str]) -> tuple[Place, ...]:
+    """Places of all thrusters. Raises VehicleError where their number is another."""
+    if len(places) != len(names):
+        raise VehicleError(
+            f"{len(places)} of {len(names)} thrusters given; one each for {joined(names)}, separated by ';'"
+        )
+    return places
 
 
 def lever_of(text: str) -> tuple[float, float]:
@@ -148,7 +159,7 @@ def lever_of(text: str) -> tuple[float, float]:
     return numbers[0], numbers[1]
 
 
-def _thruster(text: str) -> tuple[float, float, float]:
+def _thruster(text: str) -> Place:
     numbers = _numbers(text)
     if len(numbers) != 3 or max(map(abs, numbers[:2])) > LONGEST_LEVER:
         raise VehicleError(

@@ -18,6 +18,9 @@ AXES_MEANING = {
     "forward-right-down": "x forward, y to starboard, psi clockwise (SNAME, Fossen)",
 }
 FORCE_OF_AXIS = dict(zip(AXES, WRENCH, strict=True))
+ORIGIN = (
+    "origin: the middle of thrusters around the boat; of thrusters astern only, the centre of mass"
+)
 NO_DRIVER_FOUND = "No channel moves it"
 
 
@@ -73,7 +76,10 @@ def _lever(drive: Drive, choices: Choices) -> list[str]:
     if drive.lever is None:
         return [
             _commented(
-                "  # lever: [0, 0]", f"{where} [m]:", "ahead, and along the file's second axis"
+                "  # lever: [0, 0]",
+                f"{where} [m]:",
+                "ahead, and along the file's second axis;",
+                ORIGIN,
             )
         ]
     return [
@@ -155,7 +161,11 @@ def _forces(drive: Drive, choices: Choices) -> list[str]:
             "# allocation: {scheme: moore-penrose, limit: 1.0}",
         ]
     comments = ["# check: each force as a weighted sum of the inputs, estimated from the recording"]
-    if not drive.undriven:  # `thrusters` needs a force in every axis
+    if choices.thrusters:
+        comments = [
+            "# each force as a weighted sum of the inputs, by the places [m] of the thrusters as given"
+        ]
+    elif not drive.undriven:  # `thrusters` needs a force in every axis
         comments = [
             f"{comments[0]}. Where the",
             "# thrusters are known write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",

@@ -41,13 +41,13 @@ class SalvagedMcap(Bag):
         with path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
                 raise RecordingError(f"{path}: does not begin like an .mcap; nothing to salvage")
-            self._data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+            self._data: mmap.mmap | bytes = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
         self._schemas: dict[int, tuple[str, str, str]] = {}  # name, encoding, text
         self._channels: dict[int, tuple[int, str, str]] = {}  # schema, topic, encoding
         for _ in self._walk(learn=True):
             pass
         self._known = {
-            number: Topic(topic, *_schema(self._schemas[schema]))
+            number: Topic(topic, *schema_of(self._schemas[schema]))
             for number, (schema, topic, encoding) in self._channels.items()
             if schema in self._schemas and encoding == "cdr"
         }
@@ -58,7 +58,8 @@ class SalvagedMcap(Bag):
 
     def close(self) -> None:
         """Close the file."""
-        self._data.close()
+        if isinstance(self._data, mmap.mmap):
+            self._data.close()
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """The messages of some topics, in the order of the file."""
@@ -159,7 +160,7 @@ class SalvagedMcap(Bag):
             self._lost += 1
 
 
-def _schema(schema: tuple[str, str, str]) -> tuple[str, int, str, bool]:
+def schema_of(schema: tuple[str, str, str]) -> tuple[str, int, str, bool]:
     """Type, no messages yet, definition, and whether it is IDL."""
     name, encoding, text = schema
     return name, 0, text, encoding.endswith("idl")

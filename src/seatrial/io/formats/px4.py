@@ -23,6 +23,8 @@ from seatrial.util.errors import FileError, RecordingError
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
 FILE_HEADER = 16  # [bytes]
 HEAD = Struct("<HB")  # size of the body, type
+DATA_HEAD = Struct("<HBH")  # and of data the number of its topic
+DATA = 0x44  # D
 SYNC = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 KNOWN = frozenset(b"BFIMPQARDLCSO")
 CODES = {
@@ -43,9 +45,9 @@ class _Topic:
 
     name: str
     layout: Layout
-    most: int  # [bytes] of a body, with padding at its end
-    count: int = 0
+    most: int  # [bytes] of a body without the number, with padding at its end
     columns: tuple[Columns, ...] = ()
+    count: int = 0
 
 
 class Px4Log(Log):
@@ -135,9 +137,12 @@ class _Walk:
         return at
 
     def _messages(self, data: bytes, begins: int, *, ended: bool) -> int:
-        at, end, numbers, unpack = 0, len(data), self.numbers, HEAD.unpack_from
+        at, end, unpack = 0, len(data), HEAD.unpack_from
         cut = self._cut(begins)
         while at + 3 <= end:
+            at = self._data(data, at, end if cut is None or cut > end else cut)
+            if at + 3 > end:
+                break
             size, kind = unpack(data, at)
             after = at + 3 + size
             if (
@@ -154,8 +159,8 @@ class _Walk:
                 continue
             if after > end:
                 break
-            if kind == 0x44 and size > 1:  # D
-                self._data(numbers.get(data[at + 3] | data[at + 4] << 8), size - 2, data, at + 5)
+            if kind == DATA and size > 1:  # of no topic, or of another size
+                self.unequal += 1
             else:
                 self._other(kind, data[at + 3 : after])
                 if kind == 0x42:  # B
@@ -166,15 +171,24 @@ class _Walk:
             return end
         return at
 
-    def _data(self, topic: _Topic | None, size: int, data: bytes, at: int) -> None:
-        """Count the data of a topic, or collect them."""
-        if topic is None or not topic.layout.size <= size <= topic.most:
-            self.unequal += 1
-            return
-        topic.count += 1
-        self.losing = False
-        for each in topic.columns:
-            each.add(data[at : at + topic.layout.size], topic.layout)
+    def _data(self, data: bytes, at: int, end: int) -> int:
+        """Count or collect data of known topics, message by message; returns where the first other one begins."""
+        begin, unpack, find = at, DATA_HEAD.unpack_from, self.numbers.get
+        while at + 5 <= end:
+            size, kind, number = unpack(data, at)
+            after = at + 3 + size
+            if kind != DATA or after > end or (topic := find(number)) is None:
+                break
+            least = topic.layout.size
+            if not least <= size - 2 <= topic.most:
+                break
+            topic.count += 1
+            for each in topic.columns:
+                each.add(data[at + 5 : at + 5 + least], topic.layout)
+            at = after
+        if at > begin:
+            self.losing = False
+        return at
 
     def _cut(self, begins: int, at: int = 0) -> int | None:
         """Where in the data appended data begin, at `at` or behind it."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Tables as text: comma, semicolon, tab, bar or spaces between the cells."""
 
+import codecs
 import csv
 import re
 import warnings
@@ -19,6 +20,9 @@ from seatrial.util.frames import Array
 SEPARATORS = ",;\t|"
 SPACES = " "  # any number of them between two cells
 COMMENTS = ("#", "%", "//")  # that lines before the header begin with
+MOST_TITLES = 5  # lines of text above the header
+ENCODED = 1 << 16  # [bytes] by which the encoding is found
+NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 LONGEST_LINE = 1 << 20  # [characters]
 MOST_COMMENTS = 1000  # lines before the header
 READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
@@ -33,6 +37,7 @@ class CsvTable(Table):
     def __init__(self, path: Path) -> None:
         self.path, self.name = path, path.name
         self.units, self.remarks = {}, []
+        self.encoding = self._encoding()
         self._read_columns: dict[str, Array] = {}
         self._count = 0  # rows, once they are read
         head, rows = self._beginning()
@@ -98,14 +103,34 @@ class CsvTable(Table):
 
     # The beginning of the file #
 
+    def _encoding(self) -> str:
+        """UTF-8, else UTF-16 by its mark, else the Western one of Windows, which has a degree sign as one byte."""
+        try:
+            with self.path.open("rb") as file:
+                begin = file.read(ENCODED)
+        except OSError as error:
+            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
+        if begin.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return "utf-16"
+        try:
+            codecs.getincrementaldecoder("utf-8")().decode(
+                begin
+            )  # the last character may be cut off
+        except UnicodeDecodeError:
+            if NO_TEXT.search(begin):
+                raise RecordingError(f"{self.path}: is not a CSV text file") from None
+            self.remarks.append("is not UTF-8, and was read as Windows-1252")
+            return "cp1252"
+        return "utf-8-sig"
+
     def _beginning(self) -> tuple[str, list[str]]:
         """Header line, and the first two rows."""
         lines: list[str] = []
         try:
-            with self.path.open(encoding="utf-8-sig", newline="") as file:
+            with self.path.open(encoding=self.encoding, newline="") as file:
                 while len(lines) < MOST_COMMENTS + 3:
                     lines.append(file.readline(LONGEST_LINE))
-                    if not lines[-1] or _plain_lines(lines) >= 3:
+                    if not lines[-1] or _plain_lines(lines) >= MOST_TITLES + 3:
                         break
         except OSError as error:
             raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
@@ -120,6 +145,11 @@ class CsvTable(Table):
         if at is None:
             raise RecordingError(
                 f"{self.path}: is empty; expected a header line and rows of numbers"
+            )
+        titles = [i for i in range(at) if lines[i].strip() and not _is_comment(lines[i])]
+        if titles:
+            self.remarks.append(
+                f"{len(titles)} lines above the header are no row, and are left out"
             )
         self._skipped = at + 1  # lines before the first row
         head = lines[at].strip("\r\n")
@@ -162,7 +192,7 @@ class CsvTable(Table):
                     values = np.loadtxt(
                         self.path, delimiter=None if self.delimiter == SPACES else self.delimiter,
                         skiprows=self._skipped, usecols=[self.find(name) for name in names], ndmin=2,
-                        encoding="utf-8-sig", comments=None, quotechar='"',
+                        encoding=self.encoding, comments=None, quotechar='"',
                     )  # fmt: skip
             except (ValueError, UnicodeDecodeError):
                 continue
@@ -206,7 +236,7 @@ class CsvTable(Table):
 
     def _rows(self) -> Iterator[tuple[list[str], int]]:
         """Cells of every row that is not empty, and its line."""
-        with self._errors(), self.path.open(encoding="utf-8-sig", newline="") as file:
+        with self._errors(), self.path.open(encoding=self.encoding, newline="") as file:
             lines = islice(file, self._skipped, None)
             if self.delimiter == SPACES:
                 for number, line in enumerate(lines, self._skipped + 1):
@@ -276,7 +306,30 @@ def _header_line(lines: Sequence[str]) -> int | None:
     before = [i for i in comments if i < plain[0]]
     if before and _begins_with_number(lines[plain[0]]):
         return before[-1]
+    return _below_titles(lines, plain)
+
+
+def _below_titles(lines: Sequence[str], plain: Sequence[int]) -> int:
+    """The header below lines of text: the first line that is divided as all lines below it, and has no number."""
+    for k in plain[: MOST_TITLES + 1]:
+        rows = [lines[i] for i in plain if i > k]
+        if rows and _divided_alike(lines[k], rows):
+            return plain[0] if _has_number(lines[k]) else k
     return plain[0]
+
+
+def _divided_alike(head: str, rows: Sequence[str]) -> bool:
+    return any(
+        mark in head and all(row.count(mark) == head.count(mark) for row in rows)
+        for mark in SEPARATORS
+    )
+
+
+def _has_number(line: str) -> bool:
+    cells = re.split(r"[,;\t|]", line)
+    return any(map(_is_number, cells)) or any(
+        map(COMMA_NUMBER.fullmatch, re.split(r"[;\t|]", line))
+    )
 
 
 def _begins_with_number(line: str) -> bool:

@@ -60,12 +60,12 @@ class Inbox:
         self._changed = threading.Condition()
         self._lines: list[Arrived] = []
         self._size = 0  # [bytes]
-        self._over = False
+        self._over = self._closing = False
 
     def put(self, lines: Iterable[Arrived]) -> None:
         """Add lines; waits while there are too many."""
         with self._changed:
-            self._changed.wait_for(lambda: self._size < MOST_WAITING)
+            self._changed.wait_for(lambda: self._size < MOST_WAITING or self._closing)
             for line in lines:
                 self._lines.append(line)
                 self._size += len(line) + 1
@@ -82,9 +82,9 @@ class Inbox:
             return lines, self._over
 
     def join(self) -> None:
-        """Wait for the end of the thread that fills it; lines that wait are lost."""
+        """Wait for the end of the thread that fills it; lines that wait can still be taken."""
         with self._changed:
-            self._lines, self._size = [], 0
+            self._closing = True
             self._changed.notify_all()
         if self._thread.ident:
             self._thread.join()

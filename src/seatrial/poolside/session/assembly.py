@@ -17,7 +17,7 @@ from seatrial.poolside.recorder import Recorder
 from seatrial.poolside.session.guide import DriveGuide
 from seatrial.poolside.session.live_session import Session
 from seatrial.poolside.session.parts import Parts
-from seatrial.poolside.session.saving import save_drive
+from seatrial.poolside.session.saving import save_drive, save_mcap
 from seatrial.poolside.signal_health import SignalHealth
 from seatrial.poolside.sources import EventSource
 from seatrial.util.errors import FileError, ModelError
@@ -33,6 +33,7 @@ class Wishes:
     area: Area | None = None  # in the vehicle's own axes
     uses: tuple[Use, ...] = tuple(Use)
     effects: Sequence[str] = ()
+    mcap: bool = False  # the recording as .mcap, too
 
 
 def make_session(
@@ -62,7 +63,8 @@ def make_session(
     )
     corners = () if wishes.area is None else tuple((x, y) for x, y in wishes.area.corners.tolist())
     save = partial(save_drive, folder=folder, effects=wishes.effects)
-    return Session(vehicle, parts, folder, walls=corners, save=save)
+    copy = partial(save_mcap, folder=folder) if wishes.mcap else None
+    return Session(vehicle, parts, folder, walls=corners, save=save, copy=copy)
 
 
 def _detector(model: Model) -> ChangeDetector | None:

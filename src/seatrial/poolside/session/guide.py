@@ -43,4 +43,4 @@ class DriveGuide:
         state = np.concatenate([seen.pose or (), np.nan_to_num(seen.nu) * self._flip])
         self._advisor.period = seen.period or self._advisor.period
         needs, driven = self._enough.needs, self._coverage.driven
-        return self._advisor.advise(model, state, needs, driven=driven)
+        return self._advisor.advise(model, state, needs, driven=driven, trust=seen.trust)

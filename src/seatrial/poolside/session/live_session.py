@@ -28,18 +28,19 @@ RELOAD = 2.0  # [s] between two models of the predictions, at least
 IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
 CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
+LATE = 1.0  # [s] by which this computer falls behind, that is reported
 LONGEST_END = 5.0  # [s] until a source that is closed ends
 NANO = 1e-9  # [s]
 RECORDING = "recording"
 ENDED = "The source has ended. Press stop and save."
-Save = Callable[[Path], dict[str, str]]
+Save = Callable[[Path], dict[str, str]]  # from the recording's folder: what was saved to its path
 
 
 class Session:
     """A `Controller`. `start` it once; `stop` ends it and saves, `close` ends it without.
 
     vehicle: the boat's; walls: corners [m] in its axes; folder: of what is saved; save: makes model and report
-    from the recording's folder.
+    from the recording's folder; copy: makes a bag of it, before that.
     """
 
     def __init__(
@@ -50,8 +51,11 @@ class Session:
         *,
         walls: Sequence[tuple[float, float]] = (),
         save: Save | None = None,
+        copy: Save | None = None,
     ) -> None:
-        self._parts, self._save = parts, save or (lambda path: save_drive(path, folder))
+        self._parts = parts
+        self._saves = {"mcap": copy} if copy is not None else {}
+        self._saves["model"] = save or (lambda path: save_drive(path, folder))
         self._track, self._velocity = Track(vehicle), BodyVelocity()
         self._command: Array | None = None  # the newest
         self._state = LiveState(
@@ -64,6 +68,7 @@ class Session:
         self._ending = threading.Event()
         self._failed: dict[str, str] = {}  # what a thread could not do
         self._saved: dict[str, str] | None = None
+        self._slow = ""  # that this computer falls behind
         self._changed = False  # whether the estimate is newer than the predictions' model
         self._threads = [
             threading.Thread(target=run, name=name, daemon=True)
@@ -117,6 +122,8 @@ class Session:
             self._parts.recorder.discard(start, now)
             self._parts.estimator.discard(start, now)
             self._track.discard(start)
+        with self._inputs:
+            self._parts.coverage.discard(NANO * start)
 
     def stop(self) -> dict[str, str]:
         """As of `Controller`. Once: further calls give the same."""
@@ -167,10 +174,15 @@ class Session:
 
     def _look(self) -> None:
         """Signals, coverage and predictions, several times a second."""
-        parts = self._parts
+        parts, before = self._parts, time.monotonic()
         while not self._ending.wait(LOOK):
+            late, before = time.monotonic() - before - LOOK, time.monotonic()
+            behind = parts.source.behind
+            self._slow = _slow(max(behind, late))
+            if late > LATE:  # what has arrived is used first
+                continue
             with self._reported("signals"), self._inputs:
-                signals = parts.health.states(parts.source.now())
+                signals = parts.health.states(parts.source.now() - round(behind / NANO))
                 coverage, predictions = parts.coverage.state(), parts.prediction.states()
                 self._publish(
                     signals=(*self._not_recorded(), *signals),
@@ -205,7 +217,8 @@ class Session:
         now = self.state()
         pose = None if self.drained else now.pose
         period = now.time / max(now.poses - 1, 1)
-        seen = Seen(now.time, pose, self._velocity.nu, period, now.predictions)
+        trust = self._parts.estimator.trust
+        seen = Seen(now.time, pose, self._velocity.nu, period, now.predictions, trust)
         found = self._parts.guide.advise(self._parts.estimator.model(), seen)
         self._publish(**structs.asdict(found))
 
@@ -221,7 +234,13 @@ class Session:
         failed = self._failed.get("source")
         end = ENDED if failed is None else f"The source failed: {failed}. Press stop and save."
         over = [end] if self.drained else []
-        found = [*over, self._parts.estimator.problem, *self._parts.source.problems, *others]
+        found = [
+            *over,
+            self._slow,
+            self._parts.estimator.problem,
+            *self._parts.source.problems,
+            *others,
+        ]
         return next((text for text in found if text), "")
 
     def _not_recorded(self) -> Sequence[SignalState]:
@@ -266,11 +285,12 @@ class Session:
         self._end()
         folder = self._parts.recorder.finish()
         found, problem = {"recording": str(folder)}, ""
-        try:
-            with show_progress(self._progress):
-                found |= self._save(folder)
-        except Exception as error:  # whatever it is, the page must not wait for ever
-            problem = f"The recording is saved, but there is no model: {error}"
+        for what, save in self._saves.items():
+            try:
+                with show_progress(self._progress):
+                    found |= save(folder)
+            except Exception as error:  # whatever it is, the page must not wait for ever
+                problem = f"The recording is saved, but there is no {what}: {error}"
         saved = tuple(found.items())
         self._publish(saving="", saved=saved, stopped=True, message=problem)
         return found
@@ -278,6 +298,16 @@ class Session:
     def _progress(self, status: Status) -> None:
         left = "" if status.left is None else f", {duration_text(status.left)} left"
         self._publish(saving=f"{status.stage} ({100.0 * status.share:.0f} %{left})")
+
+
+def _slow(late: float) -> str:
+    """That this computer falls behind by `late` [s]; empty where it does not."""
+    if late < LATE:
+        return ""
+    return (
+        f"this computer is {late:.1f} s behind what arrives; no row is lost. Close other programs, or send "
+        "fewer rows a second"
+    )
 
 
 class Turn:

@@ -37,6 +37,7 @@ class Seen:
     nu: Array  # (3,) u, v [m/s], r [rad/s], forward-left-up; NaN: not known
     period: float  # [s] of the poses
     predictions: tuple[PredictionState, ...]
+    trust: float = 1.0  # information that driving turned out to have, over what the noise promises
 
 
 class Guide(Protocol):

@@ -8,12 +8,21 @@ from seatrial.boat.model import save
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.identification.methods import identify
 from seatrial.io import read
+from seatrial.io.convert import convert
 from seatrial.poolside.recorder import FILES
 from seatrial.report import write_report
 from seatrial.util.errors import RecordingError
 from seatrial.util.progress import stage
 
 VEHICLE, MODEL, REPORT = "vehicle.yaml", "model.yaml", "report.html"
+MCAP = "recording.mcap"
+
+
+def save_mcap(recording: Path, folder: Path) -> dict[str, str]:
+    """The recording as an .mcap in `folder`, and its vehicle file; its path. Raises SeatrialError."""
+    with stage("writing the .mcap"):
+        bag, _ = convert(recording, folder / MCAP, load_vehicle(recording / VEHICLE))
+    return {"mcap": str(bag)}
 
 
 def save_drive(recording: Path, folder: Path, effects: Sequence[str] = ()) -> dict[str, str]:

@@ -28,6 +28,7 @@ class Track:
         self._active = False  # whether a command drives the boat
         self._since = 0  # [ns] stamp of the last row
         self.rows: list[Row] = []
+        self._driven: list[float] = []  # [s] before each row
         self.origin: int | None = None  # [ns] stamp of the first pose
         self.newest: int | None = None  # [ns]
         self.poses = 0
@@ -60,6 +61,7 @@ class Track:
         """Without the rows from this stamp [ns] on."""
         while self.rows and self.rows[-1][0] >= self._seconds(start):
             self.rows.pop()
+            self.driven = self._driven.pop()
         self.changes += 1
 
     def _seconds(self, stamp: int) -> float:
@@ -85,6 +87,7 @@ class Track:
             return
         self._since = stamp
         if len(self.rows) == MOST_ROWS:
-            self.rows = self.rows[::2]
+            self.rows, self._driven = self.rows[::2], self._driven[::2]
             self.changes += 1
         self.rows.append((self._seconds(stamp), *self.pose))
+        self._driven.append(self.driven)

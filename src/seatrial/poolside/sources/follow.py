@@ -90,9 +90,7 @@ class FollowSource(EventSource):
 
     def __init__(self, name: str, path: Path, vehicle: Vehicle) -> None:
         if not path.is_dir() and path.suffix.lower() not in TEXT_TABLES:
-            raise LiveError(
-                f"{path}: expected a folder, or a table as text ({', '.join(TEXT_TABLES)})"
-            )
+            raise LiveError(_not_followed(path))
         if not path.parent.is_dir():
             raise FileError(f"{path}: there is no folder {path.parent}")
         self.name, self._path, self._vehicle = name, path, vehicle
@@ -110,6 +108,8 @@ class FollowSource(EventSource):
                 else:
                     yield from self._new(self._conversion)
                 self._closed.wait(POLL)
+            if self._conversion is not None:  # what was added before it was closed
+                yield from self._new(self._conversion)
 
     def close(self) -> None:
         """See `EventSource`."""
@@ -165,6 +165,17 @@ class FollowSource(EventSource):
             for row in rows:
                 found += self._parts(table, [row], conversion)
             return found
+
+
+def _not_followed(path: Path) -> str:
+    """Why a file can't be followed, and what to do."""
+    tables = ", ".join(TEXT_TABLES)
+    if path.name.endswith((".bag", ".bag.active", ".db3")):
+        return (
+            f"{path}: a bag of this kind can't be followed while it grows, only .mcap; record as .mcap, let "
+            "seatrial's ROS node send the topics, or replay the bag when it is closed"
+        )
+    return f"{path}: expected a folder, a table as text ({tables}), or an .mcap"
 
 
 def _rows_of(table: Table, request: Request, *, mixed: bool) -> tuple[Request, Stamps, Array]:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Lines of poses and commands, as `seatrial predict --live` reads them: standard input or UDP."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from time import time_ns
 
 from seatrial.boat.vehicle import Vehicle
@@ -31,15 +31,28 @@ class LineSource(EventSource):
         self.name, self._endpoint, self._open = name, endpoint, True
         self._readers = {form: Reader(vehicle, form) for form in ("json", "csv")}
         self._mistakes = Mistakes("lines")
+        self._handled: int | None = None  # [ns] arrival of the line that is at work
 
     def __iter__(self) -> Iterator[SourceEvent]:
-        """See `EventSource`."""
+        """See `EventSource`. Lines that arrived before it was closed are used."""
         while self._open and not self._endpoint.ended:
-            for line in self._endpoint.read(WAIT):
-                if not line.strip() or line.lstrip().startswith("#"):
-                    continue
-                if event := self._event(line):
-                    yield event
+            yield from self._events(self._endpoint.read(WAIT))
+        yield from self._events(self._endpoint.read(0.0))
+
+    @property
+    def behind(self) -> float:
+        """See `EventSource`."""
+        handled = self._handled
+        return 0.0 if handled is None else max(0.0, 1e-9 * (time_ns() - handled))
+
+    def _events(self, lines: Iterable[str]) -> Iterator[SourceEvent]:
+        for line in lines:
+            if not line.strip() or line.lstrip().startswith("#"):
+                continue
+            self._handled = line.at if isinstance(line, Arrived) else None
+            if event := self._event(line):
+                yield event
+        self._handled = None
 
     def close(self) -> None:
         """See `EventSource`."""

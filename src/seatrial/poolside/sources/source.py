@@ -77,6 +77,11 @@ class EventSource(ABC):
         """[ns] by the clock of the arrivals."""
         return time_ns()
 
+    @property
+    def behind(self) -> float:
+        """Seconds since the row arrived that is used now: how far this computer falls behind."""
+        return 0.0
+
     def __enter__(self) -> "EventSource":
         return self
 

@@ -213,6 +213,7 @@ class TelemetrySource(EventSource):
             transport.close()
             raise
         self._broken = ""
+        self._handled: int | None = None  # [ns] arrival of the block that is at work
         self._blocks: queue.Queue[tuple[int, bytes]] = queue.Queue(MOST_WAITING)
         self._thread = threading.Thread(target=self._fill, name="telemetry", daemon=True)
         self._heard: set[str] = set()
@@ -222,11 +223,12 @@ class TelemetrySource(EventSource):
         self._thread.start()
         waiting: list[_Row] = []
         settled = 0  # [ns] arrival from which stamps are known; 0: no message yet
-        while self._open and not (self._broken and self._blocks.empty()):
+        while not (self._blocks.empty() and (self._broken or not self._open)):
             try:
                 arrival, block = self._blocks.get(timeout=WAIT)
             except queue.Empty:
                 arrival, block = time.time_ns(), b""
+            self._handled = arrival
             for heard in self._frames.feed(block):
                 settled = settled or arrival + round(1e9 * SETTLING)
                 if self._hear(heard, arrival, settling=arrival < settled):
@@ -236,6 +238,15 @@ class TelemetrySource(EventSource):
                 for row in waiting:
                     yield from self._events(row)
                 waiting = []
+            self._handled = None
+        for row in waiting:  # of less than `SETTLING`
+            yield from self._events(row)
+
+    @property
+    def behind(self) -> float:
+        """See `EventSource`."""
+        handled = self._handled
+        return 0.0 if handled is None else max(0.0, 1e-9 * (time.time_ns() - handled))
 
     def close(self) -> None:
         """See `EventSource`."""

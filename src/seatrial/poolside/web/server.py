@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The page's server in a thread of its own."""
 
+import asyncio
 import socket
 import sys
 import threading
@@ -9,6 +10,7 @@ from ipaddress import ip_address
 from urllib.parse import quote
 
 import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from seatrial.poolside.state import Controller
 from seatrial.poolside.web.app import make_app
@@ -20,6 +22,7 @@ WAITING = 8  # connections that wait to be accepted
 MOST_CONNECTIONS = 64  # at the same time
 SWITCH = 0.0005  # [s]
 LONGEST_END = 5.0  # [s]
+LONGEST_REQUEST = 5.0  # [s] in which a connection sends its first request
 LONGEST_MESSAGE = 1024  # [bytes] from a page: it sends none
 
 
@@ -30,6 +33,19 @@ class Place:
     address: str = LOOPBACK
     port: int = PORT  # 0: any free one
     token: str | None = None
+
+
+class Prompt(H11Protocol):
+    """HTTP that closes a connection which sends no whole request in time: such ones would fill all places."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """As of `asyncio.Protocol`."""
+        super().connection_made(transport)
+        self.loop.call_later(LONGEST_REQUEST, self._close_silent)
+
+    def _close_silent(self) -> None:
+        if getattr(self, "scope", None) is None:
+            self.transport.close()
 
 
 class PageServer:
@@ -50,7 +66,7 @@ class PageServer:
         others = not ip_address(self.place.address).is_loopback
         config = uvicorn.Config(
             make_app(controller, token=self.place.token, others=others),
-            ws="websockets-sansio", ws_max_size=LONGEST_MESSAGE, ws_per_message_deflate=False,
+            http=Prompt, ws="websockets-sansio", ws_max_size=LONGEST_MESSAGE, ws_per_message_deflate=False,
             limit_concurrency=MOST_CONNECTIONS, log_level="error", access_log=False, lifespan="off",
             timeout_graceful_shutdown=1, server_header=False,
         )  # fmt: skip

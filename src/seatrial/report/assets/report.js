@@ -50,6 +50,7 @@
 
   function dressed(layout) {
     const [text, grid] = isDark() ? ["#e8eaed", "#363c42"] : ["#1a1d21", "#dfe3e7"];
+    const modebar = { bgcolor: "rgba(0,0,0,0)", color: isDark() ? "#a3abb3" : "#5a6169", activecolor: text };
     const whole = { ...layout };
     for (const name of ["xaxis", "yaxis", "yaxis2", "yaxis3"]) {
       if (!layout[name]) continue;
@@ -61,7 +62,7 @@
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
       font: { family: getComputedStyle(document.body).fontFamily, size: 12, color: text },
       margin: { l: 52, r: 10, t: 36, b: 40 }, dragmode: touch.matches ? false : "zoom",
-      hoverlabel: { namelength: -1 }, ...whole,
+      hoverlabel: { namelength: -1 }, modebar, ...whole,
       legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", ...layout.legend },
     };
   }
@@ -74,11 +75,12 @@
       figure.layout.xaxis.range = numbers(linked.dataset.range);
     }
     div.dataset.drawn = "yes";
-    const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches ? false : "hover",
+    const narrow = div.clientWidth < NARROW; // its tools would cover the legend; a drag zooms all the same
+    const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches || narrow ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize",
       toImageButtonOptions: { format: "png", scale: 3, filename: `${div.dataset.run}-${div.dataset.figure}` } };
     const layout = dressed(figure.layout);
-    if (div.clientWidth < NARROW) layout.legend = { ...layout.legend, font: { size: 10 }, itemwidth: 30 };
+    if (narrow) layout.legend = { ...layout.legend, font: { size: 10 }, itemwidth: 30 };
     Plotly.react(div, figure.data, layout, config);
     if (!known && linked) div.on("plotly_relayout", (change) => follow(div, change));
   }

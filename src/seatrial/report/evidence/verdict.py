@@ -27,6 +27,7 @@ from seatrial.util.format import joined, shortened
 from seatrial.util.frames import AXES, Array
 from seatrial.workflow.fitness import Level
 
+CAUTIOUS = 0.8  # of the expected RMS: below, the stated errors are larger than needed
 USE_WITHIN_ENVELOPE = "use it within the speeds and commands of its identification data."
 
 
@@ -139,8 +140,12 @@ def _over_expected(runs: Sequence[Run], rms: Array) -> str:
     own = expected_rms(runs)
     if own is None:
         return ""
-    times = [number(t, 2) for t in (rms / own).tolist()]
-    return f"; the error is {joined(times)} times the expected RMS"
+    over = (rms / own).tolist()
+    times = joined([number(t, 2) for t in over])
+    cautious = (
+        ", so that the model states larger errors than it makes" if max(over) < CAUTIOUS else ""
+    )
+    return f"; the error is {times} times the expected RMS{cautious}"
 
 
 def following(evidence: Evidence) -> str:

@@ -31,10 +31,12 @@ class Section:
     folded_on_a_phone: bool = False
 
 
-def first_screen(title: str, verdict: str, picture: str, dials: str, following: str) -> str:
-    """A picture and a verdict, what to do next; all but the title are HTML."""
+def first_screen(
+    title: str, verdict: str, picture: str, dials: str, following: str, *, estimated: str = ""
+) -> str:
+    """A picture and a verdict, effects that were estimated, what to do next; all but the title are HTML."""
     return f"""<header><h1>{escape(title)}</h1>
-<p class="lead">{verdict}</p></header>
+<p class="lead">{verdict}</p>{estimated}</header>
 <div class="screen">{picture}
 <div class="dials">{dials}</div></div>
 <p class="next">{following}</p>"""

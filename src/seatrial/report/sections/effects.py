@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Effects between boat and sensor, or of a recording: lever arm, delays, current, trim, wind."""
 
+from collections.abc import Iterator
+
+from seatrial.boat.earth_effects import earth_effects
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.model import Model
@@ -12,6 +15,7 @@ from seatrial.report.text.cells import Cell, Number, Text, Unit, between, known
 from seatrial.report.text.markup import listing
 from seatrial.report.text.names import names_in, sentence
 from seatrial.report.text.table import Table
+from seatrial.util.format import plus_minus
 from seatrial.util.statistics import NORMAL_95
 
 EFFECT_WORDS = {  # of the names in a model file
@@ -23,6 +27,7 @@ EFFECT_WORDS = {  # of the names in a model file
     "wind_x": ("wind along x", "m/s^2"),
     "wind_y": ("wind along y", "m/s^2"),
 }
+TRIMS = ("trim_u", "trim_v", "trim_r")
 Row = tuple[str, str, float, float, str]  # effect, where, value, standard error (0: stated), unit
 
 
@@ -97,4 +102,43 @@ def _recorded(model: Model) -> list[Row]:
         for name, value in entry.effects.items():
             words, unit = EFFECT_WORDS.get(name, (name, "-"))
             rows.append((words, entry.name, value, entry.errors.get(name, 0.0), unit))
+        rows += [
+            (f"{one.kind} toward {one.direction}", entry.name, one.size, one.error, one.unit)
+            for one in earth_effects(model.vehicle, entry)
+        ]
     return rows
+
+
+def in_short(model: Model) -> str:
+    """Lever arm, delays, current, wind and trim with 95 % half-widths, on one line; empty: none was estimated."""
+    parts = [
+        _sized(effect, value, error, unit)
+        for effect, _, value, error, unit in [*_lever(model), *_delays(model)]
+        if error > 0.0
+    ]
+    return "; ".join([*parts, *_of_recordings(model)])
+
+
+def _sized(effect: str, value: float, error: float, unit: str) -> str:
+    return f"{effect} {plus_minus(value, NORMAL_95 * error)} {unit}"
+
+
+def _of_recordings(model: Model) -> Iterator[str]:
+    """Significant effects of each recording; of several recordings the range of sizes."""
+    found: dict[str, list[tuple[str, float, float, str]]] = {}
+    for entry in model.recordings:
+        for one in earth_effects(model.vehicle, entry):
+            found.setdefault(one.kind, []).append((one.direction, one.size, one.error, one.unit))
+        for name in set(entry.effects) & set(TRIMS):
+            words, unit = EFFECT_WORDS[name]
+            row = ("", entry.effects[name], entry.errors.get(name, 0.0), unit)
+            found.setdefault(words, []).append(row)
+    for words, rows in sorted(found.items()):
+        several = [row for row in rows if abs(row[1]) >= SIGNIFICANT * row[2]]
+        if len(several) == 1:
+            direction, value, error, unit = several[0]
+            yield _sized(words, value, error, unit) + (f" toward {direction}" if direction else "")
+        elif several:
+            sizes = [value for _, value, _, _ in several]
+            unit = several[0][3]
+            yield f"{words} {min(sizes):.2g} to {max(sizes):.2g} {unit} in {len(several)} recordings"

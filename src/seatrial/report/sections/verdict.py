@@ -13,6 +13,7 @@ from seatrial.report.figures import prediction as draw
 from seatrial.report.figures.base import RED
 from seatrial.report.figures.dials import Dial, Grade, part_dial, share_dial
 from seatrial.report.sections.base import ALL, Section, first_of, first_screen, plot
+from seatrial.report.sections.effects import in_short
 from seatrial.report.text import prose
 from seatrial.report.text.names import names_in, sentence
 from seatrial.util.frames import AXES
@@ -38,6 +39,7 @@ def section(evidence: Evidence) -> Section:
     screen = first_screen(
         model.name, sentence(headline(evidence), names), _picture(evidence, run),
         "".join(dial.html() for dial in dials(evidence)) + _uses(evidence), following,
+        estimated=_effects(evidence),
     )  # fmt: skip
     html = f"""{screen}
 <section id="verdict"><h2 class="quiet">Verdict in numbers</h2>
@@ -46,6 +48,14 @@ def section(evidence: Evidence) -> Section:
     predictions = [("predicted", run.predicted, RED)] if run.tested else []
     figures = {"picture": draw.picture(model, run, predictions)}
     return Section("verdict", "", html, {ALL: figures})
+
+
+def _effects(evidence: Evidence) -> str:
+    """Effects that were estimated with the model, with a link to their table."""
+    line = in_short(evidence.model)
+    if not line:
+        return ""
+    return f'\n<p class="beside"><a href="#effects">Effects</a>: {sentence(line)} (95 %).</p>'
 
 
 def _picture(evidence: Evidence, run: Run) -> str:

@@ -1,0 +1,249 @@
+# SPDX-License-Identifier: MIT
+"""Control of a boat with one thruster and an angle: allocation by inversion, tuning, courses, station keeping."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from conftest import make_model
+from steered_boat import driven, known, outboard
+
+import seatrial
+from seatrial import _core
+from seatrial.control import (
+    Eight,
+    Reference,
+    Tracked,
+    TrackingController,
+    WaitingReference,
+    at_speed,
+    fitted,
+    lawn_mower,
+    load_gains,
+    rounded_square,
+    save_gains,
+    tune,
+)
+from seatrial.control.tuning.design import SENSITIVITY_LIMIT
+from seatrial.control.tuning.steered import steering_of
+from seatrial.identification.estimator import OutputErrorSettings, output_error
+from seatrial.simulation import Sensors, Simulator
+from seatrial.util.errors import ControlError
+
+RATE = 50.0  # [Hz]
+BLIND = Sensors(pose=None, imu=None, lidar=None)
+STILL = np.zeros(3)
+PLAIN = OutputErrorSettings(select_stages=False)
+RUDDER = {  # a propeller whose race misses the rudder: its yaw is that of the flow
+    "forces": {
+        "F_u": {"axis": "surge", "of": {"motor": 1}},
+        "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
+    },
+    "structure": {
+        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["-1 * u * r", "Y_v * v", "Y_r * r"],
+        "yaw": ["N_v * v", "N_r * r", "N_ud * |u| * u * F_d"],
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def found():
+    """The outboard's model, identified from four minutes of noisy poses."""
+    open_ = dict.fromkeys(("offset_deg", "rate_deg", "dead_zone", "angle_deg"), "estimate")
+    return output_error([driven(known(), 5)], outboard(open_), settings=PLAIN)
+
+
+def accelerations(model, nu, values):
+    """Surge and yaw (2,) by commands long after them, less those without thrust."""
+    trace = _core.ThrustTrace(
+        model.vehicle.chain, model.constants, np.zeros(1), values[None, :], np.zeros(1),
+        np.ones((1, 0)),
+    )  # fmt: skip
+    force = np.asarray(trace.forces(np.array([100.0])))
+    both = [
+        _core.accelerations(model.structure.compiled, model.coefficients, nu[None, :], f)[0]
+        for f in (force, np.zeros_like(force))
+    ]
+    return (both[0] - both[1])[[0, 2]]
+
+
+@pytest.mark.parametrize("changed", [{}, RUDDER], ids=["outboard", "rudder"])
+def test_commands_give_the_accelerations_that_were_asked(changed):
+    """By the plant's own chain and equations: trim, dead band, sides, the rudder's speed."""
+    model = known({"rate_deg": None}, **changed)
+    steering = steering_of(model)
+    rng = np.random.default_rng(3)
+    given = 0
+    for _ in range(300):
+        nu = np.array([rng.uniform(0.1, 1.2), rng.normal(0.0, 0.05), rng.normal(0.0, 0.2)])
+        wanted = np.array([rng.uniform(-0.3, 0.6), rng.normal(0.0, 0.15)])
+        values, enough = steering.command(*wanted, nu, 0.02)
+        assert np.abs(values).max() <= 1.0 + 1e-9
+        reached = accelerations(model, nu, values)
+        if enough:
+            np.testing.assert_allclose(reached, wanted, atol=1e-6)
+            given += 1
+        elif wanted[0] > 0.0 and np.abs(values).max() < 1.0 - 1e-6:
+            assert reached[1] == pytest.approx(wanted[1], abs=1e-6)  # yaw first
+    assert given > 80
+
+
+def test_ahead_thrust_rises_to_what_yaw_needs():
+    model = known({"rate_deg": None})
+    steering = steering_of(model)
+    nu = np.array([0.4, 0.0, 0.0])
+    for yaw in (-0.2, 0.2):
+        values, enough = steering.command(0.02, yaw, nu, 0.02)
+        assert not enough
+        assert values[1] == pytest.approx(-np.sign(yaw), abs=1e-6)
+        surge, turn = accelerations(model, nu, values)
+        assert turn == pytest.approx(yaw, abs=1e-6)
+        assert surge > 0.02
+
+
+def test_the_angle_moves_no_faster_than_its_gear():
+    model = known()
+    steering = steering_of(model)
+    nu, helm = np.array([0.5, 0.0, 0.0]), []
+    for _ in range(100):
+        values, enough = steering.command(0.3, -0.2, nu, 0.02)
+        helm.append(values[1])
+    angle = -4.0 + 35.0 * (np.array(helm) - 0.08) / 0.92  # [deg], past the dead band
+    rates = np.diff(angle[20:]) / 0.02
+    assert rates.max() == pytest.approx(40.0, rel=1e-6)
+    assert enough
+    assert rates[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_gains_of_an_outboard_bear_their_draws(found, tmp_path):
+    tuning = tune(found, 1.5, draws=20)
+    assert tuning.boat.driven == (0, 2)
+    assert tuning.worst.stable
+    assert (tuning.worst.sensitivity <= SENSITIVITY_LIMIT).all()
+    # the helm's lag is the gear's: 35 deg at 40 deg/s, half of it; the motor's its own
+    values = found.vehicle.constants
+    own = dict(zip(values.names, found.constants, strict=True))
+    gear = 0.5 * own["steer_angle.helm"] / own["steer_rate.helm"]
+    assert tuning.boat.actuators.lag[1] == pytest.approx(gear)
+    assert tuning.boat.actuators.lag[0] == pytest.approx(0.3, abs=0.05)
+    save_gains(tuning, tmp_path / "gains.yaml")
+    seatrial.save(found, tmp_path / "model.yaml")
+    one = TrackingController(tmp_path / "gains.yaml", tmp_path / "model.yaml")
+    two = TrackingController(tuning)
+    for i in range(20):
+        given = [0.02 * i, 0.1, 0.05], [0.5, 0.0, 0.02], along(0.5)(0.02 * i)
+        np.testing.assert_allclose(
+            one.command(0.02 * i, *given), two.command(0.02 * i, *given), rtol=1e-6
+        )
+    assert load_gains(tmp_path / "gains.yaml").guidance is not None
+
+
+def along(speed):
+    """A straight path."""
+    return lambda t: Reference([speed * t, 0.0, 0.0], [speed, 0.0, 0.0], STILL)
+
+
+def follow(plant, controller, reference, seconds, *, current=(0.0, 0.0), start=STILL):
+    """States (n, 6) at every call, by the true motion. reference: of time and pose, with its later one."""
+    sea = Simulator(plant, sensors=BLIND, current=current, start=start, radius=0.0)
+    states = []
+    for i in range(round(seconds * RATE)):
+        t = i / RATE
+        now, ahead = reference(t, sea.eta)
+        sea.command(controller.command(t, sea.eta, sea.nu, now, ahead))
+        states.append(np.concatenate([sea.eta, sea.nu]))
+        sea.advance(1.0 / RATE)
+    return np.array(states)
+
+
+def waiting(course, controller):
+    """The course's reference, which waits for the boat."""
+    own = WaitingReference(course, controller.gains.guidance.radius)
+    lead = controller.gains.lead
+    return lambda t, eta: (own.at(t, eta), own.later(lead))
+
+
+def across(states, course):
+    """Distance [m] of each state from the course's nearest point."""
+    path = np.array([course.at(t).eta[:2] for t in np.linspace(0.0, course.duration, 4000)])
+    return np.array([np.hypot(*(path - s[:2]).T).min() for s in states[:: round(RATE / 5)]])
+
+
+@pytest.mark.parametrize("current", [(0.0, 0.0), (0.05, 0.08)], ids=["still", "current"])
+@pytest.mark.parametrize(
+    "shape", [rounded_square(24.0, 6.0), lawn_mower(30.0, 18.0, 3, 5.0)],
+    ids=["square", "lawn-mower"],
+)  # fmt: skip
+def test_an_identified_outboard_follows_a_course(found, shape, current):
+    course = at_speed(shape, 0.6, 6.0)
+    controller = TrackingController(tune(found, 1.5, draws=20))
+    states = follow(
+        known(), controller, waiting(course, controller), 1.2 * course.duration, current=current,
+        start=course.at(0.0).eta,
+    )  # fmt: skip
+    off = across(states, course)
+    assert np.sqrt(np.mean(off**2)) < 0.15
+    assert off.max() < 0.5
+    assert np.hypot(*(states[-1, :2] - course.at(course.duration).eta[:2])) < 2.0
+
+
+def test_a_rudder_in_the_flow_keeps_its_gain_over_speed():
+    """The same heading loop at 0.4 and 1 m/s, though the rudder has six times the moment."""
+    plant = known(**RUDDER)
+    model = dataclasses.replace(plant, covariance=np.zeros_like(plant.covariance))
+    controller = TrackingController(tune(model, 2.0))
+    for speed in (0.5, 1.0):
+        controller.forget()
+        go = along(speed)
+        lead = controller.gains.lead
+        states = follow(
+            plant, controller, lambda t, _: (go(t), go(t + lead)), 60.0, start=[0.0, 0.5, 0.1]
+        )
+        late = states[len(states) // 2 :]
+        assert np.abs(late[:, 1]).max() < 0.06
+        assert np.abs(states[:, 1]).max() < 0.9
+
+
+def test_it_keeps_station_as_far_as_it_can(found):
+    controller = TrackingController(tune(found, 1.5, draws=20))
+    goal = Reference.still(STILL)
+    states = follow(
+        known(), controller, lambda t, _: (goal, goal), 240.0, current=(0.0, 0.1),
+        start=[6.0, 4.0, 1.0],
+    )  # fmt: skip
+    away = np.hypot(*states[-3000:, :2].T)
+    assert away.max() < 2.0 * controller.gains.guidance.radius
+
+
+def test_a_course_is_fitted_to_what_the_angle_can(found):
+    slow = fitted(Eight(30.0, 12.0), found)
+    assert 0.2 < slow.shape.at(0.0)[1, 0] * 2.0 * np.pi / slow.duration < 1.3 or slow.duration > 30.0
+    with pytest.raises(ControlError, match="can't follow this course"):
+        fitted(Eight(1.0, 0.4), found)
+
+
+def test_what_is_no_single_steered_thruster_is_refused_in_one_line():
+    two = {
+        "commands": {"file": "log.csv", "stamp": "t", "inputs": {"motor": "m", "helm": "s", "bow": "b"}},
+        "forces": {
+            "F_u": {"axis": "surge", "of": {"motor": 1}},
+            "F_v": {"axis": "sway", "of": {"helm": 1, "bow": 1}},
+            "F_r": {"axis": "yaw", "of": {"helm": -0.6, "bow": 0.5}},
+        },
+    }  # fmt: skip
+    with pytest.raises(ControlError, match="takes one thruster and one angle") as caught:
+        tune(known(**two))
+    assert "\n" not in str(caught.value)
+    astern = known()
+    values = {**astern.values, "X_F": -0.6}
+    back = make_model(astern.vehicle, {n: values[n] for n in astern.structure.coefficients})
+    with pytest.raises(ControlError, match="needs a thrust ahead that gives surge"):
+        tune(back)
+
+
+def test_limits_are_named(found):
+    controller = TrackingController(tune(found, 1.5, draws=5))
+    values = controller.command(0.0, [-5.0, 0.0, 0.6], STILL, along(1.5)(0.0))
+    assert controller.outcome is Tracked.LIMITED
+    assert np.abs(values).max() <= 1.0
