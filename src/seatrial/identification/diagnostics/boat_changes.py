@@ -9,6 +9,7 @@ differences between them.
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from seatrial.identification.selection.score_test import (
     score_test,
     score_test_after_step,
 )
+from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, Array
 
 LARGEST_FACTOR_ERROR = 0.05  # standard error, by the information: above it is not identifiable
@@ -211,10 +213,11 @@ def _further_delays(at: Point, late: Array, places: list[int], delays: Array) ->
         stamps = commands.stamps + round(delay * 1e9)
         shifted[i] = replace(shifted[i], commands=replace(commands, stamps=stamps))
     problem = replace(at.runs.problem, recordings=tuple(shifted))
-    again = _by_recording(score_information(problem, at.theta, at.noise), late.astype(float))
-    if again is None or again[0] != places:
-        return np.zeros(len(delays))
-    return np.concatenate([[0.0], again[1].step])
+    with suppress(IdentificationError):  # the boat diverges
+        again = _by_recording(score_information(problem, at.theta, at.noise), late.astype(float))
+        if again is not None and again[0] == places:
+            return np.concatenate([[0.0], again[1].step])
+    return np.zeros(len(delays))
 
 
 def _dead_zone(at: Point, quantity: str) -> str:

@@ -15,9 +15,7 @@ import numpy as np
 from seatrial.util.distributions import chi2_sf, holm
 from seatrial.util.frames import Array
 
-SIGNIFICANCE_LEVEL = (
-    0.05  # chance that any of the tests made together passes, although nothing is missing
-)
+SIGNIFICANCE_LEVEL = 0.05  # that any of the tests made together passes by chance
 LEAST_GAIN = 20.0  # expected fall of -2 log likelihood: less is not worth a parameter
 
 
