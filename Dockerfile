@@ -1,6 +1,6 @@
 # seatrial without a compiler in the image. Not built by the project's tests.
 #   docker build -t seatrial .
-#   docker run --rm -v "$PWD:/work" seatrial auto run1.bag -o my-boat
+#   docker run --rm --user "$(id -u):$(id -g)" -v "$PWD:/work" seatrial auto run1.bag -o my-boat
 FROM python:3.12-slim AS build
 RUN apt-get update && apt-get install -y --no-install-recommends g++ && rm -rf /var/lib/apt/lists/*
 COPY . /src

@@ -4,6 +4,11 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 CORE   := core/CMakeLists.txt core/bindings/CMakeLists.txt $(shell find core/include core/bindings -name "*.?pp")
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+# tools are compiled where they are imported: half of the installation's CPU time
+TOOLS  := $(PIP) --no-compile
+
+# compiled modules are kept, whatever the environment says: else every worker and every `seatrial` compiles them again
+export PYTHONDONTWRITEBYTECODE :=
 
 # small matrices on few cores: more threads in BLAS only get in each other's way
 PYTEST := OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --dist worksteal --durations 40
@@ -35,9 +40,7 @@ lint: $(VENV)/.built $(VENV)/.test ## ruff, mypy --strict, clang-format, clang-t
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	clang-format --dry-run --Werror $$(git ls-files 'core/*.hpp' 'core/*.cpp' 'ros/*.hpp' 'ros/*.cpp' | grep -v third_party)
-	cmake -S core/tests -B build/clang-tidy -DCMAKE_EXPORT_COMPILE_COMMANDS=ON -DCMAKE_BUILD_TYPE=Debug
-	git ls-files 'core/tests/test_*.cpp' 'ros/common/src/*.cpp' 'ros/common/tests/*.cpp' | \
-	  xargs -n 1 -P $$(nproc) clang-tidy --quiet -p build/clang-tidy
+	$(BIN)/python tools/tidy.py
 
 wheels: $(VENV)/.wheels ## wheels for Linux on x86-64 and aarch64, into dist/; needs python3.10, 3.11 and 3.12
 	$(BIN)/python tools/wheels.py $(WHEELS_ARGS)
@@ -73,15 +76,15 @@ $(VENV)/.deps: requirements/base.txt | $(VENV)/bin/python
 	@touch $@
 
 $(VENV)/.test: requirements/test.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/test.txt
+	$(TOOLS) --require-hashes -r requirements/test.txt
 	@touch $@
 
 $(VENV)/.docs: requirements/docs.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/docs.txt
+	$(TOOLS) --require-hashes -r requirements/docs.txt
 	@touch $@
 
 $(VENV)/.wheels: requirements/wheels.txt | $(VENV)/.deps
-	$(PIP) --require-hashes -r requirements/wheels.txt
+	$(TOOLS) --require-hashes -r requirements/wheels.txt
 	@touch $@
 
 $(VENV)/.built: $(VENV)/.deps pyproject.toml $(CORE)

@@ -2,7 +2,7 @@
 """The estimate while driving: share of a core, memory, latency, and its distance from `identify`.
 
     python -m benchmarks.live                # ten minutes of a pushed boat, poses at 50 Hz, commands at 100 Hz
-    python -m benchmarks.live --minutes 120  # memory over two hours; takes minutes
+    python -m benchmarks.live --minutes 120 --rate 20 --memory    # memory every half hour, and nothing else
     python -m benchmarks.live --boat twin    # two thrusters, wind with gusts
 
 Time is that of the drive: the rows are used as fast as they can be, work is due four times a second of the drive.
@@ -14,6 +14,7 @@ import resource
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from seatrial.recording.recording import Recording
 from tests.boats.live_drives import Row, holonomic, rows, twin_in_wind
 
 RATE = 50.0  # [Hz] of the poses
+HALF_HOUR = 1_800_000_000_000  # [ns]
 EVERY = 250_000_000  # [ns] of the drive between two calls of work
 BOATS = {"holonomic": holonomic, "twin": twin_in_wind}
 MEGABYTE = 1e6
@@ -39,11 +41,32 @@ def at_100_hz(recording: Recording) -> list[Row]:
     return sorted(found, key=lambda row: (row[0], row[1]))
 
 
-def driven(vehicle: Vehicle, found: list[Row]) -> tuple[LiveEstimator, list[float], list[float]]:
-    """The estimator at the end, and CPU seconds of each call of use, and of each of work."""
+def resident() -> float:
+    """Memory [MB] of this process now."""
+    if sys.platform == "linux":
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+        return pages * resource.getpagesize() / MEGABYTE
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * KILOBYTES
+
+
+def driven(
+    vehicle: Vehicle, found: list[Row], *, memory: bool = False
+) -> tuple[LiveEstimator, list[float], list[float]]:
+    """The estimator at the end, and CPU seconds of each call of use, and of each of work.
+
+    memory: print that of the process every half hour of the drive.
+    """
+    begin_memory, half_hour = resident(), found[0][0] + HALF_HOUR
     estimator, prediction = LiveEstimator(vehicle), LivePrediction()
     used, worked, due = [], [], 0
     for stamp, kind, values in found:
+        if memory and stamp >= half_hour:
+            grown, minutes = resident() - begin_memory, 1e-9 * (half_hour - found[0][0]) / 60.0
+            print(
+                f"{minutes:.0f} min: {grown:.0f} MB more, {estimator.log.bytes / MEGABYTE:.0f} MB of rows",
+                flush=True,
+            )
+            half_hour += HALF_HOUR
         begin = time.thread_time()
         estimator.use(kind, stamp, values)
         prediction.use(kind, stamp, values)
@@ -97,10 +120,15 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=10.0)
     parser.add_argument("--boat", choices=BOATS, default="holonomic")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rate", type=float, default=RATE, help="[Hz] of the poses")
+    parser.add_argument("--memory", action="store_true", help="memory every half hour, no more")
     options = parser.parse_args()
     seconds = 60.0 * options.minutes
-    vehicle, recording = BOATS[options.boat](seconds, seed=options.seed, rate=RATE)
+    vehicle, recording = BOATS[options.boat](seconds, seed=options.seed, rate=options.rate)
     found = at_100_hz(recording)
+    if options.memory:
+        driven(vehicle, found, memory=True)
+        return
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     estimator, used, worked = driven(vehicle, found)
     grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * KILOBYTES

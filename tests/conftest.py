@@ -1,9 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Shared boats, trials and recordings; with SEATRIAL_REQUIRE_ALL a skip is a failure."""
 
+import fcntl
 import json
 import os
+import pickle
+import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import bag_tools
 import logs
@@ -43,26 +48,50 @@ TABLE_II = {
 }  # fmt: skip
 
 
-# files that take minutes: begun first, so that no process is left with one of them at the end
-FIRST = (
-    "test_core_cpp",
-    "test_demo",
+# files that take a minute or more, the longest first: each worker begins with its share of them
+LONG = (
     "test_fuzz",
-    "test_ros1_node",
+    "test_ros2_nodes",
+    "test_demo",
+    "test_hector",
+    "test_wheels",
+    "test_core_cpp",
     "test_ros2_node",
+    "test_site",
+    "test_docs",
+    "test_optimiser",
+    "test_ros1_node",
     "test_report_browser",
 )
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(wrapper=True, tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """What has no mark is a unit test. The longest files first."""
+    """What has no mark is a unit test. Of what is chosen, long files begin each worker's part."""
     for item in items:
         if not any(item.iter_markers("system")) and not any(item.iter_markers("study")):
             item.add_marker("unit")
-    items.sort(
-        key=lambda item: FIRST.index(item.path.stem) if item.path.stem in FIRST else len(FIRST)
-    )
+    result = yield
+    items[:] = shared_out(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
+    return result
+
+
+def shared_out(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
+    """The parts that xdist cuts the list into for its workers: in turn a long file, then as many others."""
+    files: dict[str, list[pytest.Item]] = {name: [] for name in LONG}
+    others = [item for item in items if item.path.stem not in files]
+    for item in items:
+        if item.path.stem in files:
+            files[item.path.stem].append(item)
+    present, ordered = [one for one in files.values() if one], []
+    left = len(items)
+    for place in range(workers):
+        size = left // (workers - place)
+        part = [item for one in present[place::workers] for item in one]
+        fill = max(0, size - len(part))
+        ordered += part + others[:fill]
+        others, left = others[fill:], left - size
+    return ordered + others
 
 
 def at_length(*values: object, **more: object) -> object:
@@ -103,29 +132,58 @@ def trials(plan_name: str, vehicle: seatrial.Vehicle) -> dict[str, Trial]:
 
 
 @pytest.fixture(scope="session")
-def clean_mp(mp) -> dict[str, Trial]:
-    return trials("clean", mp)
+def once(tmp_path_factory):
+    """What a function returns, or the folder that it fills: made by the first worker of a run that needs it."""
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+
+    def get(name: str, make: Callable[[Path], Any]) -> tuple[Path, Any]:
+        folder, result = root / f"once-{name}", root / f"once-{name}.pickle"
+        with (root / f"once-{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not result.exists():
+                folder.mkdir()
+                result.write_bytes(pickle.dumps(make(folder)))
+        return folder, pickle.loads(result.read_bytes())
+
+    return get
+
+
+def read_only(made: dict[str, Trial]) -> dict[str, Trial]:
+    """Trials out of a file: their recordings' arrays again such that no test can change them for others."""
+    for trial in made.values():
+        for part in (trial.recording, trial.recording.commands):
+            for value in vars(part).values():
+                if isinstance(value, np.ndarray):
+                    value.setflags(write=False)
+    return made
 
 
 @pytest.fixture(scope="session")
-def clean_af(af) -> dict[str, Trial]:
-    return trials("clean", af)
+def clean_mp(mp, once) -> dict[str, Trial]:
+    return read_only(once("clean-mp", lambda _: trials("clean", mp))[1])
 
 
 @pytest.fixture(scope="session")
-def paper_af(af) -> dict[str, Trial]:
-    return trials("paper-like", af)
+def clean_af(af, once) -> dict[str, Trial]:
+    return read_only(once("clean-af", lambda _: trials("clean", af))[1])
 
 
 @pytest.fixture(scope="session")
-def paper_mp(mp) -> dict[str, Trial]:
-    return trials("paper-like", mp)
+def paper_af(af, once) -> dict[str, Trial]:
+    return read_only(once("paper-af", lambda _: trials("paper-like", af))[1])
 
 
 @pytest.fixture(scope="session")
-def paper_mp_model(mp, paper_mp) -> seatrial.Model:
+def paper_mp(mp, once) -> dict[str, Trial]:
+    return read_only(once("paper-mp", lambda _: trials("paper-like", mp))[1])
+
+
+@pytest.fixture(scope="session")
+def paper_mp_model(mp, paper_mp, once) -> seatrial.Model:
     """Identified from S1-S3 by the default method."""
-    return seatrial.identify([paper_mp[s].recording for s in ("S1", "S2", "S3")], mp)
+    recordings = [paper_mp[s].recording for s in ("S1", "S2", "S3")]
+    return once("paper-mp-model", lambda _: seatrial.identify(recordings, mp))[1]
 
 
 @pytest.fixture(scope="session")
@@ -140,14 +198,17 @@ def cse1(cse1_vehicle) -> dict[str, seatrial.Recording]:
 
 
 @pytest.fixture(scope="module")
-def pool(tmp_path_factory, af):
+def pool(tmp_path_factory, af, paper_af, once):
     """Trials on disk, with a model identified from them."""
+
+    def fill(out: Path) -> None:
+        plan = load_plan("paper-like")
+        write_setting(plan, af, plant_model(plan, af), out)
+        records = [seatrial.read(write_trial(trial, out), af) for trial in paper_af.values()]
+        save(seatrial.identify(records[:3], af), out / "model.yaml")
+
     out = tmp_path_factory.mktemp("pool")
-    plan = load_plan("paper-like")
-    write_setting(plan, af, plant_model(plan, af), out)
-    records = [seatrial.read(write_trial(t, out), af) for t in simulate(plan, af)]
-    save(seatrial.identify(records[:3], af), out / "model.yaml")
-    return out
+    return Path(shutil.copytree(once("pool", fill)[0], out, dirs_exist_ok=True))
 
 
 def make_model(

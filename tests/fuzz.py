@@ -69,8 +69,18 @@ class SlowError(Exception):
 # What is damaged #
 
 
-def seeds() -> dict[str, list[Data]]:
-    """Good files, small ones, by kind."""
+def seeds(kind: str) -> dict[str, list[Data]]:
+    """Good files, small ones, of a kind."""
+    if kind == "log":
+        return log_seeds()
+    if kind in ("bag", "mcap", "db3", "inspect"):
+        return bag_seeds()
+    make = {"csv": _csvs, "parquet": _parquets, "mat": _mats, "hdf": _hdfs, "yaml": _vehicles}
+    return {kind: make[kind]()}
+
+
+def bag_seeds() -> dict[str, list[Data]]:
+    """Bags of both versions of ROS."""
     sent = bag_tools.poses_sent(1.5) + bag_tools.joy_sent(1.5, rate=60) + bag_tools.other_sent(1.5)
     frames = [
         bag_tools.Sent("/tf", "tf2_msgs/msg/TFMessage", s.time, {"transforms": [{
@@ -105,10 +115,6 @@ def seeds() -> dict[str, list[Data]]:
                 path = bag_tools.ros2(folder / f"{i}-{kind}-{mode}", content, kind, mode)
                 which = "db3" if kind == "sqlite3" else "mcap"
                 found[which].append({p.name: p.read_bytes() for p in path.iterdir()})
-    found["csv"] = [_tables(), _one_table(), *_other_tables()]
-    found["parquet"], found["mat"], found["hdf"] = _parquets(), _mats(), _hdfs()
-    boats = [vehicle_content(), tf_content(), _whole_vehicle()]
-    found["yaml"] = [{"vehicle.yaml": dump_yaml(v).encode()} for v in boats]
     return found
 
 
@@ -168,6 +174,15 @@ def _whole_vehicle() -> dict[str, object]:
         "structure": {"surge": ["v * r", "X_u * u", "X_F * F_u"], "sway": ["Y_v * v"],
                       "yaw": ["N_r * r", "N_F * F_r"]},
     }  # fmt: skip
+
+
+def _vehicles() -> list[Data]:
+    boats = [vehicle_content(), tf_content(), _whole_vehicle()]
+    return [{"vehicle.yaml": dump_yaml(boat).encode()} for boat in boats]
+
+
+def _csvs() -> list[Data]:
+    return [_tables(), _one_table(), *_other_tables()]
 
 
 def _tables() -> Data:
@@ -376,7 +391,7 @@ def cases(
     kind: str, first: int, count: int, keep: Path | None = None
 ) -> Iterator[dict[str, object]]:
     """Run them; yields one finding each, and last what came of all."""
-    good = log_seeds() if kind == "log" else seeds()
+    good = seeds(kind)
     outcomes: Counter[str] = Counter()
     slowest, which = 0.0, 0
     signal.signal(signal.SIGPROF, _late)
@@ -429,7 +444,7 @@ def main() -> int:
     parser.add_argument("--digest", action="store_true", help="only say what the first case is")
     args = parser.parse_args()
     if args.digest:
-        files, _ = made(args.kind, args.first, seeds())
+        files, _ = made(args.kind, args.first, seeds(args.kind))
         digest = hashlib.sha256(b"".join(name.encode() + c for name, c in sorted(files.items())))
         sys.stdout.write(json.dumps({"case": args.first, "digest": digest.hexdigest()}) + "\n")
         return 0

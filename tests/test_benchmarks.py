@@ -6,6 +6,7 @@ import re
 from importlib.util import find_spec
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.harness import command, store
@@ -22,6 +23,12 @@ PAGES = [
 def squared(number, scale):
     """One job."""
     return {"value": scale * number**2}
+
+
+def one_row(seed):
+    """A job with random numbers, and arithmetic of NumPy."""
+    draws = np.random.default_rng(seed).normal(size=(60, 6))
+    return np.linalg.lstsq(draws[:, 1:], draws[:, 0], rcond=None)[0].tolist()
 
 
 def test_commands_that_pages_name_are_there():
@@ -70,8 +77,19 @@ def test_a_digest_is_of_one_benchmarks_code():
 
 def test_workers_return_all_jobs_and_gathered_keeps_their_order():
     jobs = [(n, 2.0) for n in (3, 1, 2)]
-    assert [r["value"] for r in gathered(squared, jobs, workers=2)] == [18.0, 2.0, 8.0]
+    assert [r["value"] for r in gathered(squared, jobs, workers=1)] == [18.0, 2.0, 8.0]
     assert dict(spread(squared, jobs, workers=1)) == {job: squared(*job) for job in jobs}
+
+
+@pytest.mark.system
+@pytest.mark.filterwarnings("ignore")  # of Dask's own threads and sockets at the end
+def test_results_do_not_depend_on_the_number_of_workers():
+    jobs = [(n,) for n in range(4)]
+    rows = [gathered(one_row, jobs, workers=count) for count in (1, 2)]
+    rows.append([row for _, row in sorted(spread(one_row, jobs, workers=None))])
+    assert rows[0] == rows[1] == rows[2]
+    with pytest.raises(ValueError, match="non-negative"):  # what a job raises
+        gathered(one_row, [(-1,), (1,)], workers=2)
 
 
 def test_a_table_has_words_on_the_left_and_figures_on_the_right():

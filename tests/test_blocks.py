@@ -41,6 +41,10 @@ def test_a_table_without_such_a_row_is_left_out_and_its_heading_is_in_the_file(t
     refill(page, {"some": f"{TABLE}\n\n### more\n\n| other |\n| --- |\n| 4 |"})
     assert "other" not in page.read_text()
     assert rows_of(csv_of(page, "some"))[-3:] == [["more"], ["other"], ["4"]]
+    hidden = "<!-- some: nothing -->\n\n<!-- end -->\n"
+    page.write_text(hidden)
+    refill(page, {"some": TABLE})
+    assert page.read_text() == hidden
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)

@@ -119,7 +119,7 @@ def test_poles_on_the_right_are_counted_as_a_state_space_has_them(knob, draw):
     )
     # as designed, and with ever too short a look-ahead
     omega = frequencies(knob, 0.01, 3000, guidance.time)
-    for share in (1.0, 0.1, 0.02):
+    for share in (1.0, 0.1, 0.02, 0.004):
         short = dataclasses.replace(
             guidance, time=share * guidance.time, radius=share * guidance.radius
         )

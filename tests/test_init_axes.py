@@ -7,8 +7,8 @@ from test_init_columns import PSI, pose_of, table
 
 from seatrial.boat.schema import TO_SI
 from seatrial.inspection.proposal.axes import FALLS, RISES, asked_axes, heading_seen
-from seatrial.inspection.proposal.column_heading import READS
-from seatrial.inspection.proposal.heading_sense import COMPASS, PLAIN
+from seatrial.inspection.proposal.columns.heading import READS
+from seatrial.inspection.proposal.columns.heading_sense import COMPASS, PLAIN
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.util.frames import Axes
 

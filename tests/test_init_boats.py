@@ -390,6 +390,20 @@ def test_places_that_are_given_are_used_where_the_recording_shows_weights(
     )
 
 
+def test_two_sources_of_one_command_are_to_be_checked(tmp_path, propose):
+    """Sticks while the pilot drives, the autopilot's outputs else, each 0 in the other's time, in percent."""
+    mix = np.array([[0.5, 0.5], [0.0, 0.0], [-0.5, 0.5]])  # left, right
+    log = drive(240.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
+    both, manual = 100.0 * thrust(log.command_t)[:, :2], (log.command_t // 20 % 2 == 0)[:, None]
+    log = log.but(command=np.hstack([both * manual, both * ~manual]))
+    head = "t,rc_left,rc_right,auto_left,auto_right"
+    vehicle, text = propose(tables(log, tmp_path / "cat", commands=head))
+    shares = dict.fromkeys(head.split(",")[1:], 0.25)
+    assert vehicle.file.forces["F_u"].of == pytest.approx(shares, abs=0.03)
+    for one, other in (("rc_left", "auto_left"), ("auto_right", "rc_right")):
+        assert re.search(f"{one}: .*check: acts as {other} does, never at the same time", text)
+
+
 def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):
     """It pushes sideways and turns at once, and nothing else pushes sideways: that is no lever."""
     mix = np.array([[0.5, 0.5, 0.0], [0.0, 0.0, 1.0], [-0.4, 0.4, 0.8]])  # left, right, bow

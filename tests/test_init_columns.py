@@ -8,7 +8,7 @@ from init_tools import refused
 from logs import drive
 
 import seatrial
-from seatrial.inspection.proposal.column_pose import choose_pose
+from seatrial.inspection.proposal.columns.pose import choose_pose
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices, Sureness, recognised_text
 from seatrial.io.columns import read_tables

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """What to drive next: the axis that is least known, within the walls."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from live_advice_boat import known_boat
 
 from benchmarks.studies.guidance import boat as twin
-from seatrial.poolside.advisor import Advisor, _added
+from seatrial.poolside.advisor import Advisor, _added, position_errors
 from seatrial.poolside.area import Area, rectangle
 from seatrial.poolside.needs import needs_of
 from seatrial.poolside.simulated_drive import simulated_drive
@@ -60,6 +62,40 @@ def test_a_boat_without_room_drives_to_the_middle_first():
     assert found[0].path[-1][:2] == pytest.approx((0.0, 0.0))
 
 
+def test_position_errors_are_those_of_models_drawn_from_the_covariance():
+    model, rng = known_boat(0.05), np.random.default_rng(7)
+    pattern = next(
+        p for p in stick_patterns(model.vehicle) if p.text.startswith("Surge: full stick ahead 3 s")
+    )
+    times = np.arange(0.0, 12.0, 0.25)
+    sticks = pattern.t, pattern.commands
+    path = simulated_drive(model, REST, sticks, times).states[:, :2]
+    values = np.concatenate([model.coefficients, model.constants])
+    n, squares = len(model.coefficients), []
+    for drawn in rng.multivariate_normal(values, model.covariance, 300):
+        own = replace(model, coefficients=drawn[:n], constants=np.maximum(drawn[n:], 0.0))
+        squares.append(
+            np.sum((simulated_drive(own, REST, sticks, times).states[:, :2] - path) ** 2, axis=1)
+        )
+    found = position_errors(model, REST, pattern, times, path)
+    assert found[-1] == pytest.approx(np.sqrt(np.mean(squares, axis=0))[-1], rel=0.2)
+    assert found[0] == 0.0
+
+
+def test_a_poor_model_keeps_further_off_the_walls():
+    area = rectangle(3.6, 2.4)
+    near = np.array([0.9, 0.5, 0.6, 0.1, 0.0, 0.0])
+    model, patterns = known_boat(0.2), stick_patterns(known_boat().vehicle)
+    sharp, poor = advice(known_boat(0.01), near, area), advice(model, near, area)
+    assert [one.text for one in sharp] != [one.text for one in poor]
+    for one in poor:
+        pattern = next(p for p in patterns if p.text == one.text)
+        times = np.arange(0.0, pattern.seconds, 0.25)
+        path = simulated_drive(model, near, (pattern.t, pattern.commands), times).states[:, :2]
+        off = 1.96 * position_errors(model, near, pattern, times, path)
+        assert (area.margins(path) - off).min() > 0.29
+
+
 def test_the_drawn_path_is_what_the_model_does_with_the_sticks():
     model = known_boat(0.2)
     one = advice(model, area=None)[0]
@@ -75,8 +111,8 @@ def test_in_axes_forward_right_down_path_and_sticks_are_mirrored():
     begin = np.array([0.2, 0.4, 0.3, 0.0, 0.02, 0.0])
     signs = np.array([1.0, -1.0, -1.0])
     one = advice(left, begin, Area(area))[0]
-    other = advice(right, begin * np.tile(signs, 2), Area(area * signs[:2]))[0]
-    assert one.text == other.text
+    mirrored = advice(right, begin * np.tile(signs, 2), Area(area * signs[:2]))
+    other = next(o for o in mirrored if o.text == one.text)  # of equal ones rounding decides
     assert np.array(other.path) == pytest.approx(np.array(one.path) * signs)
     assert np.array(other.commands) == pytest.approx(np.array(one.commands) * signs)
 
@@ -104,6 +140,16 @@ def test_information_is_added_to_the_covariance():
     assert after == pytest.approx(expected)
     fall = np.linalg.slogdet(covariance)[1] - np.linalg.slogdet(expected)[1]
     assert smaller == pytest.approx(fall)
+
+
+def test_dense_poses_are_averaged(monkeypatch):
+    model = known_boat(0.05)
+    needs = needs_of(model, tuple(Use))
+    thinned = Advisor(model.vehicle, period=1 / 60).advise(model, REST, needs)[0]
+    monkeypatch.setattr("seatrial.poolside.advisor.LEAST_PERIOD", 0.0)
+    dense = {o.text: o for o in Advisor(model.vehicle, period=1 / 60).advise(model, REST, needs)}
+    assert thinned.text in dense
+    assert thinned.after == pytest.approx(dense[thinned.text].after, rel=0.05)
 
 
 def test_driving_that_is_not_trusted_shortens_nothing():

@@ -110,6 +110,16 @@ def test_it_is_enough_when_all_uses_are_fit_for_some_updates():
     assert not verdict.enough  # it begins anew
 
 
+def test_it_is_not_enough_before_the_drive_gives_a_model():
+    verdict, model = Enough(), known_boat(0.002)
+    for t in (1.0, 6.0, 12.0):
+        states = verdict.update(t, model, whole=False)
+        assert not verdict.enough
+        assert all(one.level == "limited" and "too short" in one.reason for one in states)
+    verdict.update(13.0, model)
+    assert verdict.enough
+
+
 def test_a_use_that_was_not_chosen_does_not_matter():
     model = known_boat(0.01, X=0.3)
     odometry, control = Enough([Use.ODOMETRY]), Enough([Use.CONTROL])

@@ -66,21 +66,26 @@ class Queue:
 class Parted:
     """A session whose parts note what they get."""
 
-    def __init__(self, vehicle, folder, save=None):
+    def __init__(self, vehicle, folder, save=None, copy=None):
         self.used, self.notes = [], []
         self.fault, self.advice = None, Advice()
         note = self.notes
         estimator = SimpleNamespace(
             use=lambda *given: self.used.append(given), discard=lambda *given: note.append(("estimate", *given)),
-            work=self._work, model=lambda: None, problem="", lag=0.0, trust=1.0,
-            log=SimpleNamespace(recording=self._recording),
+            work=self._work, model=lambda: None, problem="", lag=0.0, trust=1.0, whole=True,
+            log=SimpleNamespace(recording=self._recording, doubt="", coarse=False),
         )  # fmt: skip
         recorder = SimpleNamespace(
             use=self._record, mark=lambda *given: note.append(("mark", *given)),
             discard=lambda *given: note.append(("recording", *given)),
             finish=lambda: note.append(("finish",)) or folder / "recording", close=lambda: note.append(("close",)),
         )  # fmt: skip
-        health = SimpleNamespace(use=lambda *_: None, states=lambda _: (), check=lambda _: None)
+        health = SimpleNamespace(
+            use=lambda *_: None,
+            states=lambda _: (),
+            check=lambda *_: None,
+            remark=lambda *_, **__: None,
+        )
         self.looks = []
         prediction = SimpleNamespace(
             use=lambda *_: None, reload=lambda _: None, states=lambda: self.looks.append(1) or (),
@@ -91,7 +96,8 @@ class Parted:
             self.source, estimator, health, recorder, prediction, Coverage(vehicle),
             SimpleNamespace(advise=lambda *_: self.advice),
         )  # fmt: skip
-        self.session = Session(vehicle, parts, folder, save=save or (lambda _: {"model": "m.yaml"}))
+        save = save or (lambda _: {"model": "m.yaml"})
+        self.session = Session(vehicle, parts, folder, save=save, copy=copy)
         self.session.start()
 
     def _work(self, **_):
@@ -212,6 +218,19 @@ def test_poses_and_predictions_go_on_while_a_search_runs(parted):
     one.until(lambda _: len(one.looks) > looked + 2)
     assert one.session.track(0)[0] == 26
     searched.set()
+
+
+def test_a_bag_that_can_not_be_written_leaves_recording_and_model(parted):
+    def copy(_):
+        raise FileError("recording.mcap: stamps begin at -1 s")
+
+    one = parted(copy=copy)
+    one.drive(3)
+    one.until(lambda state: state.poses == 3)
+    assert set(one.session.stop()) == {"recording", "model"}
+    assert "no mcap: recording.mcap: stamps begin at -1 s" in one.session.state().message
+    other = parted(copy=lambda _: {"mcap": "recording.mcap"})
+    assert set(other.session.stop()) == {"recording", "mcap", "model"}
 
 
 def test_what_fails_is_stated_and_all_else_goes_on(parted):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Logs with the faults that real ones have: the right numbers with honest intervals, or one clear line."""
 
+from contextlib import suppress
+
 import msgspec
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from seatrial.boat.schema import Column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
+from seatrial.poolside.drive_log import DriveLog
+from seatrial.poolside.sources import open_source
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import RecordingError
@@ -63,6 +67,31 @@ def test_bursts_are_named_and_put_on_the_clock_that_the_poses_left_with(mp, tria
     right = trials["S1"][0][:, 0]
     off = recording.t - (right - right[0])
     assert np.std(off) < 1.2e-3 and np.ptp(off) < 6e-3  # before: 0.2 s
+
+
+def live_log(vehicle, path):
+    """The drive log of a live session that a replay fills."""
+    log = DriveLog(vehicle)
+    for event in open_source(str(path), vehicle, 0.0):
+        log.add(event.kind, event.stamp, event.values)
+    return log
+
+
+def test_a_live_session_reads_bursts_as_the_log_is_read(mp, trials, tmp_path):
+    vehicle = vehicle_for(mp, "arrival_bursts")
+    path = written(trials, "arrival_bursts", tmp_path)[0]
+    log = live_log(vehicle, path)
+    whole = log.recording()
+    np.testing.assert_array_equal(whole.stamps, seatrial.read(path, vehicle).stamps)
+    assert "bursts" in log.doubt and "15 Hz" in log.doubt and not log.coarse
+
+
+def test_a_live_session_names_rounded_coordinates(mp, trials, tmp_path):
+    vehicle = vehicle_for(mp, "utm_eight_digits")
+    log = live_log(vehicle, written(trials, "utm_eight_digits", tmp_path)[0])
+    with suppress(RecordingError):
+        log.recording()
+    assert "x moves in steps of 0.01 m, y in steps of 0.1 m" in log.doubt and log.coarse
 
 
 def test_a_disarmed_autopilot_without_off_is_refused_with_the_line_to_add(mp, trials, tmp_path):

@@ -65,9 +65,11 @@ def boats(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def ran(boats, tmp_path_factory):
-    """The fleet after one run in this process."""
+    """The fleet after one run in this process; `first.json` stays as that run wrote it."""
     out = tmp_path_factory.mktemp("out")
-    return out, fleet(load_fleet(boats), out).result
+    result = fleet(load_fleet(boats), out).result
+    (out / "first.json").write_bytes((out / "fleet.json").read_bytes())
+    return out, result
 
 
 def rows(result: FleetResult):
@@ -199,6 +201,35 @@ class _Never(InTurn):
     def outcomes(self, work, common, items):
         for place, _ in enumerate(items):
             yield place, MemoryError(EVIL)
+
+
+def test_a_second_run_in_the_same_folder_is_refused_until_the_first_ends(boats, tmp_path):
+    fcntl = pytest.importorskip("fcntl")
+    odd = tmp_path / "boats"
+    (odd / "ada").mkdir(parents=True)
+    (tmp_path / "out").mkdir()
+    with (tmp_path / "out" / ".lock").open("a") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with pytest.raises(FleetError, match="another 'seatrial fleet' works on this folder"):
+            fleet(load_fleet(odd), tmp_path / "out")
+    assert fleet(load_fleet(odd), tmp_path / "out").result.failed == ["ada"]
+    (tmp_path / "file").touch()
+    with pytest.raises(SeatrialError, match="can't be written"):
+        fleet(load_fleet(odd), tmp_path / "file" / "out")
+
+
+class _Elsewhere(InTurn):
+    """Workers with a disk of their own."""
+
+    def outcomes(self, work, common, items):
+        for place, one in enumerate(items):
+            yield place, msgspec.structs.replace(made_up(one.name, 1.0), kind=one.kind)
+
+
+def test_results_that_stay_on_the_workers_are_no_results(boats, tmp_path):
+    result = fleet(load_fleet(boats), tmp_path / "out", _Elsewhere()).result
+    assert result.failed == ["ada", "bea", "cid"]
+    assert "this computer does not see" in rows(result)["ada"].result.error
 
 
 def test_names_and_errors_are_escaped_in_the_page(boats, tmp_path):
@@ -369,7 +400,7 @@ def test_one_and_two_workers_write_the_same_bytes(ran, boats, tmp_path, capsys):
             fleet(load_fleet(boats), again, farm)
         # paths in the resumed folder of the first run may be older: compare the two new ones
     assert same_files(tmp_path / "out1", tmp_path / "out2") == []
-    assert (out / "fleet.json").read_bytes() == (tmp_path / "out1" / "fleet.json").read_bytes()
+    assert (out / "first.json").read_bytes() == (tmp_path / "out1" / "fleet.json").read_bytes()
 
 
 def farmed_by(farm, items):
@@ -427,7 +458,7 @@ def test_a_killed_worker_loses_nothing(ran, boats, tmp_path):
         _, errors = running.communicate(timeout=240)
     assert running.returncode == 0, errors
     assert "Traceback" not in errors
-    assert (out / "fleet.json").read_bytes() == (ran[0] / "fleet.json").read_bytes()
+    assert (out / "fleet.json").read_bytes() == (ran[0] / "first.json").read_bytes()
 
 
 class ByHand:
@@ -485,7 +516,7 @@ def test_a_scheduler_elsewhere_makes_the_same_table_and_says_when_it_ends(
     with command_of("fleet", boats, "-o", out, "--scheduler", by_hand.file) as running:
         _, errors = running.communicate(timeout=240)
     assert running.returncode == 0, errors
-    assert (out / "fleet.json").read_bytes() == (ran[0] / "fleet.json").read_bytes()
+    assert (out / "fleet.json").read_bytes() == (ran[0] / "first.json").read_bytes()
     # a recording that is not where the fleet's file says
     gone = config(
         tmp_path / "gone.yaml",

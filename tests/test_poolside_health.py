@@ -203,3 +203,20 @@ def test_a_session_too_short_to_check_finds_nothing():
         log.add("command", BEGIN + i * SECOND // 20, command_at(i / 20))
     health.check(log.recording())
     assert health.states(BEGIN)[0].edit == ""
+
+
+def test_what_the_whole_drive_shows_of_the_poses_takes_the_place_of_jumps():
+    health = SignalHealth(vehicle())
+    for i in range(200):
+        t = 0.05 * i
+        away = np.array([2.0, 0.0, 0.0]) * (i in (60, 80))
+        health.use("pose", BEGIN + round(t * SECOND), boat_at(t) + away, BEGIN + round(t * SECOND))
+    now = BEGIN + 10 * SECOND
+    assert health.states(now)[0].finding.startswith("2 jumps")
+    health.remark("poses arrive in 9 bursts")
+    state = health.states(now)[0]
+    assert (state.level, state.finding) == ("warning", "poses arrive in 9 bursts")
+    health.remark("x moves in steps of 0.5 m", usable=False)
+    assert health.states(now)[0].level == "error"
+    health.remark("")
+    assert health.states(now)[0].finding.startswith("2 jumps")

@@ -15,6 +15,7 @@ from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands.cli import main
 from seatrial.io.reader import read
 from seatrial.poolside.recorder import NANO, Recorder
+from seatrial.poolside.session.saving import save_mcap
 from seatrial.poolside.sources import open_source
 from seatrial.util.errors import FileError
 
@@ -131,6 +132,23 @@ def test_a_folder_that_is_gone_is_stated_within_a_second(tmp_path, how):
         elsewhere.rename(folder)
         assert recorder.finish() == folder
         assert len((folder / "poses.csv").read_text().splitlines()) == 3
+
+
+def test_the_recording_is_an_mcap_by_wish(tmp_path):
+    recorder = Recorder(tmp_path / "drive" / "recording", vehicle())
+    given = rows(100)
+    for stamp, pose, command in given:
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+    recorder.discard(given[50][0], given[59][0])
+    folder = recorder.finish()
+    assert save_mcap(folder, folder.parent) == {"mcap": str(folder.parent / "recording.mcap")}
+    kept = read(folder, load_vehicle(folder / "vehicle.yaml"))
+    bag = read(folder.parent / "recording.mcap", load_vehicle(folder.parent / "recording.yaml"))
+    assert len(kept.stamps) == 90
+    np.testing.assert_array_equal(bag.stamps, kept.stamps)
+    np.testing.assert_array_equal(bag.raw, kept.raw)
+    np.testing.assert_array_equal(bag.commands.values, kept.commands.values)
 
 
 def test_an_existing_recording_is_never_overwritten(tmp_path):

@@ -6,10 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from live_advice_boat import known_boat
+from live_states import FakeSession, shown_state
 
+from benchmarks.live_operator import Api
 from benchmarks.studies.poolside.__main__ import spelled
 from benchmarks.studies.poolside.drivers import REACTION, Guided
 from benchmarks.studies.poolside.drives import AT_WALL, DRIVERS, WATERS, inside, reached, widths
+from seatrial.poolside.web.server import PageServer, Place
 
 
 def drive(water, driver, seconds):
@@ -63,3 +66,14 @@ def test_intervals_are_compared_with_the_goal_and_with_the_truth():
 
 def test_minutes_are_median_least_and_most():
     assert spelled([60.0, np.inf, 120.0]) == "2.0 (1.0 to never)"
+
+
+def test_an_operator_reads_his_advice_from_the_api():
+    session = FakeSession(shown_state())
+    with PageServer(Place(port=0)) as server:
+        server.serve(session)
+        api = Api(server.url.rstrip("/"))
+        api.wait()
+        assert api.state() == session.state()
+        assert api.advise()[0] == session.state().next
+        assert api.stop() == session.stop()

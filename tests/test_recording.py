@@ -135,6 +135,19 @@ def test_frozen_poses_of_a_moving_boat_are_masked():
     assert FaultKind.FROZEN in kinds(record)
 
 
+def test_a_position_that_repeats_while_the_heading_goes_on_is_masked_if_it_catches_up():
+    """A receiver without a fix; rounded positions of a slow boat repeat without a large step after."""
+    stamps, eta = poses(noise=0.002)
+    eta[200:260, :2] = eta[200, :2]
+    record = make_recording("stuck", stamps, eta, COMMANDS)
+    assert kinds(record) >= {FaultKind.FROZEN}
+    assert not record.valid[201:260].any()
+    assert record.valid[200]
+    stamps, eta = poses(n=1200, rate=60.0)
+    eta[:, :2] = np.round(eta[:, :2], 2)
+    assert FaultKind.FROZEN not in kinds(make_recording("rounded", stamps, eta, COMMANDS))
+
+
 def test_a_boat_at_rest_is_not_frozen():
     stamps, eta = poses()
     eta[:150] = eta[150]

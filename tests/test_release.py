@@ -58,6 +58,17 @@ def test_a_missing_pymavlink_is_named_with_its_extra(tmp_path, monkeypatch):
         seatrial.read(path, seatrial.load_vehicle(ROOT / "data" / "cse1" / "vehicle.yaml"))
 
 
+def test_a_live_source_without_pymavlink_names_its_extra(monkeypatch):
+    from seatrial.io.formats import mavlink
+    from seatrial.poolside.sources.telemetry import FrameStream
+
+    mavlink.messages.cache_clear()
+    for missing in ("pymavlink.dialects.v20", "fastcrc", "fastcrc.crc16"):
+        monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(SeatrialError, match=r"pip install 'seatrial\[ardupilot\]'"):
+        FrameStream()
+
+
 def test_the_recipe_needs_what_the_package_needs():
     stated = re.search(r"(?ms)^dependencies = \[(.*?)\]", PROJECT)
     needed = {n.lower() for n in re.findall(r'"([^"]+)"', stated[1])}

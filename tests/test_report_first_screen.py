@@ -202,6 +202,9 @@ def test_a_current_has_a_size_and_a_bearing(in_a_current):
     ("axes", "pose", "said"),
     [
         ("forward-left-up", {"x": "east", "y": "north"}, "37 deg (north-east)"),
+        ("forward-left-up", {"x": "pos_e", "y": "pos_n"}, "37 deg (north-east)"),
+        ("forward-right-down", {"x": "UTM north", "y": "UTM east"}, "307 deg (north-west)"),
+        ("forward-left-up", {"x": "pose", "y": "other"}, "53 deg from x towards y"),
         ("forward-left-up", {}, "53 deg from x towards y"),
         ("forward-right-down", {}, "-53 deg from x towards y"),
     ],

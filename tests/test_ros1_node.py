@@ -219,7 +219,10 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
         (("__name:=a",), "parameter model is empty"),
         (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
         (("__name:=c", "_model:={model}", "_rate:=900"), "rate is 900"),
-        (("__name:=d", "_model:={model}", "_window:=text"), "window is of another type"),
+        (
+            ("__name:=d", "_model:={model}", "_window:=text"),
+            "window is of another type; expected a number: how late",
+        ),
         (
             ("__name:=e", "_model:={model}", "_pose_topic:=odom"),
             "/odom is what this node publishes",
@@ -339,7 +342,9 @@ def test_a_live_session_hears_the_node(ros, played, known, trial, tmp_path):
     assert str(out / "recording") in complained
     vehicle = seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
     kept = seatrial.read(out / "recording", vehicle)
-    sent = {s + BAG_EPOCH: row for s, row in zip(trial.pose_stamps.tolist(), trial.pose, strict=True)}
+    sent = {
+        s + BAG_EPOCH: row for s, row in zip(trial.pose_stamps.tolist(), trial.pose, strict=True)
+    }
     assert set(kept.stamps.tolist()) <= set(sent)
     assert len(kept.stamps) > 0.9 * len(sent)
     of_bag = np.array([sent[stamp] for stamp in kept.stamps.tolist()])

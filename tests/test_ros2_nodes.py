@@ -3,7 +3,9 @@
 
 import shutil
 import signal
+import subprocess
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -206,3 +208,12 @@ def test_the_package_configures_alone_as_bloom_exports_it(ros, tmp_path):
     flags = (tmp_path / "build/common/CMakeFiles/seatrial_nodes.dir/flags.make").read_text()
     assert f"{core}/include" in flags
     assert str(ROOT / "core") not in flags
+
+
+def test_launch_files_find_what_they_share(ros, tmp_path):
+    """As Python finds it after `source install/setup.bash`; that Jazzy has no `launch` to run them with."""
+    line = "import importlib.util as u; print(u.find_spec('seatrial_odometry.node_launch').origin)"
+    done = subprocess.run(
+        ["python3", "-c", line], env=ros.environment, cwd=tmp_path, capture_output=True, text=True, check=True
+    )  # fmt: skip
+    assert Path(done.stdout.strip()).is_relative_to(WORKSPACE / "install")

@@ -198,7 +198,11 @@ def test_frames_and_window_are_arguments(node):
     }[node]  # fmt: skip
     for path in (f"ros1/launch/{node}.launch", f"ros2/launch/{node}.launch.py"):
         text = (ROOT / "ros" / path).read_text()
-        assert all(f'"{name}"' in text for name in (*wanted, "params"))
+        assert all(f'"{name}"' in text for name in wanted)
+    shared = (ROOT / "ros/ros2/seatrial_odometry/node_launch.py").read_text()
+    assert (
+        '"params"' in shared and '"params"' in (ROOT / f"ros/ros1/launch/{node}.launch").read_text()
+    )
 
 
 class Recorded:

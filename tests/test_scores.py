@@ -29,7 +29,7 @@ def model(mp):
 
 @pytest.fixture(scope="module")
 def drives(paper_mp):
-    return [paper_mp["S4"].recording, paper_mp["S7"].recording]
+    return [paper_mp["S4"].recording.cut(0.0, 100.0), paper_mp["S7"].recording.cut(0.0, 100.0)]
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +149,7 @@ def test_scores_of_the_first_version_are_read(stencil_scores, tmp_path):
 
 
 def test_the_command_takes_the_file(pool, tmp_path, capsys):
-    model, drive = str(pool / "model.yaml"), str(pool / "S7-AF")
+    model, drive = str(pool / "model.yaml"), str(pool / "S4-AF")
     scores, page = tmp_path / "scores.json", tmp_path / "report.html"
     assert main(["validate", model, drive, "--json", str(scores), "-q"]) == 0
     assert main(["report", model, drive, "--scores", str(scores), "-o", str(page), "-q"]) == 0

@@ -10,6 +10,7 @@ from steered_boat import driven, known, outboard
 
 import seatrial
 from seatrial import _core
+from seatrial.commands.cli import main
 from seatrial.control import (
     Eight,
     Reference,
@@ -24,13 +25,13 @@ from seatrial.control import (
     save_gains,
     tune,
 )
+from seatrial.control.allocation.steered import steering_of
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT
-from seatrial.control.tuning.steered import steering_of
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import ControlError
 
-RATE = 50.0  # [Hz]
+RATE = 20.0  # [Hz] of the controller
 BLIND = Sensors(pose=None, imu=None, lidar=None)
 STILL = np.zeros(3)
 PLAIN = OutputErrorSettings(select_stages=False)
@@ -52,6 +53,16 @@ def found():
     """The outboard's model, identified from four minutes of noisy poses."""
     open_ = dict.fromkeys(("offset_deg", "rate_deg", "dead_zone", "angle_deg"), "estimate")
     return output_error([driven(known(), 5)], outboard(open_), settings=PLAIN)
+
+
+@pytest.fixture(scope="module")
+def tuning(found):
+    return tune(found, 1.5, rate=RATE, draws=20)
+
+
+@pytest.fixture
+def controller(tuning):
+    return TrackingController(tuning)
 
 
 def accelerations(model, nu, values):
@@ -86,7 +97,7 @@ def test_commands_give_the_accelerations_that_were_asked(changed):
             given += 1
         elif wanted[0] > 0.0 and np.abs(values).max() < 1.0 - 1e-6:
             assert reached[1] == pytest.approx(wanted[1], abs=1e-6)  # yaw first
-    assert given > 80
+    assert given > 30
 
 
 def test_ahead_thrust_rises_to_what_yaw_needs():
@@ -116,8 +127,7 @@ def test_the_angle_moves_no_faster_than_its_gear():
     assert rates[-1] == pytest.approx(0.0, abs=1e-9)
 
 
-def test_gains_of_an_outboard_bear_their_draws(found, tmp_path):
-    tuning = tune(found, 1.5, draws=20)
+def test_gains_of_an_outboard_bear_their_draws(found, tuning, tmp_path):
     assert tuning.boat.driven == (0, 2)
     assert tuning.worst.stable
     assert (tuning.worst.sensitivity <= SENSITIVITY_LIMIT).all()
@@ -144,6 +154,12 @@ def along(speed):
     return lambda t: Reference([speed * t, 0.0, 0.0], [speed, 0.0, 0.0], STILL)
 
 
+def straight(speed, controller):
+    """The same for `follow`."""
+    go, lead = along(speed), controller.gains.lead
+    return lambda t, _: (go(t), go(t + lead))
+
+
 def follow(plant, controller, reference, seconds, *, current=(0.0, 0.0), start=STILL):
     """States (n, 6) at every call, by the true motion. reference: of time and pose, with its later one."""
     sea = Simulator(plant, sensors=BLIND, current=current, start=start, radius=0.0)
@@ -167,60 +183,77 @@ def waiting(course, controller):
 def across(states, course):
     """Distance [m] of each state from the course's nearest point."""
     path = np.array([course.at(t).eta[:2] for t in np.linspace(0.0, course.duration, 4000)])
-    return np.array([np.hypot(*(path - s[:2]).T).min() for s in states[:: round(RATE / 5)]])
+    return np.array([np.hypot(*(path - s[:2]).T).min() for s in states[:: round(RATE / 4)]])
 
 
-@pytest.mark.parametrize("current", [(0.0, 0.0), (0.05, 0.08)], ids=["still", "current"])
 @pytest.mark.parametrize(
-    "shape", [rounded_square(24.0, 6.0), lawn_mower(30.0, 18.0, 3, 5.0)],
+    ("shape", "current"),
+    [(rounded_square(24.0, 6.0), (0.0, 0.0)), (lawn_mower(30.0, 18.0, 3, 5.0), (0.05, 0.08))],
     ids=["square", "lawn-mower"],
-)  # fmt: skip
-def test_an_identified_outboard_follows_a_course(found, shape, current):
+)
+def test_an_identified_outboard_follows_a_course(found, controller, shape, current):
+    """Bends near the tightest that the thrust at 0.6 m/s allows; the current is unknown at first."""
     course = at_speed(shape, 0.6, 6.0)
-    controller = TrackingController(tune(found, 1.5, draws=20))
     states = follow(
-        known(), controller, waiting(course, controller), 1.2 * course.duration, current=current,
+        known(), controller, waiting(course, controller), course.duration, current=current,
         start=course.at(0.0).eta,
     )  # fmt: skip
     off = across(states, course)
-    assert np.sqrt(np.mean(off**2)) < 0.15
-    assert off.max() < 0.5
-    assert np.hypot(*(states[-1, :2] - course.at(course.duration).eta[:2])) < 2.0
+    assert np.sqrt(np.mean(off**2)) < 0.45
+    assert off.max() < 1.0
+    assert np.hypot(*(states[-1, :2] - course.at(course.duration).eta[:2])) < 1.0
 
 
 def test_a_rudder_in_the_flow_keeps_its_gain_over_speed():
-    """The same heading loop at 0.4 and 1 m/s, though the rudder has six times the moment."""
+    """The same heading loop at 0.5 and 1 m/s, though the rudder has four times the moment."""
     plant = known(**RUDDER)
     model = dataclasses.replace(plant, covariance=np.zeros_like(plant.covariance))
-    controller = TrackingController(tune(model, 2.0))
+    controller = TrackingController(tune(model, 2.0, rate=RATE))
     for speed in (0.5, 1.0):
         controller.forget()
-        go = along(speed)
-        lead = controller.gains.lead
-        states = follow(
-            plant, controller, lambda t, _: (go(t), go(t + lead)), 60.0, start=[0.0, 0.5, 0.1]
-        )
+        states = follow(plant, controller, straight(speed, controller), 60.0, start=[0.0, 0.5, 0.1])
         late = states[len(states) // 2 :]
-        assert np.abs(late[:, 1]).max() < 0.06
+        assert np.abs(late[:, 1]).max() < 0.12
         assert np.abs(states[:, 1]).max() < 0.9
 
 
-def test_it_keeps_station_as_far_as_it_can(found):
-    controller = TrackingController(tune(found, 1.5, draws=20))
+def test_it_keeps_station_as_far_as_it_can(controller):
     goal = Reference.still(STILL)
     states = follow(
         known(), controller, lambda t, _: (goal, goal), 240.0, current=(0.0, 0.1),
         start=[6.0, 4.0, 1.0],
     )  # fmt: skip
-    away = np.hypot(*states[-3000:, :2].T)
+    away = np.hypot(*states[len(states) // 2 :, :2].T)
     assert away.max() < 2.0 * controller.gains.guidance.radius
 
 
 def test_a_course_is_fitted_to_what_the_angle_can(found):
-    slow = fitted(Eight(30.0, 12.0), found)
-    assert 0.2 < slow.shape.at(0.0)[1, 0] * 2.0 * np.pi / slow.duration < 1.3 or slow.duration > 30.0
+    shape = rounded_square(60.0, 14.0)
+    quick = fitted(shape, found)
+    assert 0.3 < shape.length / quick.duration < 1.2  # [m/s] its top speed is 1.28
     with pytest.raises(ControlError, match="can't follow this course"):
-        fitted(Eight(1.0, 0.4), found)
+        fitted(Eight(1.0, 0.4), found)  # it stops in a bend, without thrust
+
+
+def test_the_command_shows_what_thrust_and_angle_can_do(found, tmp_path, capsys):
+    path = tmp_path / "model.yaml"
+    seatrial.save(found, path)
+    assert main(["allocate", str(path)]) == 0
+    text = capsys.readouterr().out
+    rows = [
+        line.split() for line in text.splitlines() if line.startswith("  ") and line[2].isdigit()
+    ]
+    assert len(rows) == 3
+    # at rest the thrust is none, and so is the yaw; by the forces that the vehicle has: 0.6 f sin(35 - 4 deg)
+    right, left = (float(word.strip(",")) for word in rows[0][3:5])
+    assert [right, left] == pytest.approx(
+        [-1.6 * 0.6 * np.sin(np.radians(31)), 1.6 * 0.6 * np.sin(np.radians(39))], rel=0.03
+    )
+    assert [abs(float(word.strip(","))) for word in rows[0][5:]] == pytest.approx(
+        [0.0, 0.0], abs=1e-9
+    )
+    assert main(["allocate", str(path), "--wrench", "0.1", "0", "0"]) == 1
+    assert "have one allocation" in capsys.readouterr().err
 
 
 def test_what_is_no_single_steered_thruster_is_refused_in_one_line():
@@ -242,8 +275,7 @@ def test_what_is_no_single_steered_thruster_is_refused_in_one_line():
         tune(back)
 
 
-def test_limits_are_named(found):
-    controller = TrackingController(tune(found, 1.5, draws=5))
+def test_limits_are_named(controller):
     values = controller.command(0.0, [-5.0, 0.0, 0.6], STILL, along(1.5)(0.0))
     assert controller.outcome is Tracked.LIMITED
     assert np.abs(values).max() <= 1.0

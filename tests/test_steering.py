@@ -13,7 +13,8 @@ from seatrial.boat.model import load, save
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.export import export
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.util.errors import AllocationError, ControlError, ExportError, SeatrialError
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.util.errors import AllocationError, ExportError, SeatrialError
 
 OPEN = {
     "offset_deg": "estimate", "rate_deg": "estimate", "dead_zone": "estimate", "angle_deg": "estimate",
@@ -162,7 +163,7 @@ def test_the_live_simulator_turns_the_boat_as_the_model_does():
         ({"of": [["motor", "helm"], ["helm", "motor"]]}, "named twice; one angle turns one thrust"),
         ({"of": [["motor", "rudder"]]}, "names 'rudder'; the actuators are motor, helm"),
         ({"angle_deg": 0}, "angle_deg"),
-        ({"angle_deg": "sought"}, "sought"),
+        ({"angle_deg": "sought"}, "got 'sought'; expected a number, or estimate"),
         ({"rate_deg": -3}, "rate_deg"),
         ({"dead_zone": 1.0}, "dead_zone"),
         ({"rate": 3}, "rate"),
@@ -172,6 +173,17 @@ def test_a_steered_entry_that_is_none_is_one_clear_line(entry, words):
     with pytest.raises(SeatrialError, match=words) as caught:
         outboard(entry)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_a_swapped_pair_is_named_with_its_edit(swapped):
+    """By the surge gains of the recording: a thrust ahead has one, the cosine of an angle has none."""
+    pair = ["helm", "motor"] if swapped else ["motor", "helm"]
+    found = check_consistency([driven(known(), 5)], outboard({"of": [pair]})).findings
+    assert len(found) == swapped
+    if swapped:
+        assert "motor, the angle, moves surge forward" in found[0].text
+        assert found[0].text.endswith("; set of: [[motor, helm]]")
 
 
 def test_a_deflection_of_what_is_no_angle_is_one_clear_line():
@@ -187,12 +199,11 @@ def test_exports_refuse_an_angle_in_one_line(tmp_path, to):
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    ("design", "error"), [(seatrial.tune, ControlError), (seatrial.Allocator, AllocationError)]
-)
-def test_control_design_refuses_an_angle_in_one_line(design, error):
-    with pytest.raises(error, match=r"helm is an angle .*takes thrusters in fixed directions"):
-        design(known())
+def test_schemes_for_fixed_thrusters_refuse_an_angle_in_one_line():
+    with pytest.raises(
+        AllocationError, match=r"helm is an angle .*takes thrusters in fixed directions"
+    ):
+        seatrial.Allocator(known())
 
 
 def test_the_example_of_the_documentation_is_a_vehicle():

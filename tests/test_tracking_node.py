@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import make_model
 from cpp_tools import built
+from steered_boat import known
 from survey_boat import LAG, LATENCY, TRUTH, boat
 from tune_tools import mallard
 
@@ -55,7 +56,19 @@ def survey(dead_zone=0.0):
     return dataclasses.replace(model, covariance=np.zeros_like(model.covariance))
 
 
+def outboard():
+    """One thrust and its angle, the same way."""
+    own = known()
+    content = own.vehicle.to_mapping()
+    content["pose"] = survey().vehicle.to_mapping()["pose"]
+    fields = {"motor": "axes[0]", "helm": "axes[1]"}
+    content["commands"] = {"topic": "/joy", "inputs": {n: {"field": f} for n, f in fields.items()}}
+    found = make_model(seatrial.boat.vehicle.vehicle_from(content, "outboard"), own.values)
+    return dataclasses.replace(found, covariance=np.zeros_like(found.covariance))
+
+
 CASES = {
+    "a thrust and its angle": lambda: tune(outboard(), 1.5),
     "two thrusters": lambda: tune(survey(), 1.0),
     "two thrusters by an allocator": lambda: tune(survey(0.08), 1.0, allocation="auto"),
     "three axes": lambda: tune(mallard(spread=0.0), 1.0),

@@ -45,7 +45,7 @@ def test_a_perfect_models_score_is_the_noise_floor(af, preset):
     plan = load_plan(preset)
     pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
     plan = msgspec.structs.replace(
-        plan, pose=pose, trials={"S7": plan.trials["S7"]},
+        plan, pose=pose, trials={"S7": msgspec.structs.replace(plan.trials["S7"], duration=200.0)},
         joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
     )  # fmt: skip
     (trial,) = simulate(plan, af)
@@ -58,7 +58,7 @@ def test_a_perfect_models_score_is_the_noise_floor(af, preset):
 
 def test_scores_are_what_their_names_say(clean_mp, mp):
     model = make_model(mp, TABLE_II["MP"])
-    record = clean_mp["S7"].recording
+    record = clean_mp["S7"].recording.cut(0.0, 100.0)
     got = predict(model, record, 1.0)
     assert got.steps == 15
     moving = motion(record)
@@ -86,7 +86,8 @@ def test_excess_and_floor_add_up_to_the_score(paper_af, af):
 
 def test_table_threes_pairing_is_found_from_the_excitation(clean_af, af):
     model = make_model(af, TABLE_II["AF"])
-    rows = validate(model, [clean_af[s].recording for s in ("S4", "S5", "S6", "S7")])
+    parts = [clean_af[s].recording.cut(0.0, 60.0) for s in ("S4", "S5", "S6")]
+    rows = validate(model, [*parts, clean_af["S7"].recording])
     assert [r.excited for r in rows.recordings] == ["surge", "sway", "yaw", None]
     text = scores_text(rows)
     marked = [line.split()[-9] for line in text.splitlines() if "/s " in line and "* " in line]

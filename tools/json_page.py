@@ -136,8 +136,8 @@ def short() -> str:
     text = f"Kinds, in the order of `seatrial --help`: {', '.join(kinds)}."
     listed = [line.replace("~", " ") for line in textwrap.wrap(text, 120)]
     note = (
-        "Fields of one command, with type, unit and meaning: `python tools/json_page.py validate`. `make docs` writes\n"
-        "those of all commands into this page of the site.\n"
+        "Fields of one command, with type, unit and meaning: `python tools/json_page.py validate`. `make docs`\n"
+        "writes those of all commands into this page of the site.\n"
     )
     return "\n".join([HEAD, note, *listed]) + "\n"
 

@@ -103,7 +103,12 @@ def names() -> list[str]:
     rows = [f"- `{action.dest}`: {action.help}" for action in chosen._choices_actions]
     library = ", ".join(f"`{name}`" for name in seatrial.__all__)
     text = f"`import seatrial`, then `help(seatrial.NAME)`: {library}."
-    lines = ["## Commands", "", "`seatrial COMMAND --help` lists the options and shows examples.", ""]
+    lines = [
+        "## Commands",
+        "",
+        "`seatrial COMMAND --help` lists the options and shows examples.",
+        "",
+    ]
     lines += [*rows, "", "## Library", ""]
     return [*lines, *textwrap.wrap(text, 120, break_on_hyphens=False)]
 

@@ -43,7 +43,8 @@ def refill(path: Path, made: Mapping[str, str]) -> None:
         if mark["words"]:
             _write_csv(csv_of(path, mark["name"]), text)
             text = some_rows(text, mark["words"].split("; "))
-        return f"{mark['begin']}\n{text}\n\n{mark['end']}"
+        shown = f"{text}\n\n" if text else ""
+        return f"{mark['begin']}\n{shown}{mark['end']}"
 
     path.write_text(MARK.sub(block, path.read_text()))
 

@@ -253,10 +253,60 @@ class Allocator:
 
     def reach(self, direction: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], most: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-class Tracker:
-    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool, allocator: Allocator | None, guidance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None:
+class Steering:
+    def __init__(self, boat: Boat, chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], limit: float = 1.0) -> None:
+        """One thruster with an angle; limit: of both commands."""
+
+    @property
+    def fault(self) -> int: ...
+
+    @property
+    def thrust(self) -> int:
+        """Its input."""
+
+    @property
+    def angle(self) -> int:
+        """Its input."""
+
+    @property
+    def trim(self) -> float:
+        """[rad] angle at no command."""
+
+    @property
+    def full_angle(self) -> float:
+        """[rad] from the trim at full command."""
+
+    @property
+    def angle_rate(self) -> float:
+        """[rad/s]; 0: no limit."""
+
+    @property
+    def thrusts(self) -> tuple[float, float]: ...
+
+    @property
+    def sines(self) -> tuple[float, float]: ...
+
+    def authority(self, speed: float) -> tuple[float, float, float]:
         """
-        allocator: for inputs that are the thrusters; without it the boat's own allocation. guidance: time, radius, slowest, fastest, approach; a time of 0: none.
+        Surge and yaw acceleration by full commands at a speed ahead [m/s], and 1, or -1 where a positive command turns the bow to starboard.
+        """
+
+    def effect(self, nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """
+        along, turn, across, flow, sway_across, sway_flow (6,): accelerations at a motion.
+        """
+
+    def command(self, surge: float, yaw: float, nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], dt: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], bool]:
+        """
+        Commands (2,) for accelerations, dt [s] after the last; whether they give what was asked.
+        """
+
+    def forget(self) -> None: ...
+
+class Tracker:
+    def __init__(self, boat: Boat, chain: Chain, gains: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], mix: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], limit: float, feed_forward: bool, allocator: Allocator | None, guidance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], steering: Steering | None = None) -> None:
+        """
+        allocator: for inputs that are the thrusters; without it the boat's own allocation. guidance: time, radius, slowest, fastest, approach; a time of 0: none. steering: for one thruster with an angle.
         """
 
     def command(self, inputs: int, dt: float, eta: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], now: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], ahead: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], int]:

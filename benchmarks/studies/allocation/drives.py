@@ -79,5 +79,12 @@ def _driven(found: AllocationComparison, names: list[str]) -> str:
                     name, row.name, f"{d.crossing:.1f}", f"{100 * d.error_share:.1f}",
                     f"{100 * d.limited:.1f}", f"{d.power:.2f}",
                 ])  # fmt: skip
-    head = ["drive", "scheme", "crossings a minute", "wrench error, %", "limited, % of the time", "power"]
+    head = [
+        "drive",
+        "scheme",
+        "crossings a minute",
+        "wrench error, %",
+        "limited, % of the time",
+        "power",
+    ]
     return table(head, rows, text=2)

@@ -30,6 +30,7 @@ class Change:
     causes: tuple[str, ...]
     size: float  # [-]
     what: str
+    further: bool = False  # of fewer seeds
 
 
 def heavier(plan: PlanFile, shift: float = 0.0) -> PlanFile:
@@ -69,7 +70,7 @@ CHANGES = {
     ),
     "one thruster of four at 60 %": Change(damaged, (ONE_THRUSTER,), WEAK - 1.0, WEAK_THRUSTER),
     "thrust of all at 85 %": Change(
-        lambda plan: weaker(plan, LOW), (BATTERY,), LOW - 1.0, "thrust"
+        lambda plan: weaker(plan, LOW), (BATTERY,), LOW - 1.0, "thrust", further=True
     ),
 }
 

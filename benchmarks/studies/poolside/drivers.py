@@ -102,6 +102,7 @@ class Guided(Driver):
         self.coverage = Coverage(water.vehicle)
         self.model: Model | None = None
         self.needs: list[Need] = []
+        self.trust = 1.0
         self.now: ManoeuvreState | None = None
         self.begun = 0.0
         self.sizes = np.ones(0)
@@ -116,7 +117,8 @@ class Guided(Driver):
     def drive(self, t: float, x: Array) -> Array:
         """As of `Driver`."""
         if self.now is None or t >= self.begun + self.now.seconds:
-            found = self.advisor.advise(self.model, x, self.needs, driven=self.coverage.driven)
+            driven, trust = self.coverage.driven, self.trust
+            found = self.advisor.advise(self.model, x, self.needs, driven=driven, trust=trust)
             self.now, self.begun = found[0], t + REACTION
             rows = len(self.now.commands)
             self.sizes = 1.0 + STICK_ERROR * self.rng.normal(

@@ -49,8 +49,8 @@ class Drive:
         self.enough = np.inf
         self.advice: list[float] = []
 
-    def run(self, longest: float, goal: dict[str, float]) -> Outcome:
-        """Until the verdict and the goal's half-widths are reached, `longest` [s] at most."""
+    def run(self, longest: float, goal: dict[str, float], *, verdict: bool = False) -> Outcome:
+        """Until the verdict and the goal's half-widths are reached, `longest` [s] at most; `verdict`: it alone."""
         water, ticks, at_wall, same = self.water, round(longest / self.water.tick), 0, np.inf
         latest = -np.inf
         for tick in range(ticks):
@@ -66,7 +66,7 @@ class Drive:
             self._new(t)
             if not np.isfinite(same) and goal and reached(self.model, goal):
                 same = t
-            if np.isfinite(self.enough) and np.isfinite(same):
+            if np.isfinite(self.enough) and (verdict or np.isfinite(same)):
                 break
         assert self.model is not None
         checked = self.at_verdict or self.model
@@ -94,11 +94,12 @@ class Drive:
         self.model = self.estimator.model()
         assert self.model is not None
         self.ahead.reload(self.model)
-        self.verdict.update(t, self.model, self.ahead.states())
+        self.verdict.update(t, self.model, self.ahead.states(), whole=self.estimator.whole)
         if self.verdict.enough and not np.isfinite(self.enough):
             self.enough, self.at_verdict = t, self.model
         if isinstance(self.driver, Guided):
             self.driver.model, self.driver.needs = self.model, self.verdict.needs
+            self.driver.trust = self.estimator.trust
 
 
 def widths(model: Model) -> dict[str, float]:

@@ -32,9 +32,11 @@ template <class Given>
 Given read_settings(const ::ros::NodeHandle& own) {
   Given settings;
   each_parameter(settings, [&own](const Parameter& p, auto& value) {
+    using Value = std::decay_t<decltype(value)>;
     if (own.hasParam(p.name) && !own.getParam(p.name, value)) {
       throw std::runtime_error("parameter " + std::string(p.name) +
-                               " is of another type; expected: " + p.description);
+                               " is of another type; expected " + kind_of<Value>() + ": " +
+                               p.description);
     }
   });
   return settings;

@@ -34,11 +34,9 @@ Value converted(const Parameter& p, const rclcpp::ParameterValue& given) {
   }
   const rclcpp::ParameterValue own{Value()};
   if (given.get_type() != own.get_type()) {
-    const char* expected = number ? "a number" : (list ? "a list of numbers" : nullptr);
-    if (expected == nullptr) expected = std::is_same_v<Value, bool> ? "true or false" : "a string";
     throw std::runtime_error("parameter " + std::string(p.name) + " is of type " +
-                             rclcpp::to_string(given.get_type()) + "; expected " + expected + ": " +
-                             p.description);
+                             rclcpp::to_string(given.get_type()) + "; expected " +
+                             kind_of<Value>() + ": " + p.description);
   }
   return given.get<Value>();
 }

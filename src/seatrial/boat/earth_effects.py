@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Current and wind of a recording as size and direction, in the words of the recording's own frame."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import atan2, degrees, hypot
 
-from seatrial.boat.schema import Column, PoseSource, RecordingEntry
+from seatrial.boat.schema import PoseSource, RecordingEntry
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.util.frames import Axes
 
@@ -13,7 +14,10 @@ UNITS = {"current": "m/s", "wind": "m/s^2"}  # of effects in earth axes, by kind
 POINTS = (
     "north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west",
 )  # fmt: skip
-FIRST_AXES = {Axes.FLU: "east", Axes.FRD: "north"}  # x of a position that is east and north
+FIRST_AXES = {  # words in the name of x, where the position is east and north
+    Axes.FLU: frozenset(("e", "east", "easting", "rechtswert", "ost")),
+    Axes.FRD: frozenset(("n", "north", "northing", "hochwert", "nord")),
+}
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,6 @@ def direction(vehicle: Vehicle, x: float, y: float) -> str:
 
 def _knows_north(pose: PoseSource, axes: Axes) -> bool:
     """Whether positions are latitude and longitude, or columns named east and north."""
-    x: Column = as_column(pose.x)
-    names = ((x.column or "").lower(), (x.field or "").lower())
-    return pose.latitude is not None or any(n.startswith(FIRST_AXES[axes]) for n in names)
+    x = as_column(pose.x)
+    words = re.findall(r"[a-z]+", f"{x.column} {x.field}".lower())
+    return pose.latitude is not None or not FIRST_AXES[axes].isdisjoint(words)

@@ -3,6 +3,7 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
     add_exports,
@@ -16,6 +17,10 @@ from seatrial.commands.shared import (
 from seatrial.control.allocation import PRIORITY, AllocatorScheme
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
+
+if TYPE_CHECKING:
+    from seatrial.boat.model import Model
+    from seatrial.boat.vehicle import Vehicle
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -66,6 +71,10 @@ def run(args: argparse.Namespace) -> None:
         raise FileError("--figures and --tables belong to the HTML file: say where with -o")
     check_png(args)
     boat, vehicle = load_boat(args.boat, args.vehicle)
+    if steered := _steered(args, boat):
+        say(steered)
+        say(after_allocate().text)
+        return
     with stage("reading", 0.3):
         recordings = read_all(args, vehicle)
     with stage("allocating", None if args.out is None else 0.5):
@@ -86,3 +95,21 @@ def run(args: argparse.Namespace) -> None:
         say(f"wrote {args.out}")
     if args.wrench is None:
         say(after_allocate().text)
+
+
+def _steered(args: argparse.Namespace, boat: "Model | Vehicle") -> str | None:
+    """The authority of a model's thrust and angle; None: it has no angle. Raises SeatrialError."""
+    from seatrial.boat.model import Model
+    from seatrial.control.allocation.steered import steered_text, steering_of
+    from seatrial.control.tuning.linear import steady_motions
+    from seatrial.util.errors import AllocationError
+
+    steering = steering_of(boat) if isinstance(boat, Model) else None
+    if steering is None or not isinstance(boat, Model):
+        return None
+    if args.wrench or args.out or args.json or args.recordings:
+        raise AllocationError(
+            f"{args.boat}: has a thrust and its angle, which have one allocation; recordings, --wrench, "
+            "--json and -o compare schemes of thrusters in fixed directions: leave them out"
+        )
+    return steered_text(boat, steering, float(steady_motions(boat)[:, 0].max()))

@@ -123,12 +123,13 @@ def _saved(args: argparse.Namespace, session: "Session", folder: Path) -> None:
     from seatrial.util.errors import LiveError
 
     state = session.state()
+    paths = dict(state.saved)
     for what, path in state.saved:
         say(f"{what:9} {path}")
     for one in state.signals:
-        if one.edit:
-            complain(f"{one.name}: {one.finding}; change the vehicle file: {one.edit}")
-    paths = dict(state.saved)
+        mend = f"; change the vehicle file: {one.edit}" if one.edit else ""
+        if mend or (one.level == "error" and "model" in paths):
+            complain(f"{one.name}: {one.finding}{mend}")
     if state.message and "model" in paths:
         complain(state.message)
     step = _next(args, paths)

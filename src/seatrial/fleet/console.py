@@ -6,7 +6,7 @@ from seatrial.util.format import shortened, table
 from seatrial.util.frames import SYMBOLS
 
 MOST_NAMED = 3  # parameters in one line
-LONGEST_LINE = 100  # [characters] of the last column
+LONGEST_REASON = 200  # [characters], unless all is shown
 NOT_COMPARED, AS_ITS_KIND = "not compared", "as its kind"
 
 
@@ -68,20 +68,26 @@ def change_words(boat: FleetBoat) -> str:
 
 
 def fleet_text(found: FleetResult, *, verbose: bool = False) -> str:
-    """The table of all boats for the terminal, and the headline. `verbose`: reasons in full."""
-    head = ["boat", "kind", "read", *SYMBOLS, "verdict", "why"]
-    rows = [_row(boat, verbose=verbose) for boat in found.boats]
-    return f"{table(head, rows, spare=(1, 7, 2))}\n{headline(found)}"
+    """The table of all boats for the terminal, reasons below it, and the headline. `verbose`: all, in full."""
+    head = ["boat", "kind", "read", *SYMBOLS, "verdict"]
+    rows = [_row(boat) for boat in found.boats]
+    reasons = [
+        f"{boat.result.name}: {_cut(why, verbose=verbose)}"
+        for boat in found.boats if (why := first_line(boat)) and (verbose or asks(boat))
+    ]  # fmt: skip
+    return "\n".join([table(head, rows, spare=(1, 2)), *reasons, headline(found)])
 
 
-def _row(boat: FleetBoat, *, verbose: bool) -> list[str]:
+def _row(boat: FleetBoat) -> list[str]:
     own = boat.result
     read = sum(r.error is None for r in own.recordings)
     ratios = [own.ratios.get(symbol) for symbol in SYMBOLS]
-    why = first_line(boat)
-    if not verbose and len(why) > LONGEST_LINE:
-        why = f"{why[:LONGEST_LINE]}..."
     return [
         own.name, own.kind, f"{read}/{len(own.recordings)}",
-        *("-" if ratio is None else f"{ratio:.2g}" for ratio in ratios), verdict_of(boat), why,
+        *("-" if ratio is None else f"{ratio:.2g}" for ratio in ratios), verdict_of(boat),
     ]  # fmt: skip
+
+
+def _cut(why: str, *, verbose: bool) -> str:
+    """A reason, short unless `verbose`."""
+    return why if verbose or len(why) <= LONGEST_REASON else f"{why[:LONGEST_REASON]}..."

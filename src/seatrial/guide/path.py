@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """`auto`: vehicle file, inspection, model, validation on what was held out, report."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from seatrial.boat.findings import Finding
@@ -15,22 +15,22 @@ from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.evaluation.validation import scores_of, validate
 from seatrial.guide.answers import (
     AT_ORIGIN,
-    LAST_QUARTER,
     assumptions,
     choices_of,
     effect_answered,
     proposed,
-    test_of,
 )
+from seatrial.guide.held_out import HELD_OUT_SUFFIX, hold_out, place_of
 from seatrial.guide.steps import Steps, digest_of
+from seatrial.guide.task import Say, Task
 from seatrial.identification.guided import identify_guided
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io import read
 from seatrial.io.reader import recording_name
-from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
+from seatrial.recording.undriven import undriven_motion
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
 from seatrial.report.model_report import write_evidence
@@ -40,11 +40,6 @@ from seatrial.util.format import joined
 from seatrial.util.progress import over, stage
 from seatrial.util.questions import Questions
 from seatrial.workflow.next_step import NextStep, asked_for, command
-
-HELD_OUT_SHARE = 0.25  # of each recording, its last part, where no recording is chosen for the test
-HELD_OUT_SUFFIX = "-held-out"  # of the name of such a part
-
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -62,23 +57,6 @@ class Guide:
     def report(self) -> Path:
         """The page."""
         return self.folder / "report.html"
-
-
-@dataclass
-class _Path:
-    """Inputs, and what is found on the way."""
-
-    logs: tuple[Path, ...]
-    folder: Path
-    ask: Questions | None
-    say: Say
-    salvage: bool
-    steps: Steps
-    effects: tuple[str, ...] = ()  # estimated from the beginning
-    assumed: list[str] = field(default_factory=list)
-
-    def file(self, name: str) -> Path:
-        return self.folder / name
 
 
 def auto(
@@ -105,8 +83,8 @@ def auto(
     if Path(folder).is_file():
         raise FileError(f"{folder}: is a file; give a folder to write to")
     if test is not None:
-        _place_of(str(test), paths)
-    here = _Path(paths, Path(folder), ask, say, salvage, Steps(Path(folder)), tuple(effects))
+        place_of(str(test), paths)
+    here = Task(paths, Path(folder), ask, say, salvage, Steps(Path(folder)), tuple(effects))
     # 1. the vehicle file: proposed once, then the user's
     with stage("vehicle file", 0.1):
         proposed_now = _vehicle_file(here, choices or Choices())
@@ -116,8 +94,9 @@ def auto(
         recordings = [read(path, vehicle, salvage=salvage) for path in over(here.logs)]
     with stage("inspecting", 0.05):
         inspection = _inspect(here, recordings, vehicle)
+        recordings = [_while_driven(here, recording) for recording in recordings]
     # 3. the model, from all but what is held out
-    training, held_out = _held_out(here, recordings, vehicle, test)
+    training, held_out = hold_out(here, recordings, vehicle, test)
     made_from = digest_of(
         [source.sha256 for r in recordings for source in r.sources],
         here.file("vehicle.yaml").read_text("utf-8"),
@@ -137,7 +116,7 @@ def auto(
 
 
 @contextmanager
-def _of_this_boat(here: _Path, *, proposed_now: bool) -> Iterator[None]:
+def _of_this_boat(here: Task, *, proposed_now: bool) -> Iterator[None]:
     """Refuses logs that a vehicle file that was there does not describe: the folder may be another boat's."""
     try:
         yield
@@ -151,7 +130,7 @@ def _of_this_boat(here: _Path, *, proposed_now: bool) -> Iterator[None]:
         ) from error
 
 
-def _vehicle_file(here: _Path, choices: Choices) -> bool:
+def _vehicle_file(here: Task, choices: Choices) -> bool:
     """Propose it, unless there is one; whether it was proposed."""
     path = here.file("vehicle.yaml")
     if path.exists():
@@ -179,7 +158,7 @@ def _vehicle_file(here: _Path, choices: Choices) -> bool:
     return True
 
 
-def _other_logs(here: _Path) -> list[str]:
+def _other_logs(here: Task) -> list[str]:
     """What is assumed where the folder has a model of other recordings, none of them given."""
     path = here.file("model.yaml")
     before = [entry.name for entry in load(path).recordings] if path.exists() else []
@@ -191,7 +170,20 @@ def _other_logs(here: _Path) -> list[str]:
     ]
 
 
-def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
+def _while_driven(here: Task, recording: Recording) -> Recording:
+    """Without a beginning or an end in which the boat is carried, towed or adrift."""
+    start, end = None, None
+    for found in undriven_motion(recording):
+        which = "first" if found.first else "last"
+        here.assumed.append(
+            f"the {which} {found.end - found.start:.0f} s of {recording.name} are left out: the boat moves "
+            f"{found.moved:.0f} m there without a command (carried, towed or adrift)"
+        )
+        start, end = (found.end, end) if found.first else (start, found.start)
+    return recording if start is end is None else recording.cut(start, end)
+
+
+def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     """State what is wrong with recordings and vehicle file; the model has it as a doubt."""
     found = inspect(recordings, vehicle)
     write_text(here.file("inspect.txt"), inspection_text(found) + "\n")
@@ -204,73 +196,7 @@ def _inspect(here: _Path, recordings: Sequence[Recording], vehicle: Vehicle) -> 
     return found
 
 
-def _held_out(
-    here: _Path, recordings: Sequence[Recording], vehicle: Vehicle, test: str | Path | None
-) -> tuple[list[Recording], list[Recording]]:
-    """Recordings that identify, and those that test."""
-    chosen = _test_recording(here, recordings, test)
-    if chosen is not None:
-        return [r for r in recordings if r is not chosen], [chosen]
-    ends = [(1.0 - HELD_OUT_SHARE) * r.duration for r in recordings]
-    training = [r.cut(None, end) for r, end in zip(recordings, ends, strict=True)]
-    try:
-        find_roles(vehicle, training)
-    except RecordingError as error:
-        find_roles(vehicle, recordings)  # an axis that is never driven is another matter
-        here.assumed.append(
-            f"nothing is held out, so that the scores are optimistic: without the last quarter {error}"
-        )
-        return [*recordings], []
-    held = [
-        replace(r.cut(end), name=f"{r.name}{HELD_OUT_SUFFIX}")
-        for r, end in zip(recordings, ends, strict=True)
-    ]
-    other = (
-        "--test LOG for another"
-        if len(here.logs) > 1
-        else "another drive tests it better: LOG LOG2 --test LOG2"
-    )
-    here.assumed.append(f"the model is tested on {LAST_QUARTER} ({other})")
-    return training, held
-
-
-def _test_recording(
-    here: _Path, recordings: Sequence[Recording], test: str | Path | None
-) -> Recording | None:
-    """The recording that tests the model: given, or answered, or none."""
-    names = [recording_name(path) for path in here.logs]
-    if test is None:
-        test = _answered_test(here, names)
-    return None if test == LAST_QUARTER else recordings[_place_of(str(test), here.logs)]
-
-
-def _answered_test(here: _Path, names: Sequence[str]) -> str:
-    """The recording that the user chose, now or before; one that is added or gone makes it a new question."""
-    before, of = here.steps.answer("test"), ", ".join(names)
-    same = here.steps.answer("of") in (None, of)
-    if before in (LAST_QUARTER, *names) and (same or here.ask is None):
-        return str(before)
-    if here.ask is None or len(names) < 2:
-        return LAST_QUARTER
-    answer = test_of(names, here.ask)
-    here.steps.keep_answer("test", answer)
-    here.steps.keep_answer("of", of)
-    return answer
-
-
-def _place_of(test: str, logs: Sequence[Path]) -> int:
-    """The place of the log that tests the model, given by path or name. Raises RecordingError."""
-    places = [
-        i for i, path in enumerate(logs) if Path(test) == path or test == recording_name(path)
-    ]
-    if len(places) != 1 or len(logs) < 2:
-        raise RecordingError(
-            f"--test {test}: expected one of several logs, {', '.join(map(str, logs))}"
-        )
-    return places[0]
-
-
-def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_from: str) -> Model:
+def _model(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_from: str) -> Model:
     """Identify, with the effects that the model lacks; or the model that is there."""
     path = here.file("model.yaml")
     if here.steps.done("model", made_from, [path]):
@@ -303,7 +229,7 @@ def _model(here: _Path, training: Sequence[Recording], vehicle: Vehicle, made_fr
     return found.model
 
 
-def _lever_stated_wrong(here: _Path, model: Model, vehicle: Vehicle) -> None:
+def _lever_stated_wrong(here: Task, model: Model, vehicle: Vehicle) -> None:
     """State that the lever arm is the log's: the user's, or the origin, does not stand."""
     if model.vehicle.lever == vehicle.lever:
         return
@@ -315,7 +241,7 @@ def _lever_stated_wrong(here: _Path, model: Model, vehicle: Vehicle) -> None:
 
 
 def _as_model_reads(
-    here: _Path, model: Model, vehicle: Vehicle, recordings: Sequence[Recording]
+    here: Task, model: Model, vehicle: Vehicle, recordings: Sequence[Recording]
 ) -> list[Recording]:
     """The recordings as the model's vehicle reads them: with the lever arm and delays that were estimated."""
     if (model.vehicle.lever, model.vehicle.delays) == (vehicle.lever, vehicle.delays):
@@ -330,7 +256,7 @@ def _as_model_reads(
     return found
 
 
-def _scores(here: _Path, model: Model, tested: Sequence[Recording], made_from: str) -> Scores:
+def _scores(here: Task, model: Model, tested: Sequence[Recording], made_from: str) -> Scores:
     """Validate; or the scores that are there."""
     path = here.file("scores.json")
     if here.steps.done("scores", made_from, [path]):
@@ -341,7 +267,7 @@ def _scores(here: _Path, model: Model, tested: Sequence[Recording], made_from: s
     return scores
 
 
-def _report(here: _Path, model: Model, recordings: Sequence[Recording], scores: Scores) -> NextStep:
+def _report(here: Task, model: Model, recordings: Sequence[Recording], scores: Scores) -> NextStep:
     """The page; and what to do next."""
     found = assess(model, recordings, DEFAULT_HORIZON)
     evidence = evidence_of(model, found, scores_of(model, found, DEFAULT_HORIZON))

@@ -3,8 +3,11 @@
 
 Either the poses of the last seconds are as probable by the model as they were at identification, or a changed
 boat explains them better. The ratio of the two evidences is averaged over the identification's errors, wind,
-current and gusts. Its mean is 1 while nothing changes, so it exceeds A with a probability of 1/A at most (Markov's
-inequality). A follows from the false alarms that are accepted.
+current, gusts and waves. Its mean is 1 while nothing changes, so it exceeds A with a probability of 1/A at most
+(Markov's inequality). A follows from the false alarms that are accepted.
+
+Three steps, from cheap to thorough: filters that go on with the drive (`running_likelihood`); closed forms of the
+evidence by their sums; the search of each change (`change_test`), in the few windows where these show one.
 """
 
 import math
@@ -26,10 +29,12 @@ from seatrial.monitoring.change_test import (
     linear_evidences,
     linearised,
     log_ratio,
+    mean_over_noises,
+    probable_noises,
 )
 from seatrial.monitoring.recent_log import RecentLog
-from seatrial.monitoring.running_likelihood import RunningLikelihood
-from seatrial.monitoring.window_likelihood import Window, noise_of, windows
+from seatrial.monitoring.running_likelihood import RunningLikelihood, RunningWindow
+from seatrial.monitoring.window_likelihood import noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.util.errors import RecordingError
 
@@ -39,7 +44,7 @@ FALSE_ALARMS = 0.1  # an hour
 PASSING = 5.0  # [s] after the notice, in which what passes is over
 CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
-FIRST_LOOK = 5.0  # log ratio that the full test may add to that of linear changes
+LINEAR_ERROR = 5.0  # by which the log ratio of linear changes may be below that of the full test
 FEWEST_POSES = 20  # of a window
 NANO = 1_000_000_000
 
@@ -64,7 +69,8 @@ class ChangeDetector:
     ) -> None:
         self.threshold = math.log(len(lengths) * 3600.0 / every / false_alarms)
         self._lengths, self._every = tuple(sorted(lengths)), round(NANO * every)
-        self._kept = max(*lengths, CONFIRMATION) + every  # [s]
+        self._suspicious = self.threshold - LINEAR_ERROR  # log ratio of linear changes
+        self._kept = max(*lengths, CONFIRMATION) + 2.0 * every  # [s]
         self._log = RecentLog(model.vehicle, self._kept)
         self._next: int | None = None  # [ns] stamp of the next test
         self.restart(model)
@@ -90,15 +96,17 @@ class ChangeDetector:
         )
 
     def look(self) -> BoatChange | None:
-        """A new finding, or None. When a test is due: filter runs over the windows."""
+        """A new finding, or None; the next test where it is due, which takes longest in a suspicious window."""
         now = self._log.newest
         if now is None or not self.due:
             return None
         if self._next is not None and now < self._next - self._every:  # the clock was set back
+            self._log.drop_after(now)
             self._begin_at(now)
             self._noticed = None if self._noticed is None else now
         self._next = now + self._every
         self._since = now if self._since is None else self._since
+        self._running.advance(self._log, self._since, now)
         if self._noticed is None:
             return self._notice(now, self._since)
         begin = self._noticed + round(NANO * PASSING)
@@ -111,37 +119,50 @@ class ChangeDetector:
 
     def _notice(self, now: int, since: int) -> BoatChange | None:
         """The change in the shortest window that shows one."""
-        self._running.advance(self._log, since, now)
         for length in self._lengths:
             start = now - round(NANO * length)
             if start < since:
                 break
-            found = self._fitted(start, now) if self._suspicious(start) else []
+            window = self._running.window(start, FEWEST_POSES)
+            found = [] if window is None else self._fitted(window, start, now, self._suspicious)
             if log_ratio(found) > self.threshold:
                 self._noticed = now
                 return _finding(found, ChangeState.NOTICED, now)
         return None
 
-    def _suspicious(self, start: int) -> bool:
-        """Whether a change may show from a stamp [ns] on: by linear evidences of the running filters."""
-        quadratics = self._running.quadratics(start, FEWEST_POSES)
-        evidences = linear_evidences(self._space, quadratics) if quadratics else []
-        return log_ratio(evidences) > self.threshold - FIRST_LOOK
+    def _fitted(
+        self, window: RunningWindow, start: int, end: int, least: float = -math.inf
+    ) -> list[FittedChange]:
+        """All changes, fitted to a window of the stamps [ns].
 
-    def _fitted(self, start: int, end: int) -> list[FittedChange]:
-        """All changes, fitted to a window; none where it has few poses, or the boat diverges."""
-        several = self._windows(start, end)
+        None where the linear evidences' log ratio is below `least`, poses are too few, or the boat diverges.
+        """
+        logs = linear_evidences(self._space, window.quadratics)
+        if log_ratio(mean_over_noises(self._space, logs)) < least:
+            return []
+        try:
+            recording = self._log.recording(start, end)
+        except RecordingError:
+            return []
+        every = windows(self.model, recording, window.dispersion)
+        several = [
+            one
+            for one, is_probable in zip(every, probable_noises(logs), strict=True)
+            if is_probable
+        ]
         quadratics = linearised(self._space, several)
-        return fitted_changes(self._space, several, quadratics) if quadratics else []
+        return fitted_changes(self._space, several, quadratics, len(every)) if quadratics else []
 
     def _confirmation(self, begin: int, now: int) -> BoatChange | None:
         """The change in the window after the notice; None: too few poses tell, the next window is awaited."""
-        self._begin_at(now)
-        if not self._windows(begin, now):
+        window = self._running.window(begin, FEWEST_POSES)
+        if window is None:
+            self._begin_at(now)
             self._noticed = now
             return None
+        found = self._fitted(window, begin, now)
+        self._begin_at(now)
         self._noticed = None
-        found = self._fitted(begin, now)
         if log_ratio(found) < CONFIRMED:
             return BoatChange(ChangeState.WITHDRAWN, now, NO_CHANGE)
         change = _finding(found, ChangeState.CONFIRMED, now)
@@ -156,15 +177,6 @@ class ChangeDetector:
         finding = finding_of(FindingKind.ADAPTED, text=change.text)
         findings = [*boat.estimator.findings, finding]
         return replace(boat, estimator=msgspec.structs.replace(boat.estimator, findings=findings))
-
-    def _windows(self, start: int, end: int) -> list[Window]:
-        """The window with each noise; none where it has few poses."""
-        try:
-            recording = self._log.recording(start, end)
-        except RecordingError:
-            return []
-        enough = int(recording.valid.sum()) >= FEWEST_POSES
-        return windows(self.model, recording) if enough else []
 
 
 def _finding(found: Sequence[FittedChange], state: ChangeState, now: int) -> BoatChange:

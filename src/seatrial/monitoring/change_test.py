@@ -14,8 +14,9 @@ import numpy as np
 from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import ChangeSpace, PhysicalChange, difference_quotients
 from seatrial.monitoring.window_likelihood import Quadratic, Window
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Mask
 
+NEGLIGIBLE = 12.0  # logarithm of the largest evidence of a noise over another's that is left out
 ROUNDS = 4  # of linearisation and maximum
 CLOSE = 0.3  # posterior standard deviations of a step that ends them
 INNER_ROUNDS, HALVINGS, INNER_CLOSE = 20, 12, 1e-6  # of the search on one linearisation
@@ -39,14 +40,35 @@ class FittedChange(Evidence):
     covariance: Array  # (n, n)
 
 
-def linear_evidences(space: ChangeSpace, quadratics: Sequence[Quadratic]) -> list[Evidence]:
-    """Evidences with every change linear in its unknowns, about the unchanged boat: closed forms, no search."""
-    found = []
-    for change in space.changes:
+def linear_evidences(space: ChangeSpace, quadratics: Sequence[Quadratic]) -> Array:
+    """Log evidences (changes, noises) with every change linear in its unknowns, about the unchanged boat.
+
+    Closed forms, without a search. -inf: with this noise no boat is as probable as the unchanged one with another.
+    """
+    found = np.full((len(space.changes), len(quadratics)), -np.inf)
+    unchanged = [_normal_evidence(one, space.root) for one in quadratics]
+    enough = max(unchanged) - NEGLIGIBLE
+    for change, logs in zip(space.changes, found, strict=True):
+        if not change.unknowns:
+            logs[:] = unchanged
+            continue
         root = np.hstack([space.root, space.slopes[change.cause, change.what]])
-        logs = [_normal_evidence(one, root) for one in quadratics]
-        found.append(Evidence(change, _mean(logs)))
+        for i, one in enumerate(quadratics):
+            if one.most > enough:
+                logs[i] = _normal_evidence(one, root)
     return found
+
+
+def mean_over_noises(space: ChangeSpace, logs: Array) -> list[Evidence]:
+    """The evidence of each change from those (changes, noises) of each noise."""
+    return [
+        Evidence(one, _mean(own)) for one, own in zip(space.changes, logs.tolist(), strict=True)
+    ]
+
+
+def probable_noises(logs: Array) -> Mask:
+    """Which noises matter to the evidence of any change, by log evidences (changes, noises)."""
+    return np.asarray((logs > logs.max(axis=1, keepdims=True) - NEGLIGIBLE).any(axis=0))
 
 
 def _normal_evidence(quadratic: Quadratic, root: Array) -> float:
@@ -71,11 +93,11 @@ def linearised(space: ChangeSpace, windows: Sequence[Window]) -> list[Quadratic]
 
 
 def fitted_changes(
-    space: ChangeSpace, windows: Sequence[Window], quadratics: Sequence[Quadratic]
+    space: ChangeSpace, windows: Sequence[Window], quadratics: Sequence[Quadratic], noises: int
 ) -> list[FittedChange]:
     """Every change of the space, the most probable first.
 
-    windows: one interval with each noise; quadratics: `linearised` of them.
+    windows: one interval with each probable noise; quadratics: `linearised` of them; noises: number of all.
     """
     found = []
     for change in space.changes:
@@ -84,8 +106,8 @@ def fitted_changes(
         if not fits:
             continue
         best = max(fits, key=lambda fit: fit.log_evidence)
-        # of a window in which the changed boat diverges the likelihood is 0
-        logs = [fit.log_evidence for fit in fits] + [-np.inf] * (len(windows) - len(fits))
+        # of other noises, and of those with which the changed boat diverges, the likelihood is 0
+        logs = [fit.log_evidence for fit in fits] + [-np.inf] * (noises - len(fits))
         found.append(replace(best, log_evidence=_mean(logs)))
     return sorted(found, key=lambda one: -one.log_evidence)
 

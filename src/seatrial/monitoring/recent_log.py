@@ -45,6 +45,12 @@ class RecentLog:
         while len(rows) > held + 1 and rows[held][0] < stamp - self._length:
             rows.popleft()
 
+    def drop_after(self, stamp: int) -> None:
+        """Forget rows with later stamps [ns]: of a clock that was set back."""
+        for kind, rows in self._rows.items():
+            kept = [row for row in list(rows) if row[0] <= stamp]
+            self._rows[kind] = deque(kept, maxlen=MOST_ROWS)
+
     @property
     def newest(self) -> int | None:
         """Stamp [ns] of the newest pose or position; None: there is none."""

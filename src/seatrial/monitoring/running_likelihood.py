@@ -9,6 +9,9 @@ the full test.
 
 from collections import deque
 from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
@@ -16,6 +19,7 @@ from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.window_likelihood import (
     Quadratic,
     Sums,
+    dispersion,
     nuisance_deviations,
     windows,
     without_nuisances,
@@ -25,7 +29,7 @@ from seatrial.util.frames import Array
 
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 5_000_000_000  # [ns] before new poses, which shows their faults
-FIRST = 3_000_000_000  # [ns] of poses with which the filters begin
+BEGINNING = 3_000_000_000  # [ns] of poses with which the filters begin
 NANO = 1_000_000_000
 
 
@@ -34,14 +38,23 @@ class Mark:
     """Sums of each noise's filter over all poses up to a stamp."""
 
     stamp: int  # [ns]
-    sums: tuple[Sums, ...]
-    poses: int
+    sums: tuple[Sums, ...]  # (noises)
+    poses: int  # number of usable ones
+
+
+@dataclass(frozen=True)
+class RunningWindow:
+    """The last seconds with each noise, about the unchanged boat."""
+
+    quadratics: list[Quadratic]  # (noises) over the dispersion
+    dispersion: float  # of the scores, with the noise that explains them best
 
 
 class RunningLikelihood:
-    """Windows that end at the newest poses, of the last `length` seconds.
+    """Windows that end at the newest poses, of the last `length` [s].
 
-    model: with the noise; wider, theta (n,): the same boat with the parameters in which it may change.
+    model: with the noise; wider, theta (n,): the same boat with the parameters in which it may change. Memory does
+    not grow. `advance` and `window` from one thread.
     """
 
     def __init__(self, model: Model, wider: Model, theta: Array, length: float) -> None:
@@ -63,29 +76,40 @@ class RunningLikelihood:
         if not self._filters:
             self._begin(log, since, until)
             return
+        latest = self._filters[0].newest
         try:
-            part = log.recording(max(since, self._newest - CONTEXT), until)
+            part = log.recording(max(since, latest - CONTEXT), until)
         except RecordingError:
             return  # too few poses: the next part has these, too
+        if part.origin > latest:
+            self.restart()  # the filters have no pose to go on from
+            return
         before, poses = self._newest, self._marks[-1].poses
+        trace, series = self._filters[0].along(part)  # the same for all noises
         for one in self._filters:
-            one.advance(part, until)
+            one.go_on(trace, series, until)
         new = part.valid & (part.stamps > before) & (part.stamps <= until)
         self._mark(until, poses + int(new.sum()))
 
-    def quadratics(self, start: int, fewest: int) -> list[Quadratic]:
-        """The window from `start` [ns], with each noise; none where the filters do not reach back, or diverged.
-
-        fewest: poses of a window.
-        """
-        before = [mark for mark in self._marks if mark.stamp <= start]
-        if not before or self._deviations is None:
-            return []
-        first, last = before[-1], self._marks[-1]
-        if last.poses - first.poses < fewest:
-            return []
-        pairs = zip(last.sums, first.sums, strict=True)
-        return [end.since(begin).marginal(self._theta, self._deviations) for end, begin in pairs]
+    def window(self, start: int, fewest: int) -> "RunningWindow | None":
+        """From `start` [ns] to the newest poses; None where filters do not reach back, or poses are fewer."""
+        first = max((i for i, mark in enumerate(self._marks) if mark.stamp <= start), default=None)
+        if first is None or self._deviations is None:
+            return None
+        marks = [*self._marks][first:]
+        if marks[-1].poses - marks[0].poses < fewest:
+            return None
+        of_noises = [
+            [end.since(begin) for begin, end in pairwise(sums)]
+            for sums in zip(*(mark.sums for mark in marks), strict=True)
+        ]
+        whole = [
+            end.since(begin).marginal(self._theta, self._deviations)
+            for begin, end in zip(marks[0].sums, marks[-1].sums, strict=True)
+        ]
+        likeliest = int(np.argmax([one.most for one in whole]))
+        scatter = dispersion(of_noises[likeliest])
+        return RunningWindow([one.over(scatter) for one in whole], scatter)
 
     @property
     def _newest(self) -> int:
@@ -93,7 +117,7 @@ class RunningLikelihood:
         return self._marks[-1].stamp
 
     def _begin(self, log: RecentLog, since: int, until: int) -> None:
-        if until - since < FIRST:
+        if until - since < BEGINNING:
             return
         start = max(since, until - CONTEXT)
         try:
@@ -111,8 +135,12 @@ class RunningLikelihood:
         self._mark(until, int(recording.valid.sum()))
 
     def _mark(self, stamp: int, poses: int) -> None:
-        """Note the sums; forget those that no window needs."""
-        self._marks.append(Mark(stamp, self._sums(), poses))
+        """Note the sums; forget those that no window needs, and all where the boat diverged."""
+        sums = self._sums()
+        if not all(np.isfinite(one.cost) for one in sums):
+            self.restart()
+            return
+        self._marks.append(Mark(stamp, sums, poses))
         while len(self._marks) > 1 and self._marks[1].stamp <= stamp - self._length:
             self._marks.popleft()
 

@@ -5,6 +5,7 @@ Wind and current move a boat and are no change of it. They are constant within a
 integrated out. Gusts are not constant: the likelihood is taken with each of several disturbance forces (`noises`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,6 +14,9 @@ import numpy as np
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import (
+    COLOUR,
+    COLOUR_MEMORY,
+    COLOUR_TURN,
     DISTURBANCES,
     MEMORY,
     NOISE_LEAST,
@@ -28,11 +32,20 @@ from seatrial.util.frames import Array
 
 CURRENT = 0.3  # [m/s] standard deviation
 WIND = 0.3  # of full thrust, standard deviation
-GUSTS = (0.0, 0.06, 0.2)  # of full thrust: disturbance force beside the model's process noise
+GUSTS = (0.06, 0.2)  # of full thrust: disturbance force beside the model's process noise
 GUST_MEMORY = 2.0  # [s] of it, where the model has no process noise
 NUISANCES = ("wind_x", "wind_y", "current_x", "current_y")  # effects that are no change of the boat
+SLOW_WIND, SLOW_MEMORY = (
+    0.2,
+    20.0,
+)  # of full thrust, [s]: earth-fixed disturbance force
+WAVES, WAVE_PERIODS = 0.5, (1.0, 2.0, 4.0)  # of full thrust, standard deviation; [s]
 SHORTEST_BLOCK = 1.0  # [s]
 LEAST_INFORMATION = 1e-12  # of the largest: less is round-off
+LEAST_DIRECTION = (
+    1e-6  # of the largest, each parameter in its own standard error: less tells nothing of scatter
+)
+LEAST_SIZE = 1e-300  # against a division by 0
 
 
 @dataclass(frozen=True)
@@ -51,6 +64,20 @@ class Quadratic:
         kept = values > LEAST_INFORMATION * values.max(initial=0.0)
         root = (vectors[:, kept] * np.sqrt(values[kept])).T
         return root, (vectors[:, kept].T @ self.gradient) / np.sqrt(values[kept])
+
+    @property
+    def most(self) -> float:
+        """The largest log L, of any theta."""
+        return self.value + 0.5 * float(np.sum(self.whitened[1] ** 2))
+
+    def over(self, dispersion: float) -> "Quadratic":
+        """The likelihood to the power 1 / dispersion: of scores that scatter as much more than stated."""
+        return Quadratic(
+            self.at,
+            self.value / dispersion,
+            self.gradient / dispersion,
+            self.information / dispersion,
+        )
 
 
 @dataclass(frozen=True)
@@ -85,6 +112,25 @@ class Sums:
         return Quadratic(at, float(value), self.gradient[:k] - gain @ rest, own - gain @ across.T)
 
 
+def dispersion(blocks: Sequence[Sums]) -> float:
+    """Scatter of the scores of blocks of poses over that of independent innovations, 1 at least.
+
+    About the maximum of the likelihood over all blocks: a change of the boat is no scatter. With information
+    H_b and score g_b of a block, H their sum: sum r_b' H^+ r_b over its expectation, r_b = g_b - H_b H^+ sum g.
+    (McCullagh and Nelder, Generalized Linear Models, section 9.2: quasi-likelihood.)
+    """
+    whole = sum(block.information for block in blocks)
+    size = np.sqrt(np.maximum(np.diag(whole), LEAST_SIZE))
+    values, vectors = np.linalg.eigh(whole / np.outer(size, size))
+    kept = values > LEAST_DIRECTION * values.max(initial=0.0)
+    root = (vectors[:, kept] / np.sqrt(values[kept])).T / size  # root' root = H^+
+    scores = np.array([root @ block.gradient for block in blocks])
+    shares = np.array([root @ block.information @ root.T for block in blocks])
+    left = scores - shares @ scores.sum(axis=0)
+    degrees = float(kept.sum() - np.sum(shares**2))
+    return max(1.0, float(np.sum(left**2)) / degrees) if degrees > 1.0 else 1.0
+
+
 @dataclass(frozen=True)
 class Window:
     """A window of a recording, with the noise that may have been in it."""
@@ -92,6 +138,7 @@ class Window:
     recording: Recording
     noise: Array  # (11,)
     earth_fixed: bool  # of the disturbance force
+    dispersion: float = 1.0  # of its scores
 
     def problem(self, boat: Model) -> Problem:
         """The filter's problem with all parameters of the boat free, then wind and current."""
@@ -109,7 +156,8 @@ class Window:
         runs = problem.run_filter(without_nuisances(problem, theta), self.noise, repeatable=False)
         if not np.isfinite(runs.cost):
             return None
-        return Sums.of(runs).marginal(theta, nuisance_deviations(problem, boat))
+        found = Sums.of(runs).marginal(theta, nuisance_deviations(problem, boat))
+        return found.over(self.dispersion)
 
 
 def _kind(problem: Problem, parameter: int) -> str:
@@ -136,8 +184,8 @@ def noise_of(model: Model) -> Array:
     """The model's noise (11,). Raises ModelError where none was estimated, or the innovations are not white."""
     if model.findings_of(FindingKind.MODEL_MISMATCH):
         raise ModelError(
-            f"{model.name}: innovations are correlated (model mismatch), so a change of the boat can't be told "
-            "from terms that the model lacks; look for them with 'seatrial select'"
+            f"{model.name}: innovations are correlated (model mismatch). Terms that the model lacks look like a "
+            "change of the boat, so there is no test for one; look for them with 'seatrial select'"
         )
     own = noise_vector(model.noise)
     if own is None:
@@ -147,27 +195,51 @@ def noise_of(model: Model) -> Array:
     return own
 
 
-def noises(model: Model) -> list[Array]:
-    """The model's noise (11,), the same with gusts beside it, and calm. Raises ModelError as `noise_of`."""
-    own = noise_of(model)
-    linear, yaw = max(full_thrust(model, 0), full_thrust(model, 1)), full_thrust(model, 2)
+def noises(model: Model) -> list[tuple[Array, bool]]:
+    """Noises (11,) that may be in a window, and whether their disturbance force is earth-fixed.
+
+    The model's, with gusts, waves, both, or slow wind beside it, and calm. Raises ModelError as `noise_of`.
+    """
+    own, earth = noise_of(model), earth_fixed(model.noise)
+    thrust = np.array([max(full_thrust(model, 0), full_thrust(model, 1)), full_thrust(model, 2)])
     disturbed = bool(np.any(own[DISTURBANCES] > NOISE_LEAST[DISTURBANCES]))
-    found = []
-    for share in GUSTS:
-        noise = own.copy()
-        if share and not disturbed:
-            noise[MEMORY] = GUST_MEMORY
-        noise[DISTURBANCES] = np.hypot(own[DISTURBANCES], share * np.array([linear, yaw]))
-        found.append(noise)
+    memory = own[MEMORY] if disturbed else GUST_MEMORY
+    some, strong = (
+        _with_disturbance(own, np.hypot(own[DISTURBANCES], share * thrust), memory)
+        for share in GUSTS
+    )
+    waves = [
+        _with_waves(noise, WAVES * thrust, period)
+        for period in WAVE_PERIODS
+        for noise in (own, strong)
+    ]
+    found = [(noise, earth) for noise in (own, some, strong, *waves)]
+    found.append((_with_disturbance(own, SLOW_WIND * thrust, SLOW_MEMORY), True))
     if disturbed:
         # at a quay, or in calm water, nothing moves a boat that is identified in gusts
-        calm = own.copy()
-        calm[DISTURBANCES] = NOISE_LEAST[DISTURBANCES]
-        found.append(calm)
+        found.append((_with_disturbance(own, NOISE_LEAST[DISTURBANCES], memory), earth))
     return found
 
 
-def windows(model: Model, recording: Recording) -> list[Window]:
+def _with_disturbance(noise: Array, sizes: Array, memory: float) -> Array:
+    """The noise (11,) with a disturbance of these sizes (2,) [m/s^2, rad/s^2] and memory [s]."""
+    out = noise.copy()
+    out[DISTURBANCES], out[MEMORY] = sizes, memory
+    return out
+
+
+def _with_waves(noise: Array, accelerations: Array, period: float) -> Array:
+    """The noise (11,) with wave-frequency motion of accelerations (2,) [m/s^2, rad/s^2].
+
+    It adds to the motion of the boat (Fossen, Handbook of Marine Craft, 2nd ed., section 8.1), as an oscillating
+    error of the poses. It takes the place of correlated noise, which counts as white.
+    """
+    out, turn = noise.copy(), 2.0 * np.pi / period
+    out[:2] = np.hypot(noise[:2], noise[COLOUR])
+    out[COLOUR], out[COLOUR_MEMORY], out[COLOUR_TURN] = accelerations / turn**2, period, turn
+    return out
+
+
+def windows(model: Model, recording: Recording, dispersion: float = 1.0) -> list[Window]:
     """The recording with each of the noises. Raises ModelError as `noise_of`."""
-    earth = earth_fixed(model.noise)
-    return [Window(recording, noise, earth) for noise in noises(model)]
+    return [Window(recording, noise, earth, dispersion) for noise, earth in noises(model)]

@@ -34,6 +34,7 @@ MOST_ADVICE = 3  # manoeuvres
 MOST_CHECKED = (
     12  # of the best manoeuvres, whose distance from the walls is checked for errors of the model
 )
+LEAST_PERIOD = 1 / 15  # [s] of simulated poses
 CHECK_PERIOD = 0.25  # [s] of that check
 NEGLIGIBLE = 1e-3  # eigenvalue of the correlations, below which a direction moves nothing
 
@@ -84,7 +85,8 @@ class Advisor:
         here = np.asarray(state, dtype=float) * np.tile(self._signs, 2)
         found: list[ManoeuvreState] = []
         if model is not None and (np.diag(model.covariance) > 0.0).any():
-            ranked = _ranked(model, self._candidates(model, here), needs, trust)
+            thinned = self.period / self._step
+            ranked = _ranked(model, self._candidates(model, here), needs, trust, thinned)
             found = list(islice(self._clear(model, here, ranked), MOST_ADVICE))
         if not found and self._walls is not None and _off_middle(self._walls, here):
             found = [_to_middle(self._walls, here)]
@@ -93,11 +95,16 @@ class Advisor:
             found = [_without_model(one) for one in first_patterns(self.vehicle, seconds)]
         return tuple(_in_file_axes(one, self.vehicle, self._signs) for one in found[:MOST_ADVICE])
 
+    @property
+    def _step(self) -> float:
+        """Period [s] of simulated poses: denser ones are averaged, which their white errors allow."""
+        return max(self.period, LEAST_PERIOD)
+
     def _candidates(self, model: Model, here: Array) -> list[Candidate]:
         """The patterns that keep within the walls, simulated from here (6,)."""
         found = []
         for pattern in self._patterns:
-            times = np.arange(0.0, pattern.seconds, self.period)
+            times = np.arange(0.0, pattern.seconds, self._step)
             commands = pattern.t, pattern.commands
             try:
                 drive = simulated_drive(model, here, commands, times)
@@ -122,7 +129,7 @@ class Advisor:
             yield from (_state(model, *each) for each in ranked)
             return
         for one, after in ranked[:MOST_CHECKED]:
-            every = max(1, round(CHECK_PERIOD / self.period))
+            every = max(1, round(CHECK_PERIOD / self._step))
             path, times = one.drive.states[::every, :2], one.drive.recording.t[::every]
             off = NORMAL_95 * position_errors(model, here, one.pattern, times, path)
             if (self._walls.margins(path) - off).min() >= self.radius:
@@ -160,15 +167,20 @@ def _directions(covariance: Array) -> Array:
 
 
 def _ranked(
-    model: Model, candidates: Sequence[Candidate], needs: Sequence[Need], trust: float
+    model: Model,
+    candidates: Sequence[Candidate],
+    needs: Sequence[Need],
+    trust: float,
+    thinned: float,
 ) -> list[tuple[Candidate, Array]]:
     """The candidates, and the covariance after each, by what they gain a second.
 
-    In the widest needs; of equal ones in the log-determinant.
+    In the widest needs; of equal ones in the log-determinant. thinned: share of the poses that is simulated, each
+    the mean of those it stands for.
     """
     if not candidates:
         return []
-    point = _point(model)
+    point = _point(model, thinned)
     free = np.ix_(*2 * [[model.parameters.index(name) for name in point.names]])
     runs = point.run_filter([one.drive.recording for one in candidates])
     before = _excess(model.covariance, needs)
@@ -191,7 +203,7 @@ def _excess(covariance: Array, needs: Sequence[Need]) -> float:
     return float(np.log(np.maximum(ratios, 1.0)).sum())
 
 
-def _point(model: Model) -> ReferencePoint:
+def _point(model: Model, thinned: float) -> ReferencePoint:
     """The model's estimated parameters and noise; without process noise, that of its poses alone."""
     values = np.concatenate([model.coefficients, model.constants])
     estimated = np.flatnonzero(np.diag(model.covariance) > 0.0)
@@ -199,6 +211,7 @@ def _point(model: Model) -> ReferencePoint:
     if noise is None:
         noise = NOISE_LEAST.copy()
         noise[:2] = np.maximum(noise[:2], [model.noise.position, model.noise.heading])
+    noise[:2] *= np.sqrt(thinned)
     return ReferencePoint(
         model, tuple(model.parameters[i] for i in estimated), values[estimated], noise
     )

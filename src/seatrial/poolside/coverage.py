@@ -28,6 +28,7 @@ class Coverage:
         self._range = FIRST_SPEEDS.copy()
         self._seconds = np.zeros((3, SPEED_BINS, len(COMMAND_EDGES) - 1))
         self._last: float | None = None
+        self._command, self._forces = np.full(len(vehicle.inputs), np.nan), np.zeros(3)
         # time, ranges and seconds, once a second: what `discard` returns to
         self._before: deque[tuple[float, Array, Array]] = deque(maxlen=MOST_SNAPSHOTS)
 
@@ -39,7 +40,7 @@ class Coverage:
             self._before.append((t, self._range.copy(), self._seconds.copy()))
         if not 0.0 < step <= LONGEST_INTERVAL or not np.isfinite(nu).all():
             return
-        forces = axis_commands(self.vehicle, np.asarray(command, dtype=float)[None])[0]
+        forces = self._forces_of(np.asarray(command, dtype=float))
         for axis in self.axes:
             while abs(nu[axis]) > self._range[axis]:
                 self._widen(axis)
@@ -61,6 +62,13 @@ class Coverage:
         return np.column_stack(
             [by_command[:, :middle].sum(axis=1), by_command[:, middle + 1 :].sum(axis=1)]
         )
+
+    def _forces_of(self, command: Array) -> Array:
+        """Forces (3,) of the axes; a command holds over many poses."""
+        if not np.array_equal(command, self._command):
+            self._command = command.copy()
+            self._forces = axis_commands(self.vehicle, command[None])[0]
+        return self._forces
 
     def state(self) -> tuple[CoverageState, ...]:
         """Of every driven axis, in the vehicle file's axes."""

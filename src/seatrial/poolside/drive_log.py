@@ -2,7 +2,7 @@
 """The signals of the drive so far, in memory, as a recording."""
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,12 +10,16 @@ import numpy as np
 from seatrial.boat.vehicle import Vehicle
 from seatrial.monitoring.recent_log import HELD, KINDS, recording_of_signals
 from seatrial.recording.averaging import with_enough_poses
+from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.pose_faults import Fault, FaultKind
 from seatrial.recording.recording import KEPT_BEFORE, Recording
+from seatrial.recording.resolution import coarse_position
+from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
 MOST_ROWS = 1_000_000  # of a signal: 5.5 h at 50 Hz; 32 MB of poses
 DROPPED_SHARE = 0.1  # of the rows, when there is no room for another
+POSES = KINDS[:3]
 FIRST_ROWS = 1024  # of a signal that begins
 GROWTH = 1.5  # of its room
 LONGEST_STEP = (
@@ -101,6 +105,8 @@ class DriveLog:
         self._discarded: list[tuple[int, int]] = []
         self._newest: int | None = None  # [ns] stamp of the pose that arrived last
         self._length = 0.0  # [s]
+        self.doubt = ""  # what the last recording of the whole drive shows of the poses
+        self.coarse = False  # whether that is a rounding by which estimates are off
         self._lock = threading.Lock()
 
     def add(self, kind: str, stamp: int, values: Sequence[float] | Array) -> bool:
@@ -194,8 +200,26 @@ class DriveLog:
         with self._lock:
             tables = {kind: self._table(kind, start, end) for kind in KINDS}
             discarded = list(self._discarded)
+        texts = []
+        for kind in POSES:
+            stamps, text = on_even_clock(tables[kind][0])
+            tables[kind] = stamps, tables[kind][1]
+            texts.append(text)
+        if start is None and end is None:
+            self.doubt = next((text for text in texts if text), "")
+            coarse = self._coarse(tables)
+            self.coarse, self.doubt = bool(coarse), coarse or self.doubt
         whole = with_enough_poses(recording_of_signals(self.vehicle, lambda kind, _: tables[kind]))
         return _without(whole, discarded)
+
+    def _coarse(self, tables: Mapping[str, tuple[Stamps, Array]]) -> str:
+        """What to say of positions that are rounded coarsely. Raises RecordingError where none can be used."""
+        places = np.vstack([tables[kind][1][:, :2] for kind in POSES[:2]])
+        try:
+            return coarse_position(self.vehicle.name, places)
+        except RecordingError as error:
+            self.coarse, self.doubt = True, str(error)
+            raise
 
     def _table(self, kind: str, start: int | None, end: int | None) -> tuple[Stamps, Array]:
         rows = self._rows[kind]

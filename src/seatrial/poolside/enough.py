@@ -23,6 +23,7 @@ from seatrial.workflow.fitness import (
 STEADY_UPDATES = 3  # of the model, and
 STEADY_SECONDS = 10.0  # [s] in which a verdict must not change
 LIMITED_RATIO = 2.0  # of a width over the allowed one, at most for a limited fitness
+TOO_SHORT = "the drive is still too short for the standard errors of a saved model: drive on"
 NEGLIGIBLE = 0.02  # of constant velocity's error ahead: a smaller one needs no comparison
 ORDER = list(Level)
 
@@ -37,17 +38,26 @@ class Enough:
             UseState(use.value, Level.NOT_FIT.value, "there is no model yet", 0.0) for use in uses
         )
         self._fit_since: list[float] = []  # [s] of the updates since all uses are fit
+        self._whole = True
 
     @property
     def enough(self) -> bool:
-        """Whether every use is fit, and was so over the last updates."""
+        """Whether every use is fit, and was so over the last updates, and the drive gives a model."""
         since = self._fit_since
-        return len(since) >= STEADY_UPDATES and since[-1] - since[0] >= STEADY_SECONDS
+        return (
+            self._whole and len(since) >= STEADY_UPDATES and since[-1] - since[0] >= STEADY_SECONDS
+        )
 
     def update(
-        self, t: float, model: Model | None, predictions: Sequence[PredictionState] = ()
+        self,
+        t: float,
+        model: Model | None,
+        predictions: Sequence[PredictionState] = (),
+        *,
+        whole: bool = True,
     ) -> tuple[UseState, ...]:
-        """A new model at t [s]: the verdict on every use."""
+        """A new model at t [s]: the verdict on every use. whole: the drive is long enough for `identify`."""
+        self._whole = whole
         if model is None:
             self._fit_since = []
             return self.states
@@ -63,7 +73,15 @@ class Enough:
         self.states = tuple(_use_state(use, model, self.needs, predictions) for use in self.uses)
         fit = all(one.level == Level.FIT.value for one in self.states)
         self._fit_since = [*self._fit_since, t] if fit else []
+        if not whole:
+            self.states = tuple(_at_most_limited(one) for one in self.states)
         return self.states
+
+
+def _at_most_limited(one: UseState) -> UseState:
+    if one.level != Level.FIT.value:
+        return one
+    return UseState(one.use, Level.LIMITED.value, TOO_SHORT, one.share)
 
 
 def _use_state(

@@ -140,6 +140,11 @@ class LiveEstimator:
         return " ".join(text for text in (self._problem, self.log.message) if text)
 
     @property
+    def whole(self) -> bool:
+        """Whether the drive is long enough for `identify`; before, standard errors assume white innovations."""
+        return self._solution is not None and self._solution.thorough > 0.0
+
+    @property
     def trust(self) -> float:
         """Information that the drive turned out to have, over what the noise promised; at most 1."""
         found = self._solution
@@ -190,7 +195,10 @@ class LiveEstimator:
 
     def _state(self, found: Model) -> bool:
         """Make it the estimate; not where rounding leaves its covariance indefinite, as of a few poses."""
-        size = np.sqrt(np.maximum(np.diag(found.covariance), 0.0))
+        variance = np.diag(found.covariance)
+        if variance.min(initial=0.0) < 0.0:
+            return False
+        size = np.sqrt(variance)
         own = size > 0.0
         inside = found.covariance[np.ix_(own, own)] / np.outer(size[own], size[own])
         if (

@@ -34,6 +34,7 @@ from seatrial.util.frames import Array
 
 SETTLED = 2.0  # [s] of poses after a jump that show whether it is one
 EXAMINED = 1.0  # [s] between two examinations of the poses
+TIMED = 0.8  # [s] between two looks at the timing of the signals
 RANK: dict[Level, int] = {"ok": 0, "warning": 1, "error": 2}
 PLACED: tuple[EventKind, ...] = ("pose", "position")
 
@@ -47,6 +48,8 @@ class SignalHealth:
     def __init__(self, vehicle: Vehicle, *, by_columns: bool = True) -> None:
         self._vehicle, self._by_columns = vehicle, by_columns
         self._streams: dict[EventKind, SignalStream] = {}
+        self._timings: dict[EventKind, StreamTiming] = {}
+        self._timed = 0  # [ns] of now
         self._edits: tuple[Edit, ...] = ()
         self._begin: int | None = None  # [ns]
         self._jumps, self._judged, self._examined = (
@@ -55,6 +58,7 @@ class SignalHealth:
             0,
         )  # judged [ns] of stamps, examined [ns] of now
         self._two_places = ""
+        self._remark = Found("ok", "")
         self._lock = Lock()
 
     def use(self, kind: EventKind, stamp: int, values: Array, arrival: int) -> None:
@@ -65,6 +69,10 @@ class SignalHealth:
                 self._streams[kind] = SignalStream(kind, arrival, len(values))
             self._streams[kind].add(stamp, values, arrival)
 
+    def remark(self, text: str, *, usable: bool = True) -> None:
+        """What the poses of the drive so far show as a whole; empty: nothing."""
+        self._remark = Found("warning" if usable else "error", text)
+
     def check(self, recording: Recording) -> None:
         """Signs, units and order by the drive so far; takes tenths of a second."""
         self._edits = edits(recording, self._vehicle, by_columns=self._by_columns)
@@ -74,8 +82,10 @@ class SignalHealth:
         with self._lock:
             self._begin = now if self._begin is None else self._begin
             self._examine(now)
-            timings = {kind: stream.timing() for kind, stream in self._streams.items()}
-            return tuple(self._states(now, timings))
+            if now - self._timed >= TIMED / NANO or self._timings.keys() != self._streams.keys():
+                self._timed = now
+                self._timings = {kind: one.timing() for kind, one in self._streams.items()}
+            return tuple(self._states(now, self._timings))
 
     def _states(self, now: int, timings: dict[EventKind, StreamTiming]) -> Iterator[SignalState]:
         split = not {"position", "heading"}.isdisjoint(self._streams)
@@ -121,12 +131,14 @@ class SignalHealth:
         if index is not None:
             yield from command_findings(name, stream, index, now)
             return
-        if self._two_places:
+        if self._remark.text:  # which makes jumps of its own
+            yield self._remark
+        elif self._two_places:
             yield Found("error", self._two_places)
         line = heading_in_degrees(self._vehicle) if self._by_columns else ""
         yield from degree_findings(stream, line)
         yield from frozen_findings(stream, self._streams.get("command"), now)
-        if stream.kind in PLACED:
+        if stream.kind in PLACED and not self._remark.text:
             yield from jump_findings(self._jumps)
 
     def _examine(self, now: int) -> None:

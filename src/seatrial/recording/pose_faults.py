@@ -39,6 +39,9 @@ EXCURSION_REST = 0.1  # of the largest jump: rest of the sum of jumps that cance
 TWIN_REST = 0.35  # of a jump: rest after a step that cancels it but is no jump by itself
 TWIN_LEAST = 2.5  # robust spreads of all steps, least size of a jump with such a twin
 NEIGHBOURS = 3  # steps to either side for the boat's own motion (median)
+STUCK_ROWS = 5  # least length of a run in which the position alone repeats
+STUCK_CATCH_UP = 3.0  # times the usual step, least step of a position at the end of such a run
+USUAL_STEP = 95.0  # percentile of the steps of a position that moves
 FROZEN_CATCH_UP = 1.5  # times the step that follows, least step at the end of a frozen run
 FEW_POSES = 10  # below it a log with more rows than poses is not recognised
 HELD_SHARE = 0.2  # of the poses that fill two or more rows in a log with more rows than poses
@@ -100,7 +103,7 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     _refuse_two_places(name, eta[good])
     # 3. Frozen samples; then the heading is unwrapped over the usable ones.
     # 3. Frozen samples; then the heading is unwrapped over the usable ones.
-    bad[FaultKind.FROZEN] = _mask_of(len(t), good[_frozen(eta[good])])
+    bad[FaultKind.FROZEN] = _mask_of(len(t), good[_frozen(eta[good]) | _stuck(eta[good])])
     good = _faultless(name, bad, t)
     whole = np.array(eta, dtype=float)
     whole[good, 2] = np.unwrap(whole[good, 2])
@@ -310,6 +313,26 @@ def _frozen(eta: Array) -> Mask:
         if np.any((catch_up > FROZEN_CATCH_UP * after) & (catch_up > 0)):
             frozen[first : last + 1] = True
     return frozen
+
+
+def _stuck(eta: Array) -> Mask:
+    """Positions that repeat exactly while the heading goes on, and then catch up: a receiver without a fix.
+
+    Rounded positions of a slow boat repeat, too; their next step is a usual one.
+    """
+    repeats = _repeats(eta[:, :2])
+    steps = np.hypot(*np.diff(eta[:, :2], axis=0).T)
+    stuck = np.zeros(len(eta), dtype=bool)
+    moving = steps[steps > 0]
+    usual = float(np.percentile(moving, USUAL_STEP)) if len(moving) else 0.0
+    for first, last in _runs(repeats):
+        if (
+            last - first + 1 >= STUCK_ROWS
+            and last < len(steps)
+            and steps[last] > STUCK_CATCH_UP * usual
+        ):
+            stuck[first : last + 1] = True
+    return stuck
 
 
 def _jumps(t: Array, eta: Array) -> list[int]:

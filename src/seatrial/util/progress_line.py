@@ -21,7 +21,7 @@ class ProgressLine:
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
-        self.begun = time.monotonic()
+        self.begun: float | None = None  # first report: the work's imports are before it
         self.status = Status("", 0.0, None)
         self.bar: Bar | None = None  # None: not yet, or no more
         self.lock = threading.RLock()
@@ -44,7 +44,7 @@ class ProgressLine:
     def update(self, status: Status) -> None:
         """Show this at the next drawing."""
         self.status = status
-        if not self.thread.ident and not self.ended.is_set():
+        if self.begun is None:
             self.begun = time.monotonic()
         if not self.thread.ident and not self.ended.is_set():
             self.thread.start()
@@ -69,7 +69,8 @@ class ProgressLine:
             return
         from seatrial.util.progress_bar import Bar
 
+        begun = time.monotonic() if self.begun is None else self.begun
         with self.lock:
             if not self.ended.is_set():
-                self.bar = Bar(self.stream, lambda: self.status, self.begun)
+                self.bar = Bar(self.stream, lambda: self.status, begun)
                 self.bar.start()

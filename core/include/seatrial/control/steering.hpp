@@ -10,6 +10,7 @@
 #include "seatrial/actuators/chain.hpp"
 #include "seatrial/control/allocator_curve.hpp"
 #include "seatrial/model/dynamics.hpp"
+#include "seatrial/model/frames.hpp"
 
 namespace seatrial {
 
@@ -96,13 +97,13 @@ class Steering {
   }
 
   /// Commands (thrust, angle) for a surge and a yaw acceleration at the motion nu, dt [s] after the
-  /// last ones. Ahead yaw is served first: thrust rises to what the angle's end needs. False where
+  /// last ones. Yaw is served first: thrust ahead rises to what the angle's end needs. False where
   /// less is given than was asked, also by the angle's rate.
   bool command(double surge, double yaw, const double* nu, double dt, double* values) {
     const SteeredEffect e = effect(nu);
     const double along = surge / e.along;
     const double turn = yaw - e.turn * along;
-    const double f = along >= 0.0 ? ahead(e, along, turn) : std::max(along, astern_);
+    const double f = thrust_for(e, along, turn);
     const double asked = sine(e, f, turn);
     const double s = std::clamp(asked, least_, most_);
     const double wanted = std::asin(s);
@@ -167,6 +168,15 @@ class Steering {
     return turn / per;
   }
 
+  bool within(double sine) const { return sine >= least_ && sine <= most_; }
+
+  /// Astern where that gives the yaw, too; else ahead.
+  double thrust_for(const SteeredEffect& e, double along, double turn) const {
+    const double astern = std::max(along, astern_);
+    if (along < 0.0 && within(sine(e, astern, turn))) return astern;
+    return ahead(e, std::max(along, 0.0), turn);
+  }
+
   /// The thrust ahead with f cos a = along, or above it as much as yaw needs: f cos a rises with f.
   double ahead(const SteeredEffect& e, double along, double turn) const {
     double low = 0.0;
@@ -174,7 +184,7 @@ class Steering {
     for (int i = 0; i < kHalvings; ++i) {
       const double f = 0.5 * (low + high);
       const double s = sine(e, f, turn);
-      const bool enough = s >= least_ && s <= most_ && f * std::sqrt(1.0 - s * s) >= along;
+      const bool enough = within(s) && f * std::sqrt(1.0 - s * s) >= along;
       (enough ? high : low) = f;
     }
     return high;

@@ -82,6 +82,14 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, Settings>> each_para
         s.adapted_model);
 }
 
+/// What a parameter's value must be, in words.
+template <class Value>
+constexpr const char* kind_of() {
+  if constexpr (std::is_same_v<Value, double>) return "a number";
+  if constexpr (std::is_same_v<Value, std::vector<double>>) return "a list of numbers";
+  return std::is_same_v<Value, bool> ? "true or false" : "a string";
+}
+
 /// Six digits, without zeros behind.
 inline std::string plain(double value) {
   std::ostringstream text;

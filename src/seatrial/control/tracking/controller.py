@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model, load
+from seatrial.control.allocation.steered import steering_of
 from seatrial.control.gains_file import GainsFile, gains_of, guidance_numbers, load_gains
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.linear import linearise
-from seatrial.control.tuning.steered import steering_of
 from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array

@@ -14,9 +14,10 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.control.allocation.steered import steering_of
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
-from seatrial.control.tuning.steered import steered_shares, steering_of
+from seatrial.control.tuning.steered import steered_shares
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 

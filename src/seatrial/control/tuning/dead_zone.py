@@ -6,9 +6,9 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.control.allocation import Allocator
+from seatrial.control.allocation.steered import steering_of
 from seatrial.control.tracking.thrusters import wrench_of
 from seatrial.control.tuning.linear import LinearBoat, chords
-from seatrial.control.tuning.steered import steering_of
 from seatrial.util.frames import Array
 
 COMMAND_STEPS = 1000  # of an axis command from 0 to 1

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.control.allocation.steered import full_accelerations, steering_of
 from seatrial.control.tuning.steered import (
     gear_lag,
     steered_authority,
     steered_mix,
     steered_push,
-    steering_of,
 )
 from seatrial.util.errors import ControlError, ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array, frozen_array
@@ -188,7 +188,7 @@ def _reached(model: Model) -> Array:
         _, full = axis_commands(model, _plain_push(model) @ _allocated(model))
     for _ in range(4000):
         if steering is not None:
-            full = steered_authority(model, steering, float(speed[0]))
+            full = full_accelerations(steering, float(speed[0]))
         rate = np.diag(_accelerations(model, np.diag(speed))) + full
         speed = speed + step * rate
         if not np.isfinite(speed).all() or np.abs(speed).max() > 1e3:

@@ -5,51 +5,28 @@
 accelerations are those commanded, behind the thruster's and the angle's latency and lag.
 """
 
-from typing import Final
-
 import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.steering import angle_names
+from seatrial.control.allocation.steered import full_accelerations
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
-# by the core's fault: what is missing
-FAULTS: Final = (
-    "",
-    "takes one thruster and one angle, each with an input of its own",
-    "needs curves of thrust and angle that rise outside their dead zones",
-    "needs a thrust ahead that gives surge",
+LEAST_YAW = (
+    1e-6  # yaw over surge acceleration by full commands [1/m]; below it the angle has no effect
 )
-LEAST_YAW = 1e-6  # yaw over surge acceleration by full commands [1/m]; below it the angle has no effect
-
-
-def steering_of(model: Model, limit: float = 1.0) -> _core.Steering | None:
-    """The allocation of thrust and angle; None: the boat has no angle.
-
-    limit: of both commands. Raises ControlError where the boat has other angles than one for one thruster.
-    """
-    if not (angles := angle_names(model.vehicle.file.chain)):
-        return None
-    found = _core.Steering(model.boat, model.vehicle.chain, model.constants, limit)
-    if found.fault:
-        raise ControlError(
-            f"{model.name}: {', '.join(angles)} is an angle (chain: steered); the tracking controller "
-            f"{FAULTS[found.fault]}. Commands identify, predict and sim, and the odometry node, work with it"
-        )
-    return found
 
 
 def steered_authority(model: Model, steering: _core.Steering, fastest: float) -> Array:
-    """Accelerations (3,) by full commands at a speed ahead [m/s]; none in sway. Raises ControlError."""
-    surge, yaw, _ = steering.authority(fastest)
-    if yaw < LEAST_YAW * surge:
+    """Accelerations (3,) by full commands at the fastest speed ahead [m/s]. Raises ControlError."""
+    found = full_accelerations(steering, fastest)
+    if found[2] < LEAST_YAW * found[0]:
         raise ControlError(
             f"{model.name}: the angle gives no yaw at {fastest:.2g} m/s; the controller needs a yaw force of "
             "the angle: forces, and a term such as N_F * F_r in the structure"
         )
-    return np.array([surge, 0.0, yaw])
+    return found
 
 
 def steered_push(model: Model, steering: _core.Steering, fastest: float) -> Array:

@@ -33,9 +33,16 @@ class GrowingFilter:
 
     def advance(self, later: Recording, until: int) -> None:
         """Goes on along a part of the drive that begins at `newest` or before, up to a stamp [ns]."""
+        self.go_on(*self.along(later), until)
+
+    def along(self, later: Recording) -> tuple[_core.ThrustTrace, _core.Series]:
+        """Thrust and poses of a part of the drive, for `go_on` of filters that differ in their noise alone."""
         part = later.on_clock_of(self._first)
-        trace = self._problem.trace(self._theta, part)
-        self._run.advance(trace, filter_series(part), self._seconds(until))
+        return self._problem.trace(self._theta, part), filter_series(part)
+
+    def go_on(self, trace: _core.ThrustTrace, series: _core.Series, until: int) -> None:
+        """As `advance`, with what `along` returned."""
+        self._run.advance(trace, series, self._seconds(until))
 
     @property
     def newest(self) -> int:

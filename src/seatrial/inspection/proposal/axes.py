@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.inspection.proposal.column_heading import is_compass
-from seatrial.inspection.proposal.column_pose import heading_and_sense
+from seatrial.inspection.proposal.columns.heading import is_compass
+from seatrial.inspection.proposal.columns.pose import heading_and_sense
 from seatrial.inspection.proposal.sources import Ask, Choices
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.columns import read_tables

@@ -2,7 +2,7 @@
 """Topics of an autopilot's log that are the poses and the commands, by the messages that it is known to write."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,15 @@ from seatrial.inspection.proposal.from_topics import (
     given_pose,
     is_whole,
 )
-from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
+from seatrial.inspection.proposal.log_candidates import (
+    LEAST_HEADINGS,
+    LEAST_POSITIONS,
+    Candidate,
+    Found,
+    candidates,
+)
+from seatrial.inspection.proposal.log_motors import as_motors, find_motors, listed_topics
+from seatrial.inspection.proposal.servo_parameters import Motor
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
@@ -31,56 +39,18 @@ from seatrial.io.columns import TableSeen
 from seatrial.io.formats import open_log
 from seatrial.io.formats.known import (
     HEADINGS,
-    OUTPUTS,
     POSITIONS,
     VOLTAGES,
     YAW_RATES,
     Known,
 )
-from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
+from seatrial.io.log import LogTopic
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Axes, Stamps
+from seatrial.util.frames import Axes, Stamps
 from seatrial.util.progress import stage
 
-LEAST_POSITIONS = 20  # different ones, of a topic that is a position
-LEAST_HEADINGS = 20
 LEAST_FALL = 0.02  # of the battery's voltage, 5th to 95th percentile, for a scale
 OPENED, READ = 0.15, 0.2  # of the time of `init`
-PULSE = (800.0, 2200.0)  # [us]
-LISTED = 20  # topics in a message
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """A known signal in a topic of the log, and its values."""
-
-    known: Known
-    topic: LogTopic
-    samples: LogSamples
-
-    @property
-    def rate(self) -> float:
-        """[Hz] on average."""
-        t = self.samples.stamps
-        span = (int(t.max()) - int(t.min())) * 1e-9 if len(t) else 0.0
-        return len(t) / span if span > 0 else 0.0
-
-    @property
-    def different(self) -> int:
-        """Number of different values, 0 and none left out."""
-        values = self.samples.values
-        known = np.isfinite(values).all(axis=1) & (values != 0.0).any(axis=1)
-        return len(np.unique(values[known], axis=0)) if known.any() else 0
-
-    @property
-    def shown(self) -> str:
-        """Topic and fields."""
-        return f"{self.topic.name} {', '.join(self.known.fields)}"
-
-    @property
-    def why(self) -> str:
-        """What it is."""
-        return f"{self.known.what}, {self.rate:.3g} Hz"
 
 
 def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
@@ -90,7 +60,7 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
     with log:
         # 1. All known signals that change, read in one pass.
         with stage("signals", READ):
-            found = _Found(log, _candidates(log))
+            found = Found(log, candidates(log))
         # 2. A position, raw before filtered, and a heading; or those that the user names.
         axes = Axes(choices.axes)
         pose, rows, stamps, why = _chosen_pose(found, choices, ask)
@@ -98,9 +68,9 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
         given = (
             None if choices.commands is None else given_commands(LogTopics(log), choices.commands)
         )
-        driven = [] if given else _motors(log, choices, ask)
+        driven = [] if given else find_motors(log, choices, ask)
         if given:
-            commands, channels = {"topic": given[0]}, _as_motors(log, *given)
+            commands, channels = {"topic": given[0]}, as_motors(log, *given)
         voltage = _voltage(found)
     if not given:
         channels = named((m.name, {"topic": t.name, **m.column}) for t, m in driven)
@@ -118,7 +88,7 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
 
 
 def _chosen_pose(
-    found: "_Found", choices: Choices, ask: Ask | None
+    found: Found, choices: Choices, ask: Ask | None
 ) -> tuple[dict[str, Any], tuple[Recognised, ...], Stamps, str]:
     """The pose's entries, how they were recognised, stamps [ns] of the positions, and a note."""
     fields = given_keys(choices.pose)
@@ -144,38 +114,7 @@ def _nanoseconds(seen: TableSeen) -> Stamps:
     return np.rint(seen.numbers(STAMP) * 1e9).astype(np.int64)
 
 
-def _as_motors(
-    log: Log, main: str, channels: dict[str, dict[str, Any]]
-) -> dict[str, dict[str, Any]]:
-    """Channels that the user named, with trim and range where the parameters state them."""
-    found = {}
-    for name, column in channels.items():
-        topic = log.topics[column.get("topic", main)]
-        stated = {m.column["field"]: m.column for m in motors(log, topic)}
-        found[name] = column | stated.get(column["field"], {})
-    return found
-
-
-class _Found:
-    """Candidates of the log, with values."""
-
-    def __init__(self, log: Log, candidates: Sequence[tuple[Known, LogTopic]]) -> None:
-        self.log = log
-        samples = log.read([Wanted(t.name, k.fields) for k, t in candidates])
-        self.all = [_Candidate(k, t, s) for (k, t), s in zip(candidates, samples, strict=True)]
-
-    def of(self, known: Sequence[Known], least: int) -> list[_Candidate]:
-        """Candidates of one kind of signal that have enough different values, in the order of `known`."""
-        mine = [c for k in known for c in self.all if c.known is k]
-        return [c for c in mine if c.different >= least]
-
-
-def _candidates(log: Log) -> list[tuple[Known, LogTopic]]:
-    several = (*POSITIONS, *HEADINGS, *YAW_RATES, *VOLTAGES)
-    return [(known, topic) for known in several for topic in known.topics(log)]
-
-
-def _position(found: _Found, choices: Choices, ask: Ask | None) -> _Candidate:
+def _position(found: Found, choices: Choices, ask: Ask | None) -> Candidate:
     able = found.of(POSITIONS, LEAST_POSITIONS)
     if choices.pose is not None:
         for candidate in able:
@@ -195,7 +134,7 @@ def _position(found: _Found, choices: Choices, ask: Ask | None) -> _Candidate:
         )
         raise RecordingError(
             f"{found.log.path}: {what}; record with a GNSS receiver that has a fix, or with an external position. "
-            f"The topics are {_listed(found.log)}"
+            f"The topics are {listed_topics(found.log)}"
         )
     first = able[0].known.what  # the same kind of sensor: the fastest
     alike = [c for c in able if c.known.what == first]
@@ -207,27 +146,21 @@ def _position(found: _Found, choices: Choices, ask: Ask | None) -> _Candidate:
     return fastest
 
 
-def _best(found: _Found, known: Sequence[Known], what: str, least: int) -> _Candidate:
+def _best(found: Found, known: Sequence[Known], what: str, least: int) -> Candidate:
     able = found.of(known, least)
     if not able:
         raise RecordingError(
             f"{found.log.path}: no message with a {what} that changes; record the attitude. "
-            f"The topics are {_listed(found.log)}"
+            f"The topics are {listed_topics(found.log)}"
         )
     return able[0]
-
-
-def _listed(log: Log) -> str:
-    names = [t.name for t in log.topics.values()]
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return ", ".join(names[:LISTED]) + more
 
 
 # Poses #
 
 
 def _pose(
-    position: _Candidate, heading: _Candidate, rate: _Candidate | None, axes: Axes
+    position: Candidate, heading: Candidate, rate: Candidate | None, axes: Axes
 ) -> dict[str, Any]:
     """The pose as the vehicle file states it."""
     first, second = ({"field": f, **position.known.column} for f in position.known.fields)
@@ -252,7 +185,7 @@ def _pose(
     return pose
 
 
-def _elsewhere(candidate: _Candidate, position: _Candidate) -> dict[str, Any]:
+def _elsewhere(candidate: Candidate, position: Candidate) -> dict[str, Any]:
     same = candidate.topic.name == position.topic.name
     return {} if same else {"topic": candidate.topic.name}
 
@@ -266,67 +199,7 @@ def _axes_note(axes: Axes) -> str:
 # Commands #
 
 
-def _motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTopic, Motor]]:
-    """Motors, each with its topic."""
-    if choices.commands is not None:
-        topic = log.topics.get(choices.commands)
-        if topic is None:
-            raise RecordingError(
-                f"{log.path}: no topic {choices.commands} (--commands); it has {_listed(log)}"
-            )
-        given = motors(log, topic) or list(_changing(log, topic))
-        if not given:
-            raise RecordingError(f"{log.path}: no field of {choices.commands} changes (--commands)")
-        return [(topic, m) for m in given]
-    able = [
-        t for name in OUTPUTS for t in log.topics.values() if t.type == name and "@" not in t.name
-    ]
-    stated = [(t, m) for t in able for m in motors(log, t)]
-    first = (
-        stated[0][0].type[:3] if stated else ""
-    )  # RCOU and RCO2 are one, the motors and their outputs are not
-    if stated:
-        return [(t, m) for t, m in stated if t.type[:3] == first or t.type == "actuator_servos"]
-    changing = {t.name: list(_changing(log, t)) for t in able}
-    able = [t for t in able if changing[t.name]]
-    if not able:
-        raise RecordingError(
-            f"{log.path}: no message with motor outputs that change; name the topic of the commands with "
-            f"--commands. The topics are {_listed(log)}"
-        )
-    chosen = able[0].name
-    if ask is not None and len(able) > 1:
-        chosen = choose(log.path, "commands", [t.name for t in able], ask)
-    topic = log.topics[chosen]
-    return [(topic, m) for m in changing[chosen]]
-
-
-def _changing(log: Log, topic: LogTopic) -> Iterator[Motor]:
-    """Fields of a topic that change; stamps and counters aside."""
-    (samples,) = log.read([Wanted(topic.name, topic.fields)])
-    outputs = topic.type in OUTPUTS
-    for field, values in zip(topic.fields, samples.values.T, strict=True):
-        held = values[np.isfinite(values)]
-        driven = held[held != OFF]
-        if len(np.unique(driven)) < 2 or _counts(held) or (outputs and not _is_output(field)):
-            continue
-        pulses = PULSE[0] <= driven.min() and driven.max() <= PULSE[1]
-        column: dict[str, Any] = {"field": field}
-        if pulses and len(driven) < len(held):
-            column |= {"offset": 1500.0, "scale": 400.0, "off": OFF}
-        yield Motor(field, column, "changes; no parameter states what it drives")
-
-
-def _is_output(field: str) -> bool:
-    return any(c.isdecimal() for c in field)
-
-
-def _counts(values: Array) -> bool:
-    """Whether values only rise: a time or a counter."""
-    return len(values) > 2 and bool((np.diff(values) > 0).mean() > 0.9)
-
-
-def _voltage(found: _Found) -> _Candidate | None:
+def _voltage(found: Found) -> Candidate | None:
     """The battery's voltage, where it falls enough to matter."""
     for candidate in found.of(VOLTAGES, 3):
         values = candidate.samples.values[:, 0]
@@ -337,7 +210,7 @@ def _voltage(found: _Found) -> _Candidate | None:
     return None
 
 
-def _scales(voltage: _Candidate | None) -> list[str]:
+def _scales(voltage: Candidate | None) -> list[str]:
     """Lines of the vehicle file that state the battery as a scale."""
     if voltage is None:
         return []
@@ -361,7 +234,7 @@ def _scales(voltage: _Candidate | None) -> list[str]:
 
 
 def _recognised(
-    found: _Found, position: _Candidate, heading: _Candidate, rate: _Candidate | None
+    found: Found, position: Candidate, heading: Candidate, rate: Candidate | None
 ) -> tuple[Recognised, ...]:
     rows = [
         _row(found, "position", position, POSITIONS, LEAST_POSITIONS),
@@ -373,7 +246,7 @@ def _recognised(
 
 
 def _row(
-    found: _Found, signal: str, chosen: _Candidate, known: Sequence[Known], least: int
+    found: Found, signal: str, chosen: Candidate, known: Sequence[Known], least: int
 ) -> Recognised:
     others = [c for c in found.of(known, least) if c is not chosen]
     names = tuple(f"{c.topic.name} ({c.known.what})" for c in others)
@@ -381,10 +254,10 @@ def _row(
 
 
 def _recognised_drive(
-    found: _Found,
+    found: Found,
     driven: Sequence[tuple[LogTopic, Motor]],
     given: Mapping[str, dict[str, Any]],
-    voltage: _Candidate | None,
+    voltage: Candidate | None,
 ) -> Iterator[Recognised]:
     for topic, motor in driven:
         sure = Sureness.GUESS if motor.why.startswith("changes") else Sureness.CERTAIN

@@ -6,23 +6,25 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from seatrial.inspection.proposal.column_names import (
+from seatrial.inspection.proposal.columns.names import (
     Grade,
     Kind,
     grade,
     is_quaternion_part,
     read_name,
 )
-from seatrial.inspection.proposal.column_pose import PoseColumns, choose_pose
-from seatrial.inspection.proposal.column_signals import (
+from seatrial.inspection.proposal.columns.pose import PoseColumns, choose_pose
+from seatrial.inspection.proposal.columns.signals import (
     LISTED,
-    StampFound,
     column_of,
-    find_stamp,
     holding_tables,
     is_validity,
-    recognised,
     shown,
+)
+from seatrial.inspection.proposal.columns.stamps import (
+    StampFound,
+    find_stamp,
+    recognised,
     stamp_columns,
 )
 from seatrial.inspection.proposal.sources import (

@@ -12,13 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.inspection.proposal.column_names import is_quaternion_part
-from seatrial.inspection.proposal.column_pose import (
-    CHOICE_KEYS,
-    COORDINATE_KEYS,
-    HEADING_KEYS,
-    choose_pose,
-)
+from seatrial.inspection.proposal.columns.choice import CHOICE_KEYS, COORDINATE_KEYS, HEADING_KEYS
+from seatrial.inspection.proposal.columns.names import is_quaternion_part
+from seatrial.inspection.proposal.columns.pose import choose_pose
 from seatrial.inspection.proposal.sources import Choices, Recognised, assigned, named
 from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, collect

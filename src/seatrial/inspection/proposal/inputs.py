@@ -4,15 +4,14 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
-from seatrial.inspection.consistency.channel_assignment import Assignment, assignments
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
+from seatrial.inspection.proposal.channel_scales import off_value, scale_of
+from seatrial.inspection.proposal.channels import AT_REST, DRIVES_T, Channels
 from seatrial.inspection.proposal.sources import Sources
 from seatrial.inspection.proposal.thruster_weights import weights
 from seatrial.io.reader import read
@@ -21,26 +20,10 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.progress import over, stage
 
-DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
-LEAST_EFFECT_SHARE = 0.3  # of the strongest channel's effect on an axis; below is cross-coupling
-OWN_STICK_SHARE = (
-    0.1  # of the lever's effect of yaw on an axis, that the axis' own channel has at least
-)
-LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] range of a lever arm that is proposed
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
-PWM = (900.0, 2100.0)  # [us] range of servo pulses
-PWM_CENTRE = 1500.0  # [us] neutral
-PWM_SPANS = (400.0, 500.0, 600.0)  # [us] neutral to full: the least that holds the values
-MOST_TRIM = 60.0  # [us] of a neutral pulse width from the centre
-LEAST_REST_SHARE = 0.02  # of the rows, at one pulse width: that of rest
-OFF_VALUES = (0.0, 65535.0)  # [us] of outputs that are not driven
-OVERSHOOT = 1.05  # of full command, up to which a value still belongs to it
-USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
-LEAST_REACHED = 0.5  # of a usual full command; below, the scale is rounded up from the data
 LEAST_COMBINATION = (
     0.01  # of the largest singular value; below, a combination of inputs is unexcited
 )
-LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
 FORCE_NAMES = {
     "F_u": "F_u|surge|force_x|linear_x",
     "F_v": "F_v|sway|force_y|linear_y",
@@ -62,78 +45,6 @@ class Drive:
     lever: tuple[float, float] | None  # [m] of the measured point, in the file's axes
     findings: tuple[str, ...]  # corrected units
     on_change: bool
-
-
-@dataclass(frozen=True)
-class Channels:
-    """Gain from each channel to each axis, in the axes of the file."""
-
-    names: tuple[str, ...]
-    columns: dict[str, dict[str, Any]]  # with offset and scale
-    t: Array  # (3, n)
-    gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
-    spread: Array  # (n,) standard deviation of the command
-
-    @cached_property
-    def assigned(self) -> tuple[Assignment, ...]:
-        """For each axis the channel with the largest t, each channel once."""
-        t = self.t.copy()
-        if self.lever is not None:
-            t[:2, self.turning] = 0.0
-        return tuple(a for a in assignments(self.names, t) if abs(a.t) > DRIVES_T)
-
-    @property
-    def turning(self) -> int:
-        """The channel with the largest effect on yaw."""
-        return int(np.argmax(self.effects[2]))
-
-    @property
-    def effects(self) -> Array:
-        """Acceleration (3, n) of each axis by each channel as driven; 0 below `DRIVES_T`."""
-        return np.where(np.abs(self.t) > DRIVES_T, np.abs(self.gains) * self.spread, 0.0)
-
-    @property
-    def clear(self) -> NDArray[np.bool_]:
-        """Channels (3, n) that drive an axis, cross-coupling left out.
-
-        With a lever arm, yaw accelerates the measured point in surge and sway: that is no actuation.
-        """
-        effects = self.effects
-        if self.lever is not None:
-            effects[:2, self.turning] = 0.0
-        return np.asarray(
-            (effects > 0) & (effects >= LEAST_EFFECT_SHARE * effects.max(axis=1, keepdims=True))
-        )
-
-    @cached_property
-    def lever(self) -> tuple[float, float] | None:
-        """Lever arm [m] of the measured point, where the only yaw channel also moves surge or sway.
-
-        Other channels must drive these axes, too: a single bow thruster has the same effect.
-        """
-        effects = self.effects
-        k = self.turning
-        if (
-            np.count_nonzero(effects[2] >= max(LEAST_EFFECT_SHARE * effects[2].max(), LEAST_EFFECT))
-            != 1
-        ):
-            return None
-        aside = effects[:2, k] > 0.0
-        others = (
-            np.delete(effects[:2], k, axis=1).max(axis=1, initial=0.0)
-            >= OWN_STICK_SHARE * effects[:2, k]
-        )
-        if not aside.any() or not others[aside].all():
-            return None
-        along, across = np.where(aside, self.gains[:2, k], 0.0) / self.gains[2, k]
-        ahead, second = round(float(across), 2) + 0.0, round(float(-along), 2) + 0.0
-        return (ahead, second) if LEAST_LEVER < np.hypot(ahead, second) < MOST_LEVER else None
-
-    @property
-    def shared(self) -> bool:
-        """Whether several channels drive an axis together: thrusters rather than sticks."""
-        together = bool((self.clear.sum(axis=1) > 1).any())
-        return together and not all(a.trusted for a in self.assigned)
 
 
 class ThrustersUnknownError(RecordingError):
@@ -223,9 +134,9 @@ def _changing_channels(
         recordings = _read(sources, part, salvage=salvage)
         values = np.concatenate([r.commands.values for r in recordings]) * part.input_signs
         for name, raw in zip(part.inputs, values.T, strict=True):
-            off = _off(raw)
+            off = off_value(raw)
             if off is not None:
-                scale = _scale(raw[raw != off], sources.full)
+                scale = scale_of(raw[raw != off], sources.full)
                 disarmed[name] = sources.channels[name] | scale | {"off": off}
         for recording in recordings:
             steps = (np.diff(recording.commands.values, axis=0) != 0).sum(axis=0)
@@ -241,16 +152,6 @@ def _changing_channels(
     }
 
 
-def _off(raw: Array) -> float | None:
-    """The value of a disarmed autopilot among pulse widths; None: there is none."""
-    for value in OFF_VALUES:
-        rest = raw[raw != value]
-        isolated = 0 < len(rest) < len(raw)
-        if isolated and rest.min() >= PWM[0] and rest.max() <= PWM[1]:
-            return value
-    return None
-
-
 def _channels(
     sources: Sources, draft: Vehicle, recordings: Sequence[Recording], table: Sequence[Gain]
 ) -> Channels:
@@ -259,7 +160,7 @@ def _channels(
     values = np.concatenate([signal.values for signal in signals])
     raw = values * draft.input_signs
     scales = [
-        {} if "off" in sources.channels[n] else _scale(raw[:, i], sources.full)
+        {} if "off" in sources.channels[n] else scale_of(raw[:, i], sources.full)
         for i, n in enumerate(names)
     ]
     t, gains = np.zeros((3, len(names))), np.zeros((3, len(names)))
@@ -271,33 +172,9 @@ def _channels(
     columns = {n: sources.channels[n] | s for n, s in zip(names, scales, strict=True)}
     sizes = np.array([s.get("scale", 1.0) for s in scales])
     spread = values.std(axis=0) / sizes
-    return Channels(names, columns, t, gains * sizes, spread)
-
-
-def _scale(values: Array, full: float | None = None) -> dict[str, float]:
-    """Offset and scale for a full command of 1; `full` where the message type defines it."""
-    least, most = float(values.min()), float(values.max())
-    if PWM[0] <= least and most <= PWM[1]:
-        neutral = _neutral(values)
-        reached = max(most - neutral, neutral - least) / OVERSHOOT
-        spans = (*(span for span in PWM_SPANS if span >= reached), PWM_SPANS[-1])
-        return {"offset": neutral, "scale": spans[0]}
-    largest = max(abs(least), abs(most))
-    usual = next((x for x in USUAL_FULL_COMMANDS if x > largest / OVERSHOOT), 0.0)
-    if full is None and largest < LEAST_REACHED * usual and largest > OVERSHOOT:
-        decade = 10.0 ** np.floor(np.log10(largest))
-        full = float(np.ceil(largest / OVERSHOOT / decade) * decade)
-    scale = full or usual or largest
-    return {} if scale == 1.0 else {"scale": scale}
-
-
-def _neutral(pulses: Array) -> float:
-    """The pulse width of a boat at rest: the most frequent one near the usual centre."""
-    near = np.round(pulses[np.abs(pulses - PWM_CENTRE) <= MOST_TRIM])
-    widths, counts = np.unique(near, return_counts=True)
-    if len(widths) == 0 or counts.max() < LEAST_REST_SHARE * len(pulses):
-        return PWM_CENTRE
-    return float(widths[counts.argmax()])
+    rests = np.array([s.get("offset", 0.0) for s in scales])
+    driven = np.abs(raw - rests) > AT_REST * sizes
+    return Channels(names, columns, t, gains * sizes, spread, driven)
 
 
 def _thrusters(found: Channels) -> Parts:
@@ -313,7 +190,7 @@ def _thrusters(found: Channels) -> Parts:
         forces.pop(WRENCH[1], None)
         used = {name for force in forces.values() for name in force["of"]}
     inputs = {n: found.columns[n] for n in found.names if n in used}
-    return inputs, {n: _moved_axes(found.t[:, found.names.index(n)]) for n in inputs}, forces
+    return inputs, {n: _thruster_remark(found, n) for n in inputs}, forces
 
 
 def _sticks(found: Channels) -> Parts:
@@ -365,6 +242,16 @@ def _combinations(recordings: Sequence[Recording]) -> int:
     values = np.concatenate([r.commands.values for r in recordings])
     size = np.linalg.svd(values - values.mean(axis=0), compute_uv=False)
     return int((size > LEAST_COMBINATION * size[0]).sum()) if size[0] > 0 else 0
+
+
+def _thruster_remark(found: Channels, name: str) -> str:
+    other = found.twin(name)
+    two = (
+        f"; check: acts as {other} does, never at the same time: two sources of one command?"
+        if other
+        else ""
+    )
+    return _moved_axes(found.t[:, found.names.index(name)]) + two
 
 
 def _moved_axes(t: Array) -> str:

@@ -80,7 +80,8 @@ class Live(Stream):
             yield from self._put(event, self.stamp_of(event, now))
 
     def _put(self, event: Event, stamp: int) -> Iterator[str]:
-        if not self.system and stamp <= self.odometer.newest + STAMP_LEAP:
+        newest = self.odometer.newest
+        if not self.system and stamp <= newest + STAMP_LEAP:
             yield from self.due(stamp - 1)  # from the inputs before this one
         if event.kind == "pose":
             taken = self.odometer.pose(stamp, event.values, event.covariance)
@@ -94,7 +95,7 @@ class Live(Stream):
             taken = self.odometer.scale(stamp, event.values)
         if taken not in (Taken.USED, Taken.TWICE):
             raise LiveError(
-                f"{event.kind} at {stamp / NANO:.6f} s was not used: {taken_text(taken)}"
+                f"{event.kind} at {stamp / NANO:.6f} s was not used: {refusal(taken, (stamp - newest) / NANO)}"
             )
         if self.adaptation is not None:
             if not self._noisier(event):
@@ -155,9 +156,16 @@ class Live(Stream):
         self.adaptation.keep(change.model)
 
 
-def taken_text(taken: Taken) -> str:
-    """The outcome of an input as text."""
-    return taken.name.lower().replace("_", " ")
+def refusal(taken: Taken, ahead: float) -> str:
+    """Why an input was not used; ahead: [s] of its stamp after the newest one."""
+    late = f"its stamp is {-ahead:.1f} s before the newest one"
+    early = f"its stamp is {ahead:.1f} s after the newest one"
+    return {
+        Taken.NOT_A_NUMBER: "a number is NaN, infinite or out of range, or the covariance is invalid",
+        Taken.STALE: f"{late}; if the clock was set back, the odometry follows it after several inputs",
+        Taken.AHEAD: f"{early}; the next input is used if its stamp is as late",
+        Taken.NO_ROOM: "too many inputs in half a second",
+    }.get(taken, taken.name.lower())
 
 
 def serve(

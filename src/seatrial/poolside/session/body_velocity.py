@@ -43,8 +43,10 @@ class BodyVelocity:
     @property
     def nu(self) -> Array:
         """u, v [m/s], r [rad/s]; NaN before there is one, and after a gap."""
-        rates = np.array(self._rates or [np.full(3, np.nan)])
-        return np.asarray(np.median(rates, axis=0))
+        if not self._rates:
+            return np.full(3, np.nan)
+        ordered = np.sort(np.array(self._rates), axis=0)
+        return np.asarray(ordered[len(ordered) // 2])
 
     def _rate(self) -> Array:
         if len(self._kept) < 2:

@@ -33,7 +33,7 @@ class DriveGuide:
         """As of `Guide`."""
         enough = self._enough
         if model is None or model is not self._model:
-            enough.update(seen.time, model, seen.predictions)
+            enough.update(seen.time, model, seen.predictions, whole=seen.whole)
             self._model = model
         known = () if model is None else parameter_states(model, enough.needs)
         found = () if seen.pose is None else self._manoeuvres(model, seen)

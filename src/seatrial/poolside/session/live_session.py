@@ -200,7 +200,7 @@ class Session:
                     self._advise()
             if check.due and self._track.poses > FEWEST_POSES:
                 with self._reported("check of signs"), check:
-                    self._parts.health.check(self._parts.estimator.log.recording())
+                    self._check()
             with self._reported("test for a change"):
                 self._watch()
             self._publish(message=self._message(), lag=self._parts.estimator.lag)
@@ -217,10 +217,21 @@ class Session:
         now = self.state()
         pose = None if self.drained else now.pose
         period = now.time / max(now.poses - 1, 1)
-        trust = self._parts.estimator.trust
-        seen = Seen(now.time, pose, self._velocity.nu, period, now.predictions, trust)
+        drive = self._parts.estimator
+        seen = Seen(
+            now.time, pose, self._velocity.nu, period, now.predictions, drive.trust, drive.whole
+        )  # fmt: skip
         found = self._parts.guide.advise(self._parts.estimator.model(), seen)
         self._publish(**structs.asdict(found))
+
+    def _check(self) -> None:
+        """Signs, units and order, and what the poses show as a whole. Raises RecordingError."""
+        log, health = self._parts.estimator.log, self._parts.health
+        try:
+            recording = log.recording()
+        finally:
+            health.remark(log.doubt, usable=not log.coarse)
+        health.check(recording)
 
     def _watch(self) -> None:
         detector = self._parts.detector

@@ -38,6 +38,7 @@ class Seen:
     period: float  # [s] of the poses
     predictions: tuple[PredictionState, ...]
     trust: float = 1.0  # information that driving turned out to have, over what the noise promises
+    whole: bool = True  # whether the drive is long enough for `identify`
 
 
 class Guide(Protocol):

@@ -21,8 +21,8 @@ MCAP = "recording.mcap"
 def save_mcap(recording: Path, folder: Path) -> dict[str, str]:
     """The recording as an .mcap in `folder`, and its vehicle file; its path. Raises SeatrialError."""
     with stage("writing the .mcap"):
-        bag, _ = convert(recording, folder / MCAP, load_vehicle(recording / VEHICLE))
-    return {"mcap": str(bag)}
+        convert(recording, folder / MCAP, load_vehicle(recording / VEHICLE))
+    return {"mcap": str(folder / MCAP)}
 
 
 def save_drive(recording: Path, folder: Path, effects: Sequence[str] = ()) -> dict[str, str]:

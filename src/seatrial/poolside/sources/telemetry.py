@@ -119,10 +119,11 @@ class FrameStream:
     """Frames out of bytes that arrive in blocks of any size."""
 
     def __init__(self) -> None:
-        from fastcrc.crc16 import mcrf4xx
-
         self.lost = 0  # [bytes] that are no frame of a known message
-        self._known, self._checksum, self._rest = messages(), mcrf4xx, b""
+        self._known = messages()
+        from fastcrc.crc16 import mcrf4xx  # pymavlink brings it
+
+        self._checksum, self._rest = mcrf4xx, b""
         self._autopilot: Sender | None = None
 
     def feed(self, block: bytes) -> Iterator[Heard]:

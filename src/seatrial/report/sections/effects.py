@@ -120,7 +120,7 @@ def in_short(model: Model) -> str:
 
 
 def _sized(effect: str, value: float, error: float, unit: str) -> str:
-    return f"{effect} {plus_minus(value, NORMAL_95 * error)} {unit}"
+    return f"{effect} {plus_minus(value, NORMAL_95 * error)} {unit.replace('^2', '²')}"
 
 
 def _of_recordings(model: Model) -> Iterator[str]:
@@ -140,5 +140,5 @@ def _of_recordings(model: Model) -> Iterator[str]:
             yield _sized(words, value, error, unit) + (f" toward {direction}" if direction else "")
         elif several:
             sizes = [value for _, value, _, _ in several]
-            unit = several[0][3]
+            unit = several[0][3].replace("^2", "²")
             yield f"{words} {min(sizes):.2g} to {max(sizes):.2g} {unit} in {len(several)} recordings"

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.schema import TO_SI
-from seatrial.inspection.proposal.column_names import Grade, read_name
-from seatrial.inspection.proposal.column_signals import Heading, Position
-from seatrial.inspection.proposal.heading_sense import (
+from seatrial.inspection.proposal.columns.heading_sense import (
     COMPASS,
     MOST_RADIANS,
     PLAIN,
@@ -17,6 +15,8 @@ from seatrial.inspection.proposal.heading_sense import (
     by_motion,
     unit_of,
 )
+from seatrial.inspection.proposal.columns.names import Grade, read_name
+from seatrial.inspection.proposal.columns.signals import Heading, Position
 from seatrial.inspection.proposal.sources import Ask, Sureness
 from seatrial.util.frames import Array, Axes
 

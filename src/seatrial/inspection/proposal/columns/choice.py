@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: MIT
+"""The columns of position, heading and stamps: those that the user names, else the best by name and value."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from seatrial.inspection.proposal.columns.names import Grade, Kind, grade
+from seatrial.inspection.proposal.columns.signals import (
+    LISTED,
+    Heading,
+    Position,
+    column_of,
+    headings,
+    positions,
+    quaternions,
+    weighed,
+)
+from seatrial.inspection.proposal.columns.stamps import (
+    StampFound,
+    find_stamp,
+    given_stamp,
+)
+from seatrial.inspection.proposal.sources import (
+    OPTIONS,
+    Ask,
+    Choices,
+    assigned,
+    choose,
+)
+from seatrial.io.columns import ColumnView, TableSeen
+from seatrial.util.errors import RecordingError
+
+COORDINATE_KEYS = {
+    "x": Kind.X, "y": Kind.Y, "east": Kind.EAST, "north": Kind.NORTH,
+    "lat": Kind.LATITUDE, "latitude": Kind.LATITUDE, "lon": Kind.LONGITUDE, "longitude": Kind.LONGITUDE,
+}  # fmt: skip
+HEADING_KEYS = ("heading", "psi", "yaw")
+CHOICE_KEYS = (*COORDINATE_KEYS, *HEADING_KEYS, "stamp", "yaw_rate")
+EXAMPLE = "--pose x=COLUMN,y=COLUMN,heading=COLUMN"
+
+
+def given_columns(
+    path: Path, tables: Sequence[TableSeen], choices: Choices
+) -> tuple[dict[str, str], Sequence[TableSeen]]:
+    """Columns of `--pose`, and the tables that may have the position."""
+    given = assigned(choices.pose or "", "--pose", CHOICE_KEYS)
+    whole = given or choices.pose is None
+    return given, tables if whole else [_table(path, tables, str(choices.pose))]
+
+
+def pose_signals(
+    path: Path, own: Sequence[TableSeen], tables: Sequence[TableSeen], given: Mapping[str, str],
+    ask: Ask | None,
+) -> tuple[Position, Heading, StampFound]:  # fmt: skip
+    """The columns of position, heading and stamps."""
+    position = _position(path, own, tables, given, ask)
+    heading = _heading(path, tables, position, given, ask)
+    return position, heading, _stamp(path, tables, position, given)
+
+
+def _table(path: Path, tables: Sequence[TableSeen], name: str) -> TableSeen:
+    for table in tables:
+        if table.key and name in (table.key, Path(table.key).stem):
+            return table
+    listed = ", ".join(t.key for t in tables if t.key) or "only one; name columns: " + EXAMPLE
+    raise RecordingError(f"{path}: no table {name} ({OPTIONS['poses']}); there are {listed}")
+
+
+def _position(
+    path: Path, own: Sequence[TableSeen], tables: Sequence[TableSeen], given: Mapping[str, str],
+    ask: Ask | None,
+) -> Position:  # fmt: skip
+    """The position: as given, or the best by name and value; a question where several tables have one."""
+    chosen = {COORDINATE_KEYS[k]: v for k, v in given.items() if k in COORDINATE_KEYS}
+    if chosen:
+        return _given_position(path, tables, chosen)
+    found = positions(own)
+    if not found:
+        raise RecordingError(_nothing(path, own, "position"))
+    turning = {h.table.key for h in headings(own)}
+    whole = [p for p in found if p.table.key in turning]
+    best = whole or found
+    best = [p for p in best if p.grade >= min(best[0].grade, Grade.PREFIXED)]
+    keys = list(dict.fromkeys(p.table.key for p in best))
+    key = keys[0] if len(keys) == 1 else choose(path, "poses", keys, ask)
+    position = next(p for p in best if p.table.key == key)
+    if position.still and ask is not None:
+        return _asked_position(position, ask)
+    return position
+
+
+def _given_position(
+    path: Path, tables: Sequence[TableSeen], chosen: Mapping[Kind, str]
+) -> Position:
+    kinds = tuple(chosen)
+    for pair in ((Kind.X, Kind.Y), (Kind.EAST, Kind.NORTH), (Kind.LATITUDE, Kind.LONGITUDE)):
+        if set(kinds) == set(pair):
+            (table, first), (other, second) = (
+                column_of(path, tables, chosen[kind], "--pose") for kind in pair
+            )
+            if table is not other:
+                raise RecordingError(
+                    f"{path}: --pose: {first} is in {table.key} and {second} in {other.key}; both "
+                    "coordinates are columns of one table"
+                )
+            found = weighed(table, pair, (first, second), chosen=True)
+            assert found is not None
+            return found
+    raise RecordingError(
+        f"{path}: --pose has {', '.join(k.value for k in kinds)}; give x and y, east and north, or lat and lon"
+    )
+
+
+def _asked_position(position: Position, ask: Ask) -> Position:
+    """A coordinate that hardly moves may be a height."""
+    table, names = position.table, position.names
+    i = names.index(position.still)
+    options = [position.still, *(c.name for c in _numeric(table) if c.name not in names)]
+    name = ask(f"{position.still} hardly moves. Which column is the other coordinate?", options)
+    pair = (name, names[1]) if i == 0 else (names[0], name)
+    return weighed(table, position.kinds, pair, chosen=True) or position
+
+
+def _numeric(table: TableSeen) -> list[ColumnView]:
+    return [c for c in table.view.columns if c.name and c.changes and c.least is not None]
+
+
+def _nothing(path: Path, tables: Sequence[TableSeen], what: str) -> str:
+    """What an error says where a signal is not found."""
+    listed = "; ".join(
+        f"{t.view.path}: {', '.join(c.name for c in _numeric(t)[:LISTED])}" for t in tables
+    )
+    courses = [c.name for t in tables for c in _numeric(t) if grade(c.name, Kind.COURSE)]
+    course = f" {courses[0]} is a course, the direction of the motion." if courses else ""
+    return (
+        f"{path}: no table has columns named like x, y and psi (or yaw, heading, a quaternion; lat and lon): "
+        f"no {what}.{course} Name them with {EXAMPLE}. Columns that change are {listed[:400]}"
+    )
+
+
+def _heading(
+    path: Path, tables: Sequence[TableSeen], position: Position, given: Mapping[str, str],
+    ask: Ask | None,
+) -> Heading:  # fmt: skip
+    """The heading: as given, or the best of the position's table, or of another."""
+    name = next((given[key] for key in HEADING_KEYS if key in given), None)
+    if name is not None:
+        table, column = column_of(path, tables, name, "--pose")
+        four = next((q for q in quaternions(table) if column in q), None)
+        return Heading(table, four or (column,), Grade.WHOLE, 0)
+    found = [h for h in headings(tables) if not set(h.names) & set(position.names)]
+    beside = [h for h in found if h.table is position.table]
+    if beside:
+        return beside[0]
+    if found:
+        best = [h for h in found if h.grade == found[0].grade]
+        keys = list(dict.fromkeys(h.table.key for h in best))
+        key = keys[0] if len(keys) == 1 else choose(path, "headings", keys, ask)
+        return next(h for h in best if h.table.key == key)
+    options = [c.name for c in _numeric(position.table) if c.name not in position.names]
+    if ask is None or not options:
+        raise RecordingError(_nothing(path, tables, "heading"))
+    name = ask("Which column is the heading?", options)
+    return Heading(position.table, (name,), Grade.PART, 0)
+
+
+def _stamp(
+    path: Path, tables: Sequence[TableSeen], position: Position, given: Mapping[str, str]
+) -> StampFound:
+    if "stamp" in given:
+        table, name = column_of(path, [position.table], given["stamp"], "--pose")
+        return given_stamp(table, name)
+    found = find_stamp(position.table)
+    if found is None:
+        listed = ", ".join(c.name for c in position.table.view.columns[:LISTED])
+        raise RecordingError(
+            f"{position.table.view.path}: no column of stamps; it has {listed}. Name it with --pose stamp=COLUMN"
+        )
+    return found

@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: MIT
+"""The pose's columns as the vehicle file has them: position, heading with its zero and sense, stamps."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, given_columns, pose_signals
+from seatrial.inspection.proposal.columns.heading import Psi, psi_of, sense_by_motion
+from seatrial.inspection.proposal.columns.heading_sense import Sense
+from seatrial.inspection.proposal.columns.names import Kind, read_name
+from seatrial.inspection.proposal.columns.signals import (
+    Heading,
+    Position,
+    headings,
+    is_validity,
+    positions,
+    shown,
+)
+from seatrial.inspection.proposal.columns.stamps import (
+    StampFound,
+    find_stamp,
+    recognised,
+)
+from seatrial.inspection.proposal.columns.yaw_rate import find_yaw_rate, seconds_of
+from seatrial.inspection.proposal.sources import (
+    Ask,
+    Choices,
+    Recognised,
+    Sureness,
+)
+from seatrial.io.columns import TableSeen
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Axes
+
+ORIGIN_DIGITS = 6  # [deg] 0.1 m
+
+
+@dataclass(frozen=True)
+class PoseColumns:
+    """Entries of `pose:`, the tables they are from, and how each was recognised."""
+
+    entries: dict[str, Any]
+    tables: tuple[TableSeen, ...]  # of the position; of the heading, where it is another
+    taken: Mapping[str, frozenset[str]]  # columns of a table, by its key
+    recognised: tuple[Recognised, ...]
+    notes: Mapping[str, list[str]] = field(default_factory=dict)
+
+    def names_in(self, table: TableSeen) -> frozenset[str]:
+        """Columns of the table that belong to the pose."""
+        return self.taken.get(table.key, frozenset())
+
+
+def choose_pose(
+    path: Path, tables: Sequence[TableSeen], choices: Choices, ask: Ask | None
+) -> PoseColumns:
+    """Position, heading, stamps, and a gyro's yaw rate. Raises RecordingError."""
+    given, own = given_columns(path, tables, choices)
+    axes = Axes(choices.axes)
+    # 1. Columns by name and value.
+    position, heading, stamp = pose_signals(path, own, tables, given, ask)
+    # 2. Zero, sense and unit of the heading.
+    course = _at_positions(position, heading, stamp)
+    psi = psi_of(position, heading, course, axes, ask)
+    if any(key in given for key in HEADING_KEYS):
+        psi = Psi(psi.entry, psi.values, Sureness.CHOSEN, f"--pose; {psi.why}")
+    entries: dict[str, Any] = {"file": position.table.key} if position.table.key else {}
+    entries["stamp"] = stamp.entry
+    entries |= _coordinates(position, axes)
+    entries["psi"] = psi.entry | _elsewhere(heading.table, position.table, stamp)
+    found = [
+        *_recognised_position(position, positions(tables)),
+        _recognised_heading(heading, psi, headings(tables)),
+        recognised("stamps of the poses", position.table, stamp),
+    ]
+    # 3. Yaw rate, and what marks valid poses.
+    notes: dict[str, list[str]] = {}
+    if position.east_north is not None:
+        notes["known axes"] = [
+            "x is north and y is east" if axes is Axes.FRD else "x is east and y is north"
+        ]
+    rate = find_yaw_rate(path, tables, heading, psi, given)
+    if rate is not None:
+        table, name, entry, seen = rate
+        found.append(seen)
+        if seen.sure is Sureness.GUESS:
+            notes["yaw_rate"] = [f"yaw_rate: {name}", seen.why]
+        else:
+            entries["yaw_rate"] = entry | _elsewhere(table, position.table, stamp)
+    marks = [c.name for c in position.table.view.columns if is_validity(c)]
+    if marks:
+        entries["valid"] = marks[0]
+    taken = _taken(position, heading, rate)
+    used = (position.table, *([heading.table] if heading.table is not position.table else []))
+    return PoseColumns(entries, used, taken, tuple(found), notes)
+
+
+def heading_and_sense(
+    path: Path, tables: Sequence[TableSeen], choices: Choices
+) -> tuple[Position, Heading, Sense | None]:
+    """Position, heading, and the sense in which the heading follows the motion. Raises RecordingError."""
+    given, own = given_columns(path, tables, choices)
+    position, heading, stamp = pose_signals(path, own, tables, given, None)
+    return (
+        position,
+        heading,
+        sense_by_motion(position, heading, _at_positions(position, heading, stamp)),
+    )
+
+
+def _at_positions(position: Position, heading: Heading, stamp: StampFound) -> Array:
+    """The heading (n,) as written at the rows of the positions, from its own table by its stamps."""
+    values = heading.values
+    if heading.table is position.table:
+        return values
+    own = find_stamp(heading.table)
+    if own is None:
+        raise RecordingError(
+            f"{heading.table.view.path}: no column of stamps for {heading.names[0]}"
+        )
+    there, here = seconds_of(heading.table, own), seconds_of(position.table, stamp)
+    good = np.isfinite(values)
+    order = np.argsort(there[good], kind="stable")
+    at = np.searchsorted(there[good][order], here).clip(0, max(0, int(good.sum()) - 1))
+    return values[good][order][at] if good.any() else np.full(len(here), np.nan)
+
+
+def _coordinates(position: Position, axes: Axes) -> dict[str, Any]:
+    """x and y, or latitude, longitude and origin."""
+    first, second = (_coordinate(name, position.scale) for name in position.names)
+    if position.kinds[0] is not Kind.LATITUDE:
+        east_north = position.east_north is not None
+        x, y = (second, first) if east_north and axes is Axes.FRD else (first, second)
+        return {"x": x, "y": y}
+    lat, lon = position.values
+    known = np.flatnonzero(np.isfinite(lat) & np.isfinite(lon))
+    entry: dict[str, Any] = {"latitude": first, "longitude": second}
+    if len(known):
+        entry["origin"] = [round(float(v[known[0]]), ORIGIN_DIGITS) for v in (lat, lon)]
+    return entry
+
+
+def _coordinate(name: str, scale: float) -> dict[str, Any]:
+    unit = read_name(name).unit
+    entry: dict[str, Any] = {"column": name}
+    if unit in ("cm", "mm"):
+        entry["unit"] = unit
+    return entry | ({"scale": scale} if scale != 1.0 else {})
+
+
+def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str, Any]:
+    """`file` and `stamp` of a signal in another table than the position's."""
+    if table is main:
+        return {}
+    own = find_stamp(table)
+    entry: dict[str, Any] = {"file": table.key}
+    if own is not None and own.entry["column"] != stamp.entry["column"]:
+        entry["stamp"] = own.entry["column"]
+    return entry
+
+
+def _taken(
+    position: Position, heading: Heading, rate: tuple[TableSeen, str, Any, Any] | None
+) -> dict[str, frozenset[str]]:
+    """Columns of the pose by table."""
+    found: dict[str, set[str]] = {}
+    for table, names in ((position.table, position.names), (heading.table, heading.names)):
+        found.setdefault(table.key, set()).update(names)
+    if rate is not None:
+        found.setdefault(rate[0].key, set()).add(rate[1])
+    return {key: frozenset(names) for key, names in found.items()}
+
+
+def _recognised_position(position: Position, others: Sequence[Position]) -> list[Recognised]:
+    rest = [p for p in others if p.names != position.names or p.table is not position.table]
+    return [
+        Recognised(
+            kind.value, shown(position.table, name), position.why, position.sure,
+            tuple(dict.fromkeys(shown(p.table, p.names[i]) for p in rest)),
+        )
+        for i, (kind, name) in enumerate(zip(position.kinds, position.names, strict=True))
+    ]  # fmt: skip
+
+
+def _recognised_heading(heading: Heading, psi: Psi, others: Sequence[Heading]) -> Recognised:
+    rest = [shown(h.table, *h.names) for h in others if h.names != heading.names]
+    unit = f" [{psi.entry['unit']}]" if "unit" in psi.entry else ""
+    return Recognised(
+        "heading", shown(heading.table, *heading.names) + unit, psi.why, psi.sure, tuple(rest)
+    )

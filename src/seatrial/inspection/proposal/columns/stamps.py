@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: MIT
+"""The column of a table that has its stamps, by name and by value."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from seatrial.inspection.proposal.columns.names import (
+    Grade,
+    Kind,
+    family,
+    grade,
+    order,
+    read_name,
+)
+from seatrial.inspection.proposal.columns.signals import shown
+from seatrial.inspection.proposal.sources import Recognised, Sureness
+from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
+
+MOST_REST = 1e9  # [ns] of a second
+TIME_UNITS = ("s", "ms", "us", "ns")
+
+
+@dataclass(frozen=True)
+class StampFound:
+    """The column with the stamps of a table."""
+
+    entry: dict[str, Any]  # as the vehicle file has it
+    why: str
+    sure: Sureness
+    others: tuple[str, ...]
+
+
+def find_stamp(table: TableSeen) -> StampFound | None:
+    """Seconds and nanoseconds, a named column that rises, dates and times, any column that rises."""
+    found: list[tuple[float, dict[str, Any], str, Sureness]] = []
+    for column in table.view.columns:
+        fit = grade(column.name, Kind.STAMP) if column.name else None
+        rest = _rest_of(table, column)
+        if rest:
+            entry = {"column": column.name, "nanoseconds": rest}
+            found.append((50.0, entry, "names; whole seconds and nanoseconds", Sureness.CERTAIN))
+        elif fit is not None and column.unit:
+            kind = "dates and times" if column.unit == DATE_TIME_UNIT else "it rises"
+            sure = Sureness.CERTAIN if fit > Grade.PART else Sureness.LIKELY
+            why = f"name; {kind}, {column.rate:.4g} Hz"
+            if column.unit == "s.ns":
+                why = "name; nanoseconds without leading zeros: so read it rises, as seconds it jumps back"
+            found.append((40.0 + fit + _earliness(column), _stamp(column), why, sure))
+        elif fit is not None and fit > Grade.PART and column.least is not None and column.changes:
+            why = "name; it does not always rise"
+            found.append((20.0 + fit + _earliness(column), _stamp(column), why, Sureness.LIKELY))
+        elif column.unit and column.name and grade(column.name, Kind.MEASURED) is None:
+            why = f"it rises, {column.rate:.4g} Hz"
+            found.append((10.0, _stamp(column), why, Sureness.GUESS))
+    if not found:
+        return None
+    found.sort(key=lambda f: -f[0])
+    _, entry, why, sure = found[0]
+    return StampFound(entry, why, sure, tuple(str(f[1]["column"]) for f in found[1:]))
+
+
+def given_stamp(table: TableSeen, name: str) -> StampFound:
+    """The column that the user chose."""
+    column = next(c for c in table.view.columns if c.name == name)
+    rest = _rest_of(table, column)
+    entry = {"column": name, "nanoseconds": rest} if rest else _stamp(column)
+    return StampFound(entry, "--pose", Sureness.CHOSEN, ())
+
+
+def _earliness(column: ColumnView) -> float:
+    """Usual names first."""
+    return 1.0 / (2.0 + order(column.name, Kind.STAMP))
+
+
+def _stamp(column: ColumnView) -> dict[str, Any]:
+    """Column and unit: by name, else by value."""
+    name = column.name.strip().lower()
+    read = read_name(column.name)
+    unit = column.unit or "s"
+    if column.unit not in ("s.ns", DATE_TIME_UNIT):
+        stated = name if name in TIME_UNITS[1:] else read.unit
+        unit = stated if stated in TIME_UNITS else unit
+    plain = unit in ("s", DATE_TIME_UNIT)
+    return {"column": column.name} | ({} if plain else {"unit": unit})
+
+
+def _rest_of(table: TableSeen, column: ColumnView) -> str:
+    """The column of nanoseconds that belongs to this one of whole seconds."""
+    if column.least is None or not column.name or not grade(column.name, Kind.STAMP):
+        return ""
+    if grade(column.name, Kind.NANOSECONDS):
+        return ""
+    seconds = table.numbers(column.name)
+    if not np.all(np.isnan(seconds) | (seconds == np.rint(seconds))):
+        return ""
+    for other in table.view.columns:
+        if (
+            other.name != column.name and other.least is not None and other.most is not None
+            and grade(other.name, Kind.NANOSECONDS) and family(other.name) == family(column.name)
+            and other.least >= 0 and other.most < MOST_REST
+        ):  # fmt: skip
+            return other.name
+    return ""
+
+
+def stamp_columns(table: TableSeen) -> set[str]:
+    """Every column that is a stamp by its name, and rises or has dates; with its nanoseconds."""
+    found: set[str] = set()
+    for column in table.view.columns:
+        if column.name and grade(column.name, Kind.STAMP) in (Grade.WHOLE, Grade.PREFIXED):
+            found.add(column.name)
+            found.add(_rest_of(table, column) or column.name)
+        elif column.name and grade(column.name, Kind.NANOSECONDS):
+            found.add(column.name)
+    return found
+
+
+def recognised(signal: str, table: TableSeen, found: StampFound) -> Recognised:
+    """A stamp as the table of signals shows it."""
+    entry = found.entry
+    names = [entry["column"], *([entry["nanoseconds"]] if "nanoseconds" in entry else [])]
+    unit = f" [{entry['unit']}]" if "unit" in entry else ""
+    return Recognised(signal, shown(table, *names) + unit, found.why, found.sure, found.others)

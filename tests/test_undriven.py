@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: MIT
+"""Motion before the first command and after the last: a boat that is carried, towed or adrift."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from seatrial.guide.path import _while_driven
+from seatrial.guide.steps import Steps
+from seatrial.guide.task import Task
+from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.undriven import undriven_motion
+
+RATE, BEFORE, DRIVEN, AFTER = 10.0, 40.0, 60.0, 40.0  # [Hz], [s] of each part
+
+
+def log(before=0.0, after=0.0, noise=0.01):
+    """A drive at 0.5 m/s in circles, carried by so many metres before it and after it."""
+    t = np.arange(0.0, BEFORE + DRIVEN + AFTER, 1 / RATE)
+    driven = np.clip(t - BEFORE, 0.0, DRIVEN)
+    x = 2.5 * np.sin(0.2 * driven) + before * np.clip(t - 5.0, 0.0, 30.0) / 30.0
+    x += after * np.clip(t - BEFORE - DRIVEN - 15.0, 0.0, 20.0) / 20.0
+    eta = np.column_stack([x, 2.5 * np.cos(0.2 * driven), 0.2 * driven])
+    eta[:, :2] += noise * np.random.default_rng(0).normal(size=(len(t), 2))
+    values = np.where((t >= BEFORE) & (t < BEFORE + DRIVEN), 0.6, 0.0)[:, None] * [1.0, 0.0, 0.2]
+    stamps = np.rint(t * 1e9).astype(np.int64)
+    return make_recording("lake", stamps, eta, Signal(("F_u", "F_v", "F_r"), stamps, values))
+
+
+def test_a_boat_that_rests_before_and_after_is_not_carried():
+    assert undriven_motion(log()) == []
+    assert undriven_motion(log(noise=0.1)) == []
+
+
+def test_a_boat_that_is_carried_to_the_water_and_home_is_named_with_what_to_leave_out():
+    first, last = undriven_motion(log(before=30.0, after=-12.0))
+    assert first.text() == (
+        "the boat moves 30 m in the 39 s before the first command: carried, towed or adrift? "
+        "Leave it out with --start 39"
+    )
+    assert last.moved == pytest.approx(12.0, abs=0.5)
+    assert "after the last command" in last.text()
+    assert last.text(offset=7.0).endswith("--end 117")  # coasting stays
+
+
+def test_without_any_command_nothing_is_before_the_first():
+    whole = log(before=30.0)
+    assert undriven_motion(whole.cut(None, BEFORE - 2.0)) == []
+
+
+def test_auto_leaves_it_out_and_says_so():
+    task = Task((Path("lake"),), Path(), None, print, salvage=False, steps=Steps(Path("none")))
+    kept = _while_driven(task, log(before=30.0, after=-12.0))
+    assert kept.offset == pytest.approx(BEFORE - 1.0, abs=0.11)
+    assert kept.duration == pytest.approx(DRIVEN + 1.0 + 10.0, abs=0.3)
+    assert [one[:48] for one in task.assumed] == [
+        "the first 39 s of lake are left out: the boat mo",
+        "the last 30 s of lake are left out: the boat mov",
+    ]
+    resting = log()
+    assert _while_driven(task, resting) is resting
