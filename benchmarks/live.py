@@ -2,7 +2,7 @@
 """The estimate while driving: share of a core, memory, latency, and its distance from `identify`.
 
     python -m benchmarks.live                # ten minutes of a pushed boat, poses at 50 Hz, commands at 100 Hz
-    python -m benchmarks.live --minutes 120 --rate 20 --memory    # memory every half hour, and nothing else
+    python -m benchmarks.live --minutes 121 --memory    # memory every half hour; --rate 5: sooner
     python -m benchmarks.live --boat twin    # two thrusters, wind with gusts
 
 Time is that of the drive: the rows are used as fast as they can be, work is due four times a second of the drive.
@@ -10,10 +10,12 @@ CPU time is of the thread that uses the rows and works.
 """
 
 import argparse
+import itertools
 import resource
 import sys
 import threading
 import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +29,8 @@ from seatrial.recording.recording import Recording
 from tests.boats.live_drives import Row, holonomic, rows, twin_in_wind
 
 RATE = 50.0  # [Hz] of the poses
+REPEATED = 300.0  # [s] of the drive that is played again and again for the memory
+PAUSE = 5_000_000_000  # [ns] between two turns
 HALF_HOUR = 1_800_000_000_000  # [ns]
 EVERY = 250_000_000  # [ns] of the drive between two calls of work
 BOATS = {"holonomic": holonomic, "twin": twin_in_wind}
@@ -41,6 +45,16 @@ def at_100_hz(recording: Recording) -> list[Row]:
     return sorted(found, key=lambda row: (row[0], row[1]))
 
 
+def again_and_again(found: list[Row], seconds: float) -> Iterator[Row]:
+    """Rows of a drive that is played again after a pause, up to a time [s]: what takes long is not simulated."""
+    begin, length = found[0][0], found[-1][0] - found[0][0] + PAUSE
+    for turn in itertools.count():
+        for stamp, kind, values in found:
+            if 1e-9 * (stamp - begin + turn * length) > seconds:
+                return
+            yield stamp + turn * length, kind, values
+
+
 def resident() -> float:
     """Memory [MB] of this process now."""
     if sys.platform == "linux":
@@ -50,18 +64,20 @@ def resident() -> float:
 
 
 def driven(
-    vehicle: Vehicle, found: list[Row], *, memory: bool = False
+    vehicle: Vehicle, found: Iterable[Row], *, memory: bool = False
 ) -> tuple[LiveEstimator, list[float], list[float]]:
     """The estimator at the end, and CPU seconds of each call of use, and of each of work.
 
     memory: print that of the process every half hour of the drive.
     """
-    begin_memory, half_hour = resident(), found[0][0] + HALF_HOUR
+    begin_memory, first, half_hour = resident(), 0, 0
     estimator, prediction = LiveEstimator(vehicle), LivePrediction()
     used, worked, due = [], [], 0
     for stamp, kind, values in found:
+        first = first or stamp
+        half_hour = half_hour or first + HALF_HOUR
         if memory and stamp >= half_hour:
-            grown, minutes = resident() - begin_memory, 1e-9 * (half_hour - found[0][0]) / 60.0
+            grown, minutes = resident() - begin_memory, 1e-9 * (half_hour - first) / 60.0
             print(
                 f"{minutes:.0f} min: {grown:.0f} MB more, {estimator.log.bytes / MEGABYTE:.0f} MB of rows",
                 flush=True,
@@ -123,11 +139,11 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=RATE, help="[Hz] of the poses")
     parser.add_argument("--memory", action="store_true", help="memory every half hour, no more")
     options = parser.parse_args()
-    seconds = 60.0 * options.minutes
+    seconds = min(60.0 * options.minutes, REPEATED) if options.memory else 60.0 * options.minutes
     vehicle, recording = BOATS[options.boat](seconds, seed=options.seed, rate=options.rate)
     found = at_100_hz(recording)
     if options.memory:
-        driven(vehicle, found, memory=True)
+        driven(vehicle, again_and_again(found, 60.0 * options.minutes), memory=True)
         return
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     estimator, used, worked = driven(vehicle, found)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import make_model
+from conftest import at_length, make_model
 from survey_boat import TRUTH, as_stated
 from survey_boat import driven as surveyed
 
@@ -122,8 +122,15 @@ def test_positions_are_interpolated_to_the_headings(delay):
     assert gap[np.abs(t + delay - 9.95) < 0.05].all()
 
 
-@pytest.mark.parametrize("late", [(0.2, 0.0), (0.0, 0.2)])
-@pytest.mark.parametrize("hull", [MIDDLE, SMALL])
+@pytest.mark.parametrize(
+    ("hull", "late"),
+    [
+        (MIDDLE, (0.2, 0.0)),
+        (SMALL, (0.0, 0.2)),
+        at_length(MIDDLE, (0.0, 0.2)),
+        at_length(SMALL, (0.2, 0.0)),
+    ],
+)
 def test_a_difference_of_delays_is_recovered_within_its_standard_error(hull, late):
     off, coefficients = [], []
     for seed in range(1, 5):

@@ -151,6 +151,7 @@ def test_command_prints_the_table_and_refuses_what_it_would_spoil(boats, tmp_pat
     assert code == 1
     code, text, _ = run(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out")
     assert code == 0 and "0 of 1 boats have a model" in text
+    assert "\nada: run.csv is a link out of the fleet's folder" in text
     for words, wrong in (
         ("no results of a fleet", ("--last-time", tmp_path)),
         ("has the results of last time", ("--last-time", tmp_path / "out")),

@@ -108,7 +108,7 @@ def main(arguments: Sequence[str]) -> None:
     present = store.code("studies/changes")
     if not given.any_code:
         jobs = [(seed,) for seed in range(given.seeds)]
-        store.run(given.results, jobs, one, present, given.processes)
+        store.run(given.results, jobs, one, present, given.workers)
     known = store.chosen(store.read(given.results), present, any_code=given.any_code)
     seeds = [record for record in known if record["job"][0] < given.seeds]
     made = tables([record for record in seeds if "failed" not in record])

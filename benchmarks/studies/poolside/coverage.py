@@ -32,7 +32,7 @@ def main(arguments: Sequence[str]) -> None:
     given = parser.parse_args(arguments)
     for water in given.waters:
         jobs = [(water, seed) for seed in range(FIRST, FIRST + given.seeds)]
-        found = [one for _, one in spread(outcome, jobs, given.processes)]
+        found = [one for _, one in spread(outcome, jobs, given.workers)]
         held = np.concatenate([one.inside for one in found])
         missed = [len(one.inside) - sum(one.inside) for one in found]
         minutes = spelled([one.enough for one in found])

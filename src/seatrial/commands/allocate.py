@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> None:
     boat, vehicle = load_boat(args.boat, args.vehicle)
     if steered := _steered(args, boat):
         say(steered)
-        say(after_allocate().text)
+        say(f"next: seatrial tune {args.boat} -o gains.yaml")
         return
     with stage("reading", 0.3):
         recordings = read_all(args, vehicle)

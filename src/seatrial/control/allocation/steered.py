@@ -90,10 +90,12 @@ def steered_text(model: Model, steering: _core.Steering, fastest: float) -> str:
         "  [m/s]   [m/s^2]               [rad/s^2]",
     ]
     for row in steered_rows(model, steering, fastest):
-        pairs = [f"{a:.3g}, {b:.3g}" for a, b in (row.surge, row.yaw_full, row.yaw_held)]
+        pairs = [
+            f"{a + 0.0:.3g}, {b + 0.0:.3g}" for a, b in (row.surge, row.yaw_full, row.yaw_held)
+        ]
         lines.append(f"  {row.speed:<7.3g} {pairs[0]:<21} {pairs[1]:<33} {pairs[2]}")
     lines.append(
         "Both curves are inverted at the boat's speed. Yaw is served first: where the angle is at its end, "
-        "thrust rises. Dead bands are jumped over. Without sway thrust: `seatrial tune` has the guidance."
+        "thrust rises. Dead bands are jumped over."
     )
     return "\n".join(lines)

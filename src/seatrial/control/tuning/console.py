@@ -16,8 +16,8 @@ POSE_UNITS = ("m", "m", "rad")
 
 def tuning_text(tuning: Tuning) -> str:
     """Gains, margins, and their limits."""
-    drawn = f"worst of {tuning.draws} draws (seed {tuning.seed}), steepest slope of the thrusters"
-    nominal = "the model has no standard errors: nominal model, steepest slope"
+    drawn = f"worst of {tuning.draws} draws (seed {tuning.seed}), {tuning.curves}"
+    nominal = f"the model has no standard errors: nominal model, {tuning.curves}"
     return "\n".join(
         [
             f"{tuning.model.name}: {tuning.action.upper()} gains, knob {tuning.knob:g} s, "

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.boat.steering import angle_names
 from seatrial.control.allocation import Allocator
 from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
 from seatrial.control.tuning.guidance import (
@@ -56,6 +57,12 @@ class Tuning:
     def loops(self) -> tuple[str, ...]:
         """Names of the three loops that the margins are of."""
         return AXES if self.guidance is None else AXES_GUIDED
+
+    @property
+    def curves(self) -> str:
+        """What the worst margins take for the curves of the actuators."""
+        steered = angle_names(self.model.vehicle.file.chain)
+        return "inverse of thrust and angle" if steered else "steepest slope of the thrusters"
 
     @property
     def slowest(self) -> float:

@@ -59,9 +59,9 @@ def gains(tuning: Tuning) -> Section:
 def safety(tuning: Tuning) -> Section:
     """Margins."""
     drawn = (
-        f"Worst of {tuning.draws} draws of the model (seed {tuning.seed}), steepest slope of the thrusters"
+        f"Worst of {tuning.draws} draws of the model (seed {tuning.seed}), {tuning.curves}"
         if tuning.draws
-        else "The model has no standard errors; steepest slope of the thrusters"
+        else f"The model has no standard errors; {tuning.curves}"
     )
     rows: list[list[Cell]] = [
         [Text("The model")],
