@@ -10,8 +10,6 @@ from seatrial.boat.noise_parameters import DISTURBANCES, MEMORY, NOISE_MOST
 from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import Array
 
-EARTH_FIXED = ("current_x", "current_y", "wind_x", "wind_y")
-
 
 def with_effects_as_noise(
     noise: Array, effects: Sequence[Mapping[str, float]], vehicle: Vehicle, coefficients: Array

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""One gate for all score tests, and factors that change over blocks, beside a regression written out."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from seatrial.identification.selection.score_information import ScoreInformation
+from seatrial.identification.selection.score_test import (
+    LEAST_GAIN,
+    ScoreTest,
+    manifest,
+    score_test,
+    score_test_after_step,
+)
+from seatrial.util.distributions import holm
+
+BLOCKS, ROWS = 40, 30
+
+
+def with_p(p, gain, freedom=1):
+    return ScoreTest(float(stats.chi2.isf(p, freedom)), freedom, gain, np.zeros(freedom))
+
+
+def test_of_tests_made_together_those_pass_that_holm_passes_and_that_gain_enough():
+    much = 2.0 * LEAST_GAIN
+    assert manifest([with_p(0.04, much)]) == [True]
+    assert manifest([with_p(0.04, much), with_p(0.5, much)]) == [False, False]
+    assert manifest([with_p(0.02, much), with_p(0.04, much, 3)]) == [True, True]
+    assert manifest([with_p(1e-9, 0.9 * LEAST_GAIN)]) == [False]
+    assert manifest([]) == []
+
+
+def test_tests_that_are_not_given_count_too():
+    np.testing.assert_allclose(holm([0.004, 0.02], tests=10), [0.04, 0.18])
+    np.testing.assert_allclose(holm([0.02, 0.004]), [0.02, 0.008])
+
+
+@pytest.fixture
+def regression():
+    """Rows (blocks, rows, 3) of a regression with unit noise, and their residuals at the best coefficients."""
+    rng = np.random.default_rng(5)
+    rows = rng.normal(size=(BLOCKS, ROWS, 3))
+    theta = np.array([2.0, -1.0, 0.5])
+    y = rows @ theta + rng.normal(size=(BLOCKS, ROWS))
+    flat = rows.reshape(-1, 3)
+    best = np.linalg.lstsq(flat, y.ravel(), rcond=None)[0]
+    return rows, best, y - rows @ best
+
+
+def information_of(rows, best, residuals):
+    shares = np.einsum("bri,brj->bij", rows, rows)
+    scores = np.einsum("bri,br->bi", rows, residuals)
+    owner = np.repeat([0, 1], BLOCKS // 2)
+    of_recordings = np.array([shares[owner == g].sum(axis=0) for g in (0, 1)])
+    gradient = np.array([scores[owner == g].sum(axis=0) for g in (0, 1)])
+    names = tuple("abcdefgh"[: rows.shape[2]])
+    bounds = np.full(len(names), -np.inf), np.full(len(names), np.inf)
+    return ScoreInformation(names, best, bounds, of_recordings, gradient, scores, shares, owner)
+
+
+def test_a_factor_with_a_course_is_a_further_regressor(regression):
+    rows, best, residuals = regression
+    weights = np.array([best[0], 0.0, best[2]])  # a factor on two of three coefficients
+    courses = np.column_stack([np.arange(BLOCKS) < 20, np.linspace(-1.0, 1.0, BLOCKS)]).astype(
+        float
+    )
+    further = (rows @ weights)[:, :, None] * courses[:, None, :]
+    want = information_of(
+        np.concatenate([rows, further], axis=2), np.append(best, [0.0, 0.0]), residuals
+    )
+    got = information_of(rows, best, residuals).with_courses(weights, courses)
+    for field in ("of_recordings", "gradient", "scores", "shares", "values", "information"):
+        np.testing.assert_allclose(getattr(got, field), getattr(want, field), rtol=1e-9, atol=1e-9)
+    assert len(got.names) == 5 and np.isinf(got.bounds[1][3:]).all()
+
+
+def test_gain_and_step_are_those_of_the_regression_with_it(regression):
+    rows, best, residuals = regression
+    courses = np.linspace(-1.0, 1.0, BLOCKS)[:, None]
+    residuals = residuals + 0.2 * courses * (rows @ best)  # it drifts
+    known = information_of(rows, best, residuals)
+    flat = rows.reshape(-1, 3)
+    move = np.linalg.lstsq(flat, residuals.ravel(), rcond=None)[0]  # to the best without it
+    residuals = residuals - rows @ move
+    known = information_of(rows, best, residuals).with_courses(best, courses)
+    whole = np.concatenate([rows, (courses * (rows @ best))[:, :, None]], axis=2).reshape(-1, 4)
+    step, (left,) = np.linalg.lstsq(whole, residuals.ravel(), rcond=None)[:2]
+    for found in (score_test(known, [3]), score_test_after_step(known, 3)):
+        assert found.step[0] == pytest.approx(step[3])
+        assert found.step[0] == pytest.approx(0.2, abs=0.1)
+        assert found.gain == pytest.approx(float(np.sum(residuals**2) - left))
+        assert found.freedom == 1
+
+
+def test_both_statistics_are_chi_square_where_nothing_is_missing():
+    """Of 400 regressions with 80 blocks; beyond the 5 % quantile are 5 %."""
+    rng = np.random.default_rng(3)
+    course = np.linspace(-1.0, 1.0, 80)[:, None]
+    beyond = np.zeros(2)
+    for _ in range(400):
+        rows, noise = rng.normal(size=(80, 4, 1)), rng.normal(size=(80, 4))
+        best = float(np.sum(rows[:, :, 0] * noise) / np.sum(rows**2))
+        scores = np.sum(rows[:, :, 0] * (noise - rows[:, :, 0] * best), axis=1)[:, None]
+        shares = np.sum(rows**2, axis=1)[:, :, None]
+        free = np.full(1, np.inf)
+        known = ScoreInformation(
+            ("a",), np.ones(1), (-free, free), shares.sum(axis=0)[None], scores.sum(axis=0)[None], scores, shares,
+            np.zeros(80, dtype=int),
+        ).with_courses(np.ones(1), course)  # fmt: skip
+        for i, found in enumerate((score_test(known, [1]), score_test_after_step(known, 1))):
+            beyond[i] += found.statistic > stats.chi2.isf(0.05, 1)
+    assert (np.abs(beyond / 400 - 0.05) < 0.03).all()
