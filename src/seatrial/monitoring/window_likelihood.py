@@ -35,16 +35,12 @@ WIND = 0.3  # of full thrust, standard deviation
 GUSTS = (0.06, 0.2)  # of full thrust: disturbance force beside the model's process noise
 GUST_MEMORY = 2.0  # [s] of it, where the model has no process noise
 NUISANCES = ("wind_x", "wind_y", "current_x", "current_y")  # effects that are no change of the boat
-SLOW_WIND, SLOW_MEMORY = (
-    0.2,
-    20.0,
-)  # of full thrust, [s]: earth-fixed disturbance force
-WAVES, WAVE_PERIODS = 0.5, (1.0, 2.0, 4.0)  # of full thrust, standard deviation; [s]
+SLOW_WIND, SLOW_MEMORY = 0.2, 20.0  # of full thrust, [s]: an earth-fixed disturbance force
+WAVES = 0.5  # of full thrust, standard deviation
+WAVE_PERIODS = (1.0, 1.4, 2.0, 2.8, 4.0)  # [s] a period between two is as likely by either
 SHORTEST_BLOCK = 1.0  # [s]
 LEAST_INFORMATION = 1e-12  # of the largest: less is round-off
-LEAST_DIRECTION = (
-    1e-6  # of the largest, each parameter in its own standard error: less tells nothing of scatter
-)
+LEAST_DIRECTION = 1e-6  # of the largest, in standard errors: less shows nothing of scatter
 LEAST_SIZE = 1e-300  # against a division by 0
 
 

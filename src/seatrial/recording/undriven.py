@@ -47,11 +47,8 @@ def undriven_motion(recording: Recording) -> list[Undriven]:
         return []
     t, end = recording.t, float(recording.t[-1])
     first, last = float(driven[0]) - LEAD, min(float(driven[-1]) + COASTING, end)
-    usual = (
-        float(np.percentile(_displacements(recording, first, last), FASTEST))
-        if last > first
-        else 0.0
-    )
+    own = _displacements(recording, first, last)  # none in a drive of a few poses
+    usual = float(np.percentile(own, FASTEST)) if len(own) else 0.0
     return list(_moving(recording, ((float(t[0]), first, True), (last, end, False)), usual))
 
 
