@@ -19,7 +19,7 @@ from seatrial.commands import make_parser
 from seatrial.commands.cli import main
 from seatrial.evaluation.scores import load_scores
 from seatrial.evaluation.through_water import known_current
-from seatrial.guide import answers
+from seatrial.guide import answers, held_out
 from seatrial.guide import path as guided_path
 from seatrial.guide.answers import (
     BOW,
@@ -31,6 +31,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
 )
 from seatrial.guide.steps import Steps
+from seatrial.guide.task import Task
 from seatrial.inspection.proposal.side_names import contradicting_names
 from seatrial.inspection.proposal.sources import Choices, lever_of, one_each, thrusters_of
 from seatrial.onboard.live.playback import replay
@@ -322,7 +323,7 @@ def test_a_model_of_other_recordings_is_replaced_with_a_word(guided, tmp_path, m
     folder = tmp_path / "lake"
     shutil.copytree(guided[0].folder, folder)
     another = tables(tmp_path / "pond", one_drive(60.0, 2))
-    here = guided_path._Path((another,), folder, None, print, salvage=False, steps=Steps(folder))
+    here = Task((another,), folder, None, print, salvage=False, steps=Steps(folder))
     guided_path._vehicle_file(here, Choices())
     assert any(
         "whose model was of lake and is replaced (-o for another boat)" in a for a in here.assumed
@@ -343,7 +344,7 @@ def test_an_axis_that_is_driven_at_the_end_only_is_not_held_out(tmp_path, monkey
         lengths.append(found[0].duration)
         _stop()
 
-    monkeypatch.setattr(guided_path, "find_roles", roles)
+    monkeypatch.setattr(held_out, "find_roles", roles)
     monkeypatch.setattr(guided_path, "identify_guided", stop)
     with pytest.raises(SeatrialError, match="far enough"):
         seatrial.auto([drive], tmp_path / "out")
