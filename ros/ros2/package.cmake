@@ -47,7 +47,7 @@ endif()
 
 install(TARGETS seatrial_components DESTINATION lib)
 install(TARGETS ${nodes} DESTINATION lib/${PROJECT_NAME})
-ament_python_install_package(${PROJECT_NAME} PACKAGE_DIR ros2/${PROJECT_NAME})
+ament_python_install_package(${PROJECT_NAME} PACKAGE_DIR ${CMAKE_CURRENT_SOURCE_DIR}/ros2/${PROJECT_NAME})
 install(DIRECTORY ros2/launch ros2/config DESTINATION share/${PROJECT_NAME})
 if(BUILD_TESTING)
   find_package(ament_lint_auto QUIET)
