@@ -49,6 +49,7 @@ PAGE = command.DOCS / "decisions" / "0014-what-each-branch-is-for.md"
 IDENTIFICATION = "seatrial.identification"
 LIKELIHOOD = f"{IDENTIFICATION}.likelihood"
 ESTIMATOR = f"{IDENTIFICATION}.estimator"
+SELECTION = f"{IDENTIFICATION}.selection.actuator_selection"
 
 
 def _same(at: Point, *_: object) -> Point:
@@ -98,6 +99,7 @@ BRANCHES: dict[str, dict[str, Any]] = {
     },
     "race of noise structures": {f"{LIKELIHOOD}.optimiser.RACE_ROUNDS": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
+    "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
     "white with the stages": {f"{ESTIMATOR}.is_white": _never},
     "lever arm from none": {f"{ESTIMATOR}._from_stated_lever": _nothing},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},

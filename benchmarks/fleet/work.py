@@ -8,10 +8,9 @@ import numpy as np
 from benchmarks.fleet.draw import draw
 from seatrial.boat.findings import finding_text
 from seatrial.identification.estimator import output_error
+from seatrial.identification.selection.actuator_selection import CURVE_STAGES
 from seatrial.identification.selection.actuator_stages import STAGES_SELECTED
 from seatrial.util.errors import SeatrialError
-
-CURVE_STAGES = ("reverse_ratio", "power")
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Actuator-stage selection: further stages of the chain, stepwise by score tests and fits."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -16,11 +16,15 @@ from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates
 from seatrial.identification.selection.held import Held, held_test
-from seatrial.identification.selection.score_test import manifest
+from seatrial.identification.selection.score_test import LEAST_GAIN, manifest
 from seatrial.identification.solution import OutputErrorSettings
-from seatrial.util.frames import Array
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array, Mask
 
 MOST_SELECTED = 5  # stages: the steps end before in practice
+LEAST_DISTANCE = 2.5  # [standard errors] from the neutral value, where the score test has no power
+CURVE_STAGES = ("reverse_ratio", "power")
 
 
 def select_stages(
@@ -35,6 +39,9 @@ def select_stages(
         likely = [a for a, good in zip(candidates, passed, strict=True) if good]
         most = max(likely, key=lambda a: a.test.gain, default=None)
         there = None if most is None else _fitted(at, most, settings, horizon)
+        # a curve that dead-zone edges hide from its score test is found by a fit
+        if there is None:
+            there, most = _by_fit(at, candidates, vehicle, settings, horizon)
         if there is None or most is None:
             break
         at = there
@@ -73,6 +80,68 @@ def _fitted(
         least=noise_floor(candidate.problem, horizon), free=present(at.noise),
     )  # fmt: skip
     return found if outcome is Outcome.CONVERGED else None
+
+
+def _by_fit(
+    at: Point,
+    candidates: Sequence[Held],
+    vehicle: Vehicle,
+    settings: OutputErrorSettings,
+    horizon: float,
+) -> tuple[Point | None, Held | None]:
+    """Stages of the curve without a significant score test, but with a significant estimate.
+
+    Dead-zone edges that stand for a curve hide it from its scores. So all of its candidates are fitted together,
+    then each alone; every new stage must be `LEAST_DISTANCE` standard errors from its neutral value.
+    """
+    problem = at.runs.problem
+    curves = [a for a in candidates if a.test.gain > LEAST_GAIN and _is_curve(problem, a.problem)]
+    tries = [*_whole_curve(at, curves, vehicle, settings), *curves]
+    for one in tries:
+        there = _fitted(at, one, settings, horizon)
+        if there is None or not at.runs.cost - there.runs.cost > LEAST_GAIN:
+            continue
+        far = _significant(
+            there, [i for i in one.problem.free if one.problem.names[i] not in problem.names]
+        )
+        if far.all():
+            return there, one
+    return None, None
+
+
+def _is_curve(problem: Problem, wider: Problem) -> bool:
+    """Whether the further stages of a wider problem are those of the curve that all actuators have."""
+    new = [name for name in wider.names if name not in problem.names]
+    return all(name in CURVE_STAGES for name in new)
+
+
+def _whole_curve(
+    at: Point, curves: Sequence[Held], vehicle: Vehicle, settings: OutputErrorSettings
+) -> list[Held]:
+    """All stages of the curve at once, if there are several and one is a candidate."""
+    problem = at.runs.problem
+    if not curves:
+        return []
+    of_curve = [
+        e for e in stage_candidates(vehicle, problem.vehicle, problem.recordings) if not e.origin
+    ]
+    wider = _wider(problem, of_curve[0].probe, vehicle, settings)
+    if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
+        return []
+    findings = tuple(e.finding for e in of_curve)
+    return [Held(curves[0].test, wider, _moved(at, wider, {}), partial(_told, findings))]
+
+
+def _significant(at: Point, new: Sequence[int]) -> Mask:
+    """Whether each of some parameters differs from 1 by `LEAST_DISTANCE` sandwich standard errors."""
+    free = list(at.runs.problem.free)
+    places = [free.index(i) for i in new]
+    try:
+        errors = np.sqrt(np.diag(sandwich_covariance(at)))[places]
+    except IdentificationError:
+        return np.zeros(len(places), dtype=bool)
+    off = np.abs(at.theta[list(new)] - 1.0)
+    return np.asarray((errors > 0.0) & (off > LEAST_DISTANCE * errors))
 
 
 def _wider(
