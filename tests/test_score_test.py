@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""One gate for all score tests, and factors that change over blocks, beside a regression written out."""
+"""Score tests: which are likely, and factors that change over blocks, beside a regression written out."""
 
 import numpy as np
 import pytest
@@ -7,33 +7,30 @@ from scipy import stats
 
 from seatrial.identification.selection.score_information import ScoreInformation
 from seatrial.identification.selection.score_test import (
-    LEAST_GAIN,
+    LARGE_GAIN,
+    LIKELY_DEVIATIONS,
+    SIGNIFICANT_DEVIATIONS,
     ScoreTest,
-    manifest,
     score_test,
     score_test_after_step,
 )
-from seatrial.util.distributions import holm
 
 BLOCKS, ROWS = 40, 30
 
 
-def with_p(p, gain, freedom=1):
-    return ScoreTest(float(stats.chi2.isf(p, freedom)), freedom, gain, np.zeros(freedom))
+def with_statistic(statistic, gain, freedom=1):
+    return ScoreTest(statistic, freedom, gain, np.zeros(freedom))
 
 
-def test_of_tests_made_together_those_pass_that_holm_passes_and_that_gain_enough():
-    much = 2.0 * LEAST_GAIN
-    assert manifest([with_p(0.04, much)]) == [True]
-    assert manifest([with_p(0.04, much), with_p(0.5, much)]) == [False, False]
-    assert manifest([with_p(0.02, much), with_p(0.04, much, 3)]) == [True, True]
-    assert manifest([with_p(1e-9, 0.9 * LEAST_GAIN)]) == [False]
-    assert manifest([]) == []
-
-
-def test_tests_that_are_not_given_count_too():
-    np.testing.assert_allclose(holm([0.004, 0.02], tests=10), [0.04, 0.18])
-    np.testing.assert_allclose(holm([0.02, 0.004]), [0.02, 0.008])
+def test_a_small_gain_needs_a_clearer_statistic():
+    few, many = (
+        1.0 + deviations * np.sqrt(2.0)
+        for deviations in (LIKELY_DEVIATIONS, SIGNIFICANT_DEVIATIONS)
+    )
+    assert not with_statistic(few + 0.1, LARGE_GAIN).likely
+    assert with_statistic(few + 0.1, LARGE_GAIN + 1.0).likely
+    assert with_statistic(many + 0.1, 1.0).likely
+    assert not with_statistic(many + 0.1, 1.0, freedom=4).likely
 
 
 @pytest.fixture

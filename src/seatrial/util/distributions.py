@@ -64,15 +64,11 @@ def _away(value: float) -> float:
     return value if abs(value) > _LEAST else _LEAST
 
 
-def holm(p: Sequence[float], tests: int | None = None) -> Array:
-    """Holm's adjusted p values (n,): the family-wise error rate of rejecting below 5 % is 5 %.
-
-    tests: how many there are in all, by default n; those that are not given have larger p values.
-    """
+def holm(p: Sequence[float]) -> Array:
+    """Holm's adjusted p values (n,): the family-wise error rate of rejecting below 5 % is 5 %."""
     given = np.asarray(p, dtype=float)
-    most = len(given) if tests is None else tests
     order = np.argsort(given)
-    stepped = given[order] * (most - np.arange(len(given)))
+    stepped = given[order] * np.arange(len(given), 0, -1)
     found = np.empty(len(given))
     found[order] = np.minimum(np.maximum.accumulate(stepped), 1.0)
     return found

@@ -21,13 +21,13 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.selection.score_information import ScoreInformation, score_information
 from seatrial.identification.selection.score_test import (
     ScoreTest,
-    manifest,
     score_test,
     score_test_after_step,
 )
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, Array
 
+LEAST_FACTOR_GAIN = 20.0  # expected fall of -2 log L: less is not reported
 LARGEST_FACTOR_ERROR = 0.05  # standard error, by the information: above it is not identifiable
 LEAST_FACTOR_CHANGE = 0.03  # relative difference: less is not reported
 LEAST_DELAY = 0.04  # [s] between recordings, reported: less hardly biases the latency
@@ -46,9 +46,18 @@ class _Change:
     ratio: float  # of the least to the largest factor
     test: ScoreTest
 
+    @property
+    def manifest(self) -> bool:
+        """Whether it is significant, and large enough to be reported."""
+        return _beyond_chance(self.test) and self.ratio <= 1.0 - LEAST_FACTOR_CHANGE
+
 
 # of an axis, a quantity, and the weights (p,) by which a factor on it moves the free parameters
 _FactorTest = Callable[[int, str, Array], _Change | None]
+
+
+def _beyond_chance(test: ScoreTest) -> bool:
+    return test.likely and test.gain >= LEAST_FACTOR_GAIN
 
 
 def change_findings(at: Point) -> list[Finding]:
@@ -64,9 +73,9 @@ def _homogeneity(at: Point, known: ScoreInformation) -> list[Finding]:
     """Scale factors that differ between recordings, or a delay if that is the likelier cause."""
     if len(at.runs.by_recording) < 2:
         return []
-    changes = _manifest(at, lambda *of: _factor_by_recording(at, known, *of))
+    manifest = _manifest(at, lambda *of: _factor_by_recording(at, known, *of))
     delays, gain = _clock_offset(at, known)
-    if gain > sum(change.test.gain for change in changes):
+    if gain > sum(change.test.gain for change in manifest):
         return delays
     return [
         finding_of(
@@ -76,7 +85,7 @@ def _homogeneity(at: Point, known: ScoreInformation) -> list[Finding]:
             quantity=change.quantity,
             dead_zone=_dead_zone(at, change.quantity),
         )
-        for change in changes
+        for change in manifest
     ]
 
 
@@ -88,7 +97,7 @@ def _drift(at: Point, known: ScoreInformation) -> list[Finding]:
     span = float(np.ptp(times[known.recording == longest]))
     if span <= 0.0:
         return []
-    changes = _manifest(at, lambda *of: _slope(known, times / span, *of))
+    manifest = _manifest(at, lambda *of: _slope(known, times / span, *of))
     return [
         finding_of(
             FindingKind.PARAMETER_DRIFT,
@@ -100,18 +109,19 @@ def _drift(at: Point, known: ScoreInformation) -> list[Finding]:
             of="one recording" if len(recordings) == 1 else "all recordings",
             dead_zone=_dead_zone(at, change.quantity),
         )
-        for change in changes
+        for change in manifest
     ]
 
 
 def _manifest(at: Point, tested: _FactorTest) -> list[_Change]:
     """Significant changes by axis, of one quantity: the one with the largest expected fall of -2 log L."""
-    tried = [tested(axis, *of) for axis in range(3) for of in _scaled_parameters(at, axis)]
-    found = [change for change in tried if change is not None]
-    passed = zip(found, manifest([change.test for change in found]), strict=True)
-    large = [c for c, good in passed if good and c.ratio <= 1.0 - LEAST_FACTOR_CHANGE]
-    by_quantity = [[c for c in large if c.quantity == quantity] for quantity in QUANTITIES]
-    return max(by_quantity, key=lambda own: sum(change.test.gain for change in own))
+    by_quantity: dict[str, list[_Change]] = {quantity: [] for quantity in QUANTITIES}
+    for axis in range(3):
+        for quantity, weights in _scaled_parameters(at, axis):
+            found = tested(axis, quantity, weights)
+            if found is not None and found.manifest:
+                by_quantity[quantity].append(found)
+    return max(by_quantity.values(), key=lambda found: sum(change.test.gain for change in found))
 
 
 def _scaled_parameters(at: Point, axis: int) -> Iterator[tuple[str, Array]]:
@@ -189,7 +199,7 @@ def _clock_offset(at: Point, known: ScoreInformation) -> tuple[list[Finding], fl
     problem = at.runs.problem
     late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
     found = _by_recording(known, late.astype(float))
-    if found is None or not all(manifest([found[1]])):
+    if found is None or not _beyond_chance(found[1]):
         return [], 0.0
     places, test = found
     delays = np.concatenate([[0.0], test.step])

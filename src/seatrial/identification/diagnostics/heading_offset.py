@@ -14,6 +14,7 @@ from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.selection.score_test import LARGE_GAIN
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Axes
@@ -23,7 +24,6 @@ MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
 LARGEST_HEADING_ERROR = 0.05  # [rad] standard error above which the offset is not identifiable
 MOST_TURNS = 8  # steps with a fit each
 SETTLED_TURN = 0.01  # [rad] step at which it has converged
-LEAST_HEADING_GAIN = 100.0  # fall of -2 log likelihood: it has no scatter over blocks
 LEAST_HEADING_OFFSET = 0.02  # [rad] reported: less hardly biases a coefficient
 
 
@@ -54,7 +54,7 @@ def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Find
         total, found = total + again.by, again
         if abs(again.by) < SETTLED_TURN:
             break
-    if abs(total) < LEAST_HEADING_OFFSET or there.runs.cost > at.runs.cost - LEAST_HEADING_GAIN:
+    if abs(total) < LEAST_HEADING_OFFSET or there.runs.cost > at.runs.cost - LARGE_GAIN:
         return []
     offset = psi_offset(vehicle, total)
     return [finding_of(FindingKind.HEADING_OFFSET, size=abs(total), psi_offset=offset)]

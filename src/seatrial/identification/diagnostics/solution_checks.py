@@ -8,10 +8,10 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.identification.likelihood.fit_horizon import prediction_findings
 from seatrial.identification.likelihood.optimiser import Point, at_bounds, far_from_poses
-from seatrial.identification.selection.score_test import SIGNIFICANCE_LEVEL
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
+SIGNIFICANCE_LEVEL = 0.05  # that any coefficient differs from zero by chance
 REPORTED_OUTLIERS = 0.03  # share of the poses: false matches are usually rarer
 REFUSED_OUTLIERS = 0.3  # share of the poses: then the model is wrong, not the poses
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,11 +12,7 @@ from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
-from seatrial.identification.diagnostics.heading_offset import (
-    LEAST_HEADING_GAIN,
-    heading_findings,
-    likelier_heading,
-)
+from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.optimiser import (
@@ -29,19 +26,19 @@ from seatrial.identification.likelihood.optimiser import (
 from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.held import Held, held_test
-from seatrial.identification.selection.score_test import manifest
+from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
-from seatrial.util.distributions import chi2_sf
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
+LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
 HELD = ("delay_heading",)  # the position's delay is tested against the heading's
 MOVED_ERRORS = 0.5  # standard errors by which an effect that matters moves a coefficient
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
-EFFECT_LEVEL = 0.002  # chance that an estimated effect counts although it is zero
+LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
@@ -70,24 +67,13 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     """
     # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
-        held = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
-        return _best_fitted(at, _manifest(held), horizon, covariance)
+        candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
+        return _best_fitted(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
-    candidates = _manifest([*_effects(at, EFFECT_KINDS), *_unequal_gains(at)])
-    off = likelier_heading(at)
-    if off is not None and off.gain > max([LEAST_HEADING_GAIN, *(a.test.gain for a in candidates)]):
+    candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
+    if off is not None and off.gain > max([LARGE_GAIN, *(a.test.gain for a in candidates)]):
         return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
     return _best_fitted(at, candidates, horizon, covariance)
-
-
-def _manifest(held: Sequence[Held]) -> list[Held]:
-    """Those that are significant and gain enough; a short delay is of no account."""
-    passed = manifest([a.test for a in held])
-    return [
-        a
-        for a, good in zip(held, passed, strict=True)
-        if good and not (a.kind == "delay" and np.abs(a.test.step).max() < LEAST_DELAY)
-    ]
 
 
 def _best_fitted(
@@ -118,7 +104,7 @@ def _best_fitted(
 
 
 def _effects(at: Point, kinds: Sequence[str]) -> list[Held]:
-    """Effects of some kinds that are not estimated, with their score tests by one pass."""
+    """Effects of some kinds that are not estimated, but have a significant score test."""
     problem = at.runs.problem
     places = {kind: effect_places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
@@ -131,6 +117,10 @@ def _effects(at: Point, kinds: Sequence[str]) -> list[Held]:
     for kind, own in new.items():
         with_it = replace(problem, free=(*problem.free, *own))
         test = held_test(runs, problem, with_it)
+        if not _significant(test):
+            continue
+        if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
+            continue
         there = FilterRuns(with_it, at.theta, runs.by_recording)
         found = partial(_effect_found, kind, list(own))
         candidates.append(Held(test, with_it, at.theta, found, there, kind))
@@ -143,13 +133,23 @@ def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:
 
 
 def _unequal_gains(at: Point) -> list[Held]:
-    """Unequal thruster gains, if the commands identify them."""
+    """Unequal thruster gains, if their score test is significant."""
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
     runs = wider.problem.run_filter(wider.theta, at.noise)
     test = held_test(runs, at.runs.problem, wider.problem)
+    if not _significant(test):
+        return []
     return [Held(test, wider.problem, wider.theta, wider.findings, runs)]
+
+
+def _significant(test: ScoreTest) -> bool:
+    return test.gain > LEAST_EFFECT_GAIN and _beyond_chance(test.statistic, test.freedom)
+
+
+def _beyond_chance(statistic: float, freedom: int) -> bool:
+    return statistic > freedom + LEAST_DEVIATIONS * math.sqrt(2.0 * freedom)
 
 
 def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
@@ -164,7 +164,7 @@ def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
     except IdentificationError:
         return False
     statistic = float(value @ np.linalg.pinv(covariance, hermitian=True) @ value)
-    return chi2_sf(statistic, len(own)) < EFFECT_LEVEL
+    return _beyond_chance(statistic, len(own))
 
 
 def _removes_process_noise(at: Point, after: Array) -> bool:

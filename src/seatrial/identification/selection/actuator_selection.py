@@ -16,13 +16,13 @@ from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates
 from seatrial.identification.selection.held import Held, held_test
-from seatrial.identification.selection.score_test import LEAST_GAIN, manifest
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 
 MOST_SELECTED = 5  # stages: the steps end before in practice
+LEAST_STAGE_GAIN = 10.0  # fall of -2 log L: less is not worth a parameter
 LEAST_DISTANCE = 2.5  # [standard errors] from the neutral value, where the score test has no power
 CURVE_STAGES = ("reverse_ratio", "power")
 
@@ -35,8 +35,7 @@ def select_stages(
     for _ in range(MOST_SELECTED):
         # score tests of all candidates; the significant one with the largest expected gain is fitted
         candidates = _candidates(at, vehicle, settings)
-        passed = manifest([a.test for a in candidates])
-        likely = [a for a, good in zip(candidates, passed, strict=True) if good]
+        likely = [a for a in candidates if a.test.likely]
         most = max(likely, key=lambda a: a.test.gain, default=None)
         there = None if most is None else _fitted(at, most, settings, horizon)
         # a curve that dead-zone edges hide from its score test is found by a fit
@@ -50,7 +49,7 @@ def select_stages(
 
 
 def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[Held]:
-    """All further stages that the commands identify, with their tests."""
+    """Stages with an expected gain above `LEAST_STAGE_GAIN`, significant or not."""
     problem = at.runs.problem
     found = []
     runs: dict[int, FilterRuns] = {}  # of probes
@@ -61,8 +60,9 @@ def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> l
             runs[id(extra.probe)] = probe.run_filter(start, at.noise, repeatable=False)
         wider = _wider(problem, extra.vehicle, vehicle, settings)
         test = held_test(runs[id(extra.probe)], problem, wider)
-        begin = _moved(at, wider, extra.origin)
-        found.append(Held(test, wider, begin, partial(_told, (extra.finding,))))
+        if test.gain > LEAST_STAGE_GAIN:
+            begin = _moved(at, wider, extra.origin)
+            found.append(Held(test, wider, begin, partial(_told, (extra.finding,))))
     return found
 
 
@@ -95,11 +95,11 @@ def _by_fit(
     then each alone; every new stage must be `LEAST_DISTANCE` standard errors from its neutral value.
     """
     problem = at.runs.problem
-    curves = [a for a in candidates if a.test.gain > LEAST_GAIN and _is_curve(problem, a.problem)]
+    curves = [a for a in candidates if _is_curve(problem, a.problem)]
     tries = [*_whole_curve(at, curves, vehicle, settings), *curves]
     for one in tries:
         there = _fitted(at, one, settings, horizon)
-        if there is None or not at.runs.cost - there.runs.cost > LEAST_GAIN:
+        if there is None or not at.runs.cost - there.runs.cost > LEAST_STAGE_GAIN:
             continue
         far = _significant(
             there, [i for i in one.problem.free if one.problem.names[i] not in problem.names]

@@ -12,11 +12,13 @@ from typing import Protocol
 
 import numpy as np
 
-from seatrial.util.distributions import chi2_sf, holm
 from seatrial.util.frames import Array
 
-SIGNIFICANCE_LEVEL = 0.05  # that any of the tests made together passes by chance
-LEAST_GAIN = 20.0  # expected fall of -2 log likelihood: less is not worth a parameter
+# Standard deviations of chi-square above its mean; its tails are much longer than a normal distribution's.
+SIGNIFICANT_DEVIATIONS = 10.0
+# where the likelihood gains very much: the scatter of few blocks is uncertain
+LIKELY_DEVIATIONS = 5.0
+LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
 
 
 @dataclass(frozen=True)
@@ -29,18 +31,10 @@ class ScoreTest:
     step: Array  # (k,) Gauss-Newton step that they would take
 
     @property
-    def p(self) -> float:
-        """Of the neutral values."""
-        return chi2_sf(self.statistic, self.freedom)
-
-
-def manifest(tests: Sequence[ScoreTest]) -> list[bool]:
-    """Which of the tests made together are significant, by Holm, and gain at least `LEAST_GAIN`."""
-    adjusted = holm([test.p for test in tests])
-    return [
-        bool(p < SIGNIFICANCE_LEVEL) and test.gain > LEAST_GAIN
-        for p, test in zip(adjusted, tests, strict=True)
-    ]
+    def likely(self) -> bool:
+        """Beyond chance: about 1 in 10 000 for one parameter, 1 in 200 where the likelihood gains very much."""
+        deviations = LIKELY_DEVIATIONS if self.gain > LARGE_GAIN else SIGNIFICANT_DEVIATIONS
+        return bool(self.statistic > self.freedom + deviations * np.sqrt(2.0 * self.freedom))
 
 
 class ScoreSource(Protocol):

@@ -13,7 +13,6 @@ from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.score_test import SIGNIFICANCE_LEVEL
 from seatrial.identification.selection.significance import (
     Estimate,
     Repeats,
@@ -23,6 +22,7 @@ from seatrial.identification.selection.significance import (
 from seatrial.identification.selection.terms.cross_validation import Fold
 from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
 from seatrial.identification.selection.terms.stepwise import (
+    SIGNIFICANCE_LEVEL,
     TermSearch,
     candidate_information,
 )

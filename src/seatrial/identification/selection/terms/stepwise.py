@@ -16,17 +16,16 @@ from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.score_test import SIGNIFICANCE_LEVEL
 from seatrial.identification.selection.significance import Estimate, estimate
 from seatrial.identification.selection.terms.aliasing import Alias, aliases
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain
 from seatrial.identification.selection.terms.candidates import drag_of, is_essential
 from seatrial.identification.selection.terms.term_fit import TermFit
-from seatrial.util.distributions import holm
 from seatrial.util.errors import StructureError
 from seatrial.util.frames import Array
 from seatrial.util.progress import over, stage, step
 
+SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
 MOST_SWEEPS = 20  # of adding and removing
 REFIT_SHARE = 0.1  # of the time of a sweep, for the progress
 
@@ -123,9 +122,12 @@ def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) ->
 
 def significant(tested: Mapping[Term, Estimate], tests: int) -> list[Term]:
     """Terms that pass Holm's test among so many, the most significant one first."""
-    order = sorted(tested, key=lambda t: tested[t].p)
-    adjusted = holm([tested[t].p for t in order], tests)
-    return [t for t, p in zip(order, adjusted, strict=True) if p <= SIGNIFICANCE_LEVEL]
+    passed = []
+    for rank, term in enumerate(sorted(tested, key=lambda t: tested[t].p)):
+        if tested[term].p > SIGNIFICANCE_LEVEL / (tests - rank):
+            break
+        passed.append(term)
+    return passed
 
 
 def predicted(
