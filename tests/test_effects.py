@@ -258,9 +258,7 @@ def test_a_lever_arms_search_that_begins_far_off_ends_no_elsewhere(known, monkey
     moved = [poses_of_origin(recording.cut(0.0, 90.0), -LEVER) for recording in recordings]
     settings = OutputErrorSettings(effects=("lever",))
     usual = fit(moved, vehicle, settings=settings)
-    module = sys.modules[
-        "seatrial.identification.estimator"
-    ]  # the package has a function of its name
+    module = sys.modules["seatrial.identification.problem_setup"]
     monkeypatch.setattr(module, "lever_from_poses", lambda *_: FAR)
     found = fit(moved, vehicle, settings=settings)
     for name in usual.names:
