@@ -3,6 +3,7 @@
 // side: uses heap.
 #pragma once
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <type_traits>
 #include <vector>
@@ -68,6 +69,7 @@ struct Measured {
       : seen{poses.eta + static_cast<std::ptrdiff_t>(next.pose) * kPose, next.parts,
              poses.rate_deviation} {
     if (next.asynchronous < 0) return;
+    assert(poses.asynchronous_value != nullptr);
     asynchronous[2] = poses.asynchronous_value[next.asynchronous];
     seen.eta = asynchronous;
   }
