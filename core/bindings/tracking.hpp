@@ -69,7 +69,7 @@ std::tuple<double, double, double> full_steering(const Steering& self, double sp
   return {surge, yaw, self.side(speed)};
 }
 
-/// Commands (thrust, angle) as inputs, and whether they give what was asked.
+/// Commands (thrust, angle) as inputs, and whether they give both accelerations.
 std::tuple<Out1, bool> steer(Steering& self, double surge, double yaw, Vector nu, double dt) {
   require(nu.shape(0) == kAxes, "nu: 3");
   require(self.fault() == SteeringFault::kOk, "this steering has a fault");
@@ -122,8 +122,8 @@ void bind_steering(nb::module_& m) {
       .def("effect", &steered_effect, "nu"_a,
            "along, turn, across, flow, sway_across, sway_flow (6,): accelerations at a motion.")
       .def("command", &steer, "surge"_a, "yaw"_a, "nu"_a, "dt"_a,
-           "Commands (2,) for accelerations, dt [s] after the last; whether they give what was "
-           "asked.")
+           "Commands (2,) for accelerations, dt [s] after the last; whether they give "
+           "both.")
       .def("forget", &Steering::forget);
 }
 

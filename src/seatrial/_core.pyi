@@ -298,7 +298,7 @@ class Steering:
 
     def command(self, surge: float, yaw: float, nu: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], dt: float) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,))], bool]:
         """
-        Commands (2,) for accelerations, dt [s] after the last; whether they give what was asked.
+        Commands (2,) for accelerations, dt [s] after the last; whether they give both.
         """
 
     def forget(self) -> None: ...

@@ -28,7 +28,7 @@ class EarthEffect:
     size: float
     error: float  # standard error of the size
     unit: str
-    direction: str  # whereto it moves or pushes the boat: 37 deg (north-east)
+    direction: str  # to which the current flows or the wind blows: 37 deg (north-east)
 
 
 def earth_effects(vehicle: Vehicle, entry: RecordingEntry) -> Iterator[EarthEffect]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What a guided path is asked for, and what it finds on the way."""
+"""Inputs of a guided path, and what it finds on the way."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

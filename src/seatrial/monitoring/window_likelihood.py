@@ -37,7 +37,13 @@ GUST_MEMORY = 2.0  # [s] of it, where the model has no process noise
 NUISANCES = ("wind_x", "wind_y", "current_x", "current_y")  # effects that are no change of the boat
 SLOW_WIND, SLOW_MEMORY = 0.2, 20.0  # of full thrust, [s]: an earth-fixed disturbance force
 WAVES = 0.5  # of full thrust, standard deviation
-WAVE_PERIODS = (1.0, 1.4, 2.0, 2.8, 4.0)  # [s] a period between two is as likely by either
+WAVE_PERIODS = (
+    1.0,
+    1.4,
+    2.0,
+    2.8,
+    4.0,
+)  # [s] each by 1.4: a memory of one period covers those between
 SHORTEST_BLOCK = 1.0  # [s]
 LEAST_INFORMATION = 1e-12  # of the largest: less is round-off
 LEAST_DIRECTION = 1e-6  # of the largest, in standard errors: less shows nothing of scatter

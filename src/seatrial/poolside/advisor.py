@@ -31,9 +31,7 @@ BOAT_RADIUS = 0.3  # [m] where none is given
 PATH_PERIOD = 0.25  # [s] of a manoeuvre's drawn path
 RETURN_SPEED = 0.1  # [m/s] back to the middle
 MOST_ADVICE = 3  # manoeuvres
-MOST_CHECKED = (
-    12  # of the best manoeuvres, whose distance from the walls is checked for errors of the model
-)
+MOST_CHECKED = 12  # of the best manoeuvres, whose margins to the walls allow for the model's errors
 LEAST_PERIOD = 1 / 15  # [s] of simulated poses
 CHECK_PERIOD = 0.25  # [s] of that check
 NEGLIGIBLE = 1e-3  # eigenvalue of the correlations, below which a direction moves nothing
@@ -148,7 +146,8 @@ def position_errors(
     squares = np.zeros(len(times))
     for direction in _directions(model.covariance):
         coefficients, constants = np.split(values + direction, [len(model.coefficients)])
-        moved = replace(model, coefficients=coefficients, constants=np.maximum(constants, 0.0))
+        constants = np.maximum(constants, np.minimum(model.constants, 0.0))  # a lag ends at 0
+        moved = replace(model, coefficients=coefficients, constants=constants)
         try:
             drive = simulated_drive(moved, here, (pattern.t, pattern.commands), times)
         except ModelError:

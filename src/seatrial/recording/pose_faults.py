@@ -102,7 +102,6 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     # 2. Two mixed sources of poses: refused.
     _refuse_two_places(name, eta[good])
     # 3. Frozen samples; then the heading is unwrapped over the usable ones.
-    # 3. Frozen samples; then the heading is unwrapped over the usable ones.
     bad[FaultKind.FROZEN] = _mask_of(len(t), good[_frozen(eta[good]) | _stuck(eta[good])])
     good = _faultless(name, bad, t)
     whole = np.array(eta, dtype=float)

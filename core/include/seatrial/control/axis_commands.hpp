@@ -51,8 +51,8 @@ class AxisCommands {
     return allocator_ ? allocator_->setup().effectiveness.n : allocation_.n_commands;
   }
 
-  /// Commands to all inputs at the motion nu, dt [s] after the last; false where less is given than
-  /// was asked.
+  /// Commands to all inputs at the motion nu, dt [s] after the last; false where they
+  /// give less than the axes command.
   bool command(const double* axis, const double* nu, double dt, double* values) {
     if (steering_) {
       return steering_->command(axis[0] * authority_[0], axis[2] * authority_[2], nu, dt, values);

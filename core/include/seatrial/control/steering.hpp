@@ -98,7 +98,7 @@ class Steering {
 
   /// Commands (thrust, angle) for a surge and a yaw acceleration at the motion nu, dt [s] after the
   /// last ones. Yaw is served first: thrust ahead rises to what the angle's end needs. False where
-  /// less is given than was asked, also by the angle's rate.
+  /// they give less, also by the angle's rate.
   bool command(double surge, double yaw, const double* nu, double dt, double* values) {
     const SteeredEffect e = effect(nu);
     const double along = surge / e.along;

@@ -13,9 +13,7 @@ from seatrial.control.allocation.steered import full_accelerations
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
-LEAST_YAW = (
-    1e-6  # yaw over surge acceleration by full commands [1/m]; below it the angle has no effect
-)
+LEAST_YAW = 1e-6  # [1/m] yaw over surge by full commands: below it the angle has no effect
 
 
 def steered_authority(model: Model, steering: _core.Steering, fastest: float) -> Array:
