@@ -163,7 +163,7 @@ def refusal(taken: Taken, ahead: float) -> str:
     return {
         Taken.NOT_A_NUMBER: "a number is NaN, infinite or out of range, or the covariance is invalid",
         Taken.STALE: f"{late}; if the clock was set back, the odometry follows it after several inputs",
-        Taken.AHEAD: f"{early}; if the clock was set ahead, the odometry follows with the next input",
+        Taken.AHEAD: f"{early}; the next input is used if its stamp agrees with this one",
         Taken.NO_ROOM: "too many inputs in half a second",
     }.get(taken, taken.name.lower())
 
