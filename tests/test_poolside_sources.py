@@ -5,6 +5,7 @@ import json
 import os
 import pty
 import socket
+import sqlite3
 import struct
 import subprocess
 import sys
@@ -19,7 +20,7 @@ import numpy as np
 import pytest
 from autopilot_logs import telemetry as write_telemetry
 from autopilot_logs import trial
-from bag_tools import joy_sent, poses_sent
+from bag_tools import bag_records, joy_sent, poses_sent, ros1, ros2
 from bag_tools import vehicle as bag_boat
 from mcap_writer import mcap
 from test_init_logs import proposed
@@ -264,18 +265,38 @@ def test_a_replay_at_speed_takes_its_share_of_the_time(tmp_path):
 
 def grown(path, boat, content, cuts):
     """Events of a bag that is written up to each cut [bytes], and then to its end."""
-    path.write_bytes(b"")
-    found: list[object] = []
-    with open_source(f"follow:{path}", boat) as source:
-        thread = threading.Thread(target=lambda: found.extend(source))
-        thread.start()
+
+    def write():
         for begin, end in zip([0, *cuts], [*cuts, len(content)], strict=True):
             with path.open("ab") as file:
                 file.write(content[begin:end])
             time.sleep(0.1)
+
+    path.write_bytes(b"")
+    return followed(path, boat, write)
+
+
+def followed(path, boat, write):
+    """Events of a bag while `write` writes it, and what is said of it."""
+    found: list[object] = []
+    with open_source(f"follow:{path}", boat) as source:
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        write()
         source.close()
         thread.join(PATIENCE)
         return found, source.problems
+
+
+def is_all_of(found, whole, boat):
+    """Whether these are the events of a whole bag, once both topics had a message."""
+    expected = list(open_source(str(whole), boat, 0.0))
+    for kind in ("pose", "command"):
+        own, other = ([e for e in some if e.kind == kind] for some in (found, expected))
+        missing = len(other) - len(own)
+        assert 0 <= missing < 5
+        assert [e.stamp for e in own] == [e.stamp for e in other][missing:]
+        np.testing.assert_array_equal([e.values for e in own], [e.values for e in other][missing:])
 
 
 @pytest.mark.parametrize(("compression", "chunk"), [("zstd", 50), ("lz4", 7), ("", 0)])
@@ -286,13 +307,105 @@ def test_an_mcap_that_grows_gives_what_it_reads_in_the_end(tmp_path, compression
     cuts = np.linspace(0, len(content), 9)[1:-1].astype(int).tolist()
     found, said = grown(tmp_path / "run.mcap", boat, content, cuts)
     assert said == ()
-    expected = list(open_source(str(whole), boat, 0.0))
-    for kind in ("pose", "command"):
-        own, other = ([e for e in some if e.kind == kind] for some in (found, expected))
-        missing = len(other) - len(own)
-        assert 0 <= missing < 5  # before both topics had a message
-        assert [e.stamp for e in own] == [e.stamp for e in other][missing:]
-        np.testing.assert_array_equal([e.values for e in own], [e.values for e in other][missing:])
+    is_all_of(found, whole, boat)
+
+
+@pytest.mark.parametrize("compression", ["none", "bz2", "lz4"])
+def test_a_ros1_bag_that_grows_gives_what_it_reads_in_the_end(tmp_path, compression):
+    whole = ros1(tmp_path / "whole.bag", poses_sent(6.0) + joy_sent(6.0), compression)
+    content, path = whole.read_bytes(), tmp_path / "run.bag"
+    cuts = np.linspace(0, len(content), 9)[1:-1].astype(int).tolist()
+    found, said = grown(path.with_name("run.bag.active"), bag_boat(), content, cuts)
+    assert said == ()
+    is_all_of(found, whole, bag_boat())
+
+
+def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path):
+    # rosbag writes lengths of 0, then the messages, then the lengths, and gives the bag its name
+    boat, path = bag_boat(), tmp_path / "run.bag.active"
+    whole = ros1(tmp_path / "whole.bag", poses_sent(6.0) + joy_sent(6.0), "none", chunk=1 << 22)
+    content = bytearray(whole.read_bytes())
+    ((_, at, end),) = [one for one in bag_records(content) if one[0] == 5]
+    (head,) = struct.unpack_from("<I", content, at)
+    begin = at + 8 + head
+    lengths = [begin - 4, content.index(b"size=", at) + 5]
+    known = [bytes(content[place : place + 4]) for place in lengths]
+    for place in lengths:
+        content[place : place + 4] = bytes(4)
+    seen: list[int] = []
+
+    def write():
+        for cut in (begin, begin + (end - begin) // 3, begin + (end - begin) // 2, end):
+            path.write_bytes(content[:cut])
+            time.sleep(0.3)
+            seen.append(len(found))
+        for place, value in zip(lengths, known, strict=True):
+            content[place : place + 4] = value
+        path.write_bytes(content)
+        path.rename(tmp_path / "run.bag")
+        time.sleep(0.3)
+
+    found: list[object] = []
+    with open_source(f"follow:{path}", boat) as source:
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        write()
+        source.close()
+        thread.join(PATIENCE)
+        assert source.problems == ()
+    first, third, half, all_of_it = seen
+    assert first == 0 < third < half < all_of_it == len(found)
+    is_all_of(found, whole, boat)
+
+
+@pytest.mark.parametrize("mode", ["NONE", "MESSAGE"])
+def test_a_db3_that_grows_gives_what_it_reads_in_the_end(tmp_path, mode):
+    folder = ros2(tmp_path / "whole", poses_sent(6.0) + joy_sent(6.0), "sqlite3", mode)
+    (whole,) = folder.glob("*.db3")
+    path, boat = tmp_path / "run.db3", bag_boat()
+    base = sqlite3.connect(path)
+    base.execute("PRAGMA journal_mode = WAL")
+
+    def write():
+        base.execute("ATTACH ? AS whole", (str(whole),))
+        for (text,) in base.execute(
+            "SELECT sql FROM whole.sqlite_master WHERE type = 'table'"
+        ).fetchall():
+            base.execute(text)
+        for name in ("topics", "message_definitions"):
+            base.execute(f"INSERT INTO {name} SELECT * FROM whole.{name}")
+        base.commit()
+        rows = base.execute("SELECT max(id) FROM whole.messages").fetchone()[0]
+        for k in range(8):
+            time.sleep(0.1)
+            query = "INSERT INTO messages SELECT * FROM whole.messages WHERE id * 8 / ? = ?"
+            base.execute(query, (rows + 1, k))
+            base.commit()
+        base.close()
+        time.sleep(0.2)
+
+    found, said = followed(path, boat, write)
+    assert said == ()
+    is_all_of(found, folder, boat)
+    # nothing of it is left beside the recorder's file
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["run.db3", "whole"]
+
+
+def test_a_folder_of_ros1_bags_is_followed_from_one_to_the_next(tmp_path):
+    sent = sorted(poses_sent(6.0) + joy_sent(6.0), key=lambda s: s.time)
+    folder = tmp_path / "run"
+    folder.mkdir()
+    first = ros1(folder / "run_0.bag", sent[:300]).rename(folder / "run_0.bag.active")
+
+    def write():
+        time.sleep(0.3)
+        first.rename(folder / "run_0.bag")
+        ros1(tmp_path / "run_1.bag", sent[300:]).rename(folder / "run_1.bag.active")
+        time.sleep(0.5)
+
+    found, said = followed(folder, bag_boat(), write)
+    assert said == ()
+    assert len(sent) - 5 < len(found) <= len(sent)
 
 
 def test_a_folder_of_mcap_files_is_followed_from_one_to_the_next(tmp_path):
@@ -314,9 +427,17 @@ def test_a_folder_of_mcap_files_is_followed_from_one_to_the_next(tmp_path):
 
 
 def test_a_growing_bag_that_can_not_be_followed_is_one_line(tmp_path):
-    for name in ("run.bag", "run.bag.active", "run.db3"):
-        with pytest.raises(LiveError, match=r"can't be followed while it grows, only \.mcap"):
-            open_source(f"follow:{tmp_path / name}", bag_boat())
+    sqlite3.connect(tmp_path / "run.db3").executescript("CREATE TABLE messages(id INTEGER)")
+    (tmp_path / "odd.bag").write_bytes(b"no bag at all")
+    whole = ros1(tmp_path / "whole.bag", poses_sent(2.0) + joy_sent(2.0)).read_bytes()
+    (tmp_path / "run.bag").write_bytes(whole[:5000] + bytes(100) + whole[5000:])
+    for name, said in {
+        "run.db3": "no write-ahead log, .* --storage-preset-profile resilient",
+        "odd.bag": "does not begin like a ROS 1 bag",
+        "run.bag": r"is damaged at byte \d+",
+    }.items():
+        with pytest.raises(RecordingError, match=said):
+            list(open_source(f"follow:{tmp_path / name}", bag_boat()))
     whole = mcap(tmp_path / "whole.mcap", poses_sent(2.0) + joy_sent(2.0), "").read_bytes()
     (tmp_path / "odd.mcap").write_bytes(b"no bag at all")
     with pytest.raises(RecordingError, match=r"does not begin like an \.mcap"):

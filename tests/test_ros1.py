@@ -4,18 +4,22 @@
 import ast
 import re
 import signal
+import time
+from contextlib import ExitStack
 from pathlib import Path
+from threading import Thread
 
 import msgspec
 import numpy as np
 import pytest
 from conftest import ROOT
-from ros1_tools import DRIVE, JOY_CHANGES, PARTS, RATE, Ros1, circle, read_by_rosbag
+from ros1_tools import DRIVE, JOY_CHANGES, PARTS, PATIENCE, RATE, Ros1, circle, read_by_rosbag
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
+from seatrial.poolside.sources import open_source
 from seatrial.recording.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.simulation.plan import TrialEntry, load_plan
@@ -173,6 +177,42 @@ def test_a_recorder_that_was_killed_before_its_first_chunk_was_full(recorded, ou
     n = len(found.stamps)
     assert n > 0.9 * len(original.stamps)
     assert np.array_equal(found.raw, original.raw[:n])
+
+
+def test_what_rosbag_records_is_followed_while_it_does(ros, trial, ours, mp):
+    found: dict[str, list] = {name: [] for name in ("follow-plain", "follow-split")}
+    running, before = {}, 0
+    counts = {"/slam/pose": len(trial.pose_stamps), "/joy": len(trial.command_stamps)}
+    with ExitStack() as stack:
+        for name, events in found.items():
+            folder = ros.folder / name
+            folder.mkdir()
+            options = RECORDERS[name.partition("-")[2]]
+            running[name] = ros.record("-O", folder / "run.bag", *options, topics=TOPICS)
+            path = folder if options else folder / "run.bag"
+            ros.until(lambda folder=folder: any(folder.iterdir()), "record")
+            source = stack.enter_context(open_source(f"follow:{path}", mp))
+            thread = Thread(target=lambda s=source, f=events: f.extend(s))
+            thread.start()
+            stack.callback(thread.join, PATIENCE)
+            stack.callback(source.close)
+        ros.play(ours, 5.0, counts)
+        time.sleep(0.3)
+        before = len(found["follow-plain"])
+        for process in running.values():
+            ros.finish(process, signal.SIGINT)
+        time.sleep(0.3)
+    whole = len(trial.pose_stamps) + len(trial.command_stamps)
+    # messages of a chunk that is not full, but for what the recorder has not flushed
+    assert before > 0.9 * whole
+    original = seatrial.read(ours, mp)
+    for events in found.values():
+        poses = np.array([e.values for e in events if e.kind == "pose"])
+        assert len(poses) > len(original.raw) - 3  # before both topics had a message
+        np.testing.assert_array_equal(poses, original.raw[-len(poses) :])
+        commands = [e.stamp for e in events if e.kind == "command"]
+        assert len(commands) > 0.95 * len(original.commands.stamps)
+        np.testing.assert_array_equal(commands, original.commands.stamps[-len(commands) :])
 
 
 POSES = {

@@ -34,7 +34,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "source", nargs="?", default="-", metavar="SOURCE",
         help="where poses and commands come from: - lines of standard input; udp:PORT; mavlink:udp:PORT or "
-        "mavlink:DEVICE; follow:PATH, a table, a folder of tables or an .mcap that grows; a log or bag, replayed "
+        "mavlink:DEVICE; follow:PATH, a table, a folder of tables or a bag that grows; a log or bag, replayed "
         "(default: -)",
     )  # fmt: skip
     command.add_argument(

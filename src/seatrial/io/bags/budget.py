@@ -60,16 +60,21 @@ def check_database(path: Path) -> None:
         base = sqlite3.connect(f"file:{quote(str(path.resolve()))}?immutable=1", uri=True)
         try:
             base.execute("PRAGMA writable_schema = ON")  # opens also a truncated file
-            query = "SELECT type, name, coalesce(sql, '') FROM sqlite_master"
-            for kind, name, text in base.execute(query):
-                if kind not in ("table", "index") or "virtual" in str(text).lower()[:40]:
-                    raise RecordingError(
-                        f"{path}: has a {kind} '{name}', which no recording has; it is not read"
-                    )
+            check_schema(base, path)
         finally:
             base.close()
     except (sqlite3.Error, UnicodeDecodeError, ValueError, OverflowError):
         return  # damaged: its reader says how
+
+
+def check_schema(base: sqlite3.Connection, path: Path) -> None:
+    """Raise RecordingError where a database has views or triggers."""
+    query = "SELECT type, name, coalesce(sql, '') FROM sqlite_master"
+    for kind, name, text in base.execute(query):
+        if kind not in ("table", "index") or "virtual" in str(text).lower()[:40]:
+            raise RecordingError(
+                f"{path}: has a {kind} '{name}', which no recording has; it is not read"
+            )
 
 
 def room() -> int:

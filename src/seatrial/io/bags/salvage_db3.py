@@ -14,7 +14,7 @@ from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 
 MOST_DAMAGED_PARTS = 10_000  # that are skipped
-_DB3_ERRORS = (sqlite3.Error, UnicodeDecodeError, OverflowError)
+DB3_ERRORS = (sqlite3.Error, UnicodeDecodeError, OverflowError)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class SalvagedDb3(Bag):
                 for row in self._from(at):
                     at = row.number + 1
                     yield row
-            except _DB3_ERRORS:
+            except DB3_ERRORS:
                 # sqlite returns a row only after it has searched for the next
                 last = self._one(at)
                 if last is not None:
@@ -113,7 +113,7 @@ class SalvagedDb3(Bag):
     def _one(self, at: int) -> _Row | None:
         try:
             return next(self._from(at, " LIMIT 1"), None)
-        except _DB3_ERRORS:
+        except DB3_ERRORS:
             return None
 
     def _readable_after(self, at: int) -> int | None:

@@ -170,12 +170,7 @@ class FollowSource(EventSource):
 def _not_followed(path: Path) -> str:
     """Why a file can't be followed, and what to do."""
     tables = ", ".join(TEXT_TABLES)
-    if path.name.endswith((".bag", ".bag.active", ".db3")):
-        return (
-            f"{path}: a bag of this kind can't be followed while it grows, only .mcap; record as .mcap, let "
-            "seatrial's ROS node send the topics, or replay the bag when it is closed"
-        )
-    return f"{path}: expected a folder, a table as text ({tables}), or an .mcap"
+    return f"{path}: expected a folder, a table as text ({tables}), or a bag (.mcap, .db3, .bag)"
 
 
 def _rows_of(table: Table, request: Request, *, mixed: bool) -> tuple[Request, Stamps, Array]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""An .mcap, or a folder of a recording in several, that another program writes: messages as they are flushed."""
+"""A bag, or a folder of a recording in several, that another program writes: messages as they are flushed."""
 
 import time
 from collections.abc import Iterator
@@ -7,7 +7,10 @@ from pathlib import Path
 from threading import Event
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.io.bags.growing_mcap import GrowingMcap
+from seatrial.io.bags.growing.db3 import GrowingDb3
+from seatrial.io.bags.growing.growing_bag import GrowingBag
+from seatrial.io.bags.growing.mcap import GrowingMcap
+from seatrial.io.bags.growing.ros1 import GrowingRos1
 from seatrial.io.bags.signals import BagSignals
 from seatrial.io.bags.tf import is_tf
 from seatrial.poolside.sources.conversion import Conversion
@@ -18,13 +21,24 @@ POLL = 0.05  # [s]
 SILENT = 10.0  # [s] without a message, that are reported
 
 
-def is_mcap(path: Path) -> bool:
-    """Whether a path is an .mcap, or a folder of them."""
-    return path.suffix == ".mcap" or (path.is_dir() and any(path.glob("*.mcap")))
+KINDS: dict[str, type[GrowingBag]] = {
+    ".mcap": GrowingMcap,
+    ".db3": GrowingDb3,
+    ".bag": GrowingRos1,
+    ".bag.active": GrowingRos1,
+}
+
+
+def growing_bag(path: Path) -> GrowingBag | None:
+    """The bag at a path, or in a folder; None: it is none."""
+    for end, kind in KINDS.items():
+        if path.name.endswith(end) or (path.is_dir() and any(path.glob(f"*{end}"))):
+            return kind(path)
+    return None
 
 
 class FollowBag(EventSource):
-    """Messages of an .mcap while it grows, from its beginning. It ends when it is closed.
+    """Messages of a bag while it grows, from its beginning. It ends when it is closed.
 
     Messages before every topic of the vehicle file has one are not used. A recorder that writes in chunks flushes
     one when it is full; so arrivals are by the recorder's clock. Iteration raises SeatrialError where the file is
@@ -33,10 +47,10 @@ class FollowBag(EventSource):
 
     recorded = True
 
-    def __init__(self, name: str, path: Path, vehicle: Vehicle) -> None:
-        if not path.parent.is_dir():
-            raise FileError(f"{path}: there is no folder {path.parent}")
-        self.name, self._bag, self._vehicle = name, GrowingMcap(path), vehicle
+    def __init__(self, name: str, bag: GrowingBag, vehicle: Vehicle) -> None:
+        if not bag.path.parent.is_dir():
+            raise FileError(f"{bag.path}: there is no folder {bag.path.parent}")
+        self.name, self._bag, self._vehicle = name, bag, vehicle
         self._closed = Event()
         self._signals = BagSignals(self._bag, vehicle, salvage=True)
         self._conversion: Conversion | None = None

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.poolside.sources.follow import FollowSource
-from seatrial.poolside.sources.follow_bag import FollowBag, is_mcap
+from seatrial.poolside.sources.follow_bag import FollowBag, growing_bag
 from seatrial.poolside.sources.lines import datagrams, standard_input
 from seatrial.poolside.sources.replay import ReplaySource
 from seatrial.poolside.sources.source import EventSource
@@ -19,7 +19,7 @@ def open_source(
     """The source that a text names. Raises LiveError, RecordingError, FileError.
 
     `-` standard input; `udp:PORT`, `udp:ADDRESS:PORT` lines; `mavlink:udp:PORT`, `mavlink:DEVICE:BAUD`;
-    `follow:PATH` a table, a folder of tables or an .mcap that grows; else the path of a recording, replayed at
+    `follow:PATH` a table, a folder of tables or a bag that grows; else the path of a recording, replayed at
     `speed` times its pace (0: as fast as it is taken); `salvage`: what is left of a damaged bag.
     """
     live = text == "-" or text.startswith(("udp:", "mavlink:", "follow:"))
@@ -35,5 +35,6 @@ def open_source(
         return telemetry(text, vehicle)
     if text.startswith("follow:"):
         path = Path(text.removeprefix("follow:"))
-        return (FollowBag if is_mcap(path) else FollowSource)(text, path, vehicle)
+        bag = growing_bag(path)
+        return FollowSource(text, path, vehicle) if bag is None else FollowBag(text, bag, vehicle)
     return ReplaySource(Path(text), vehicle, speed, salvage=salvage)

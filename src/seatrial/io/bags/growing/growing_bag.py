@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: MIT
+"""A bag that a recorder writes now: its messages as they are flushed."""
+
+from abc import abstractmethod
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from seatrial.io.bags.bag import Bag, Message, Topic, merged_topics
+from seatrial.io.bags.ros2 import by_number
+from seatrial.util.errors import FileError
+
+BLOCK = 16 << 20  # [bytes] that are read at once
+LARGEST_RECORD = 256 << 20  # [bytes]: a longer one is no record
+
+
+class GrowingBag(Bag):
+    """The messages that `grow` found last; of a folder, those of its files in turn.
+
+    path: a file, or a folder with one recording. Neither need be there yet.
+    """
+
+    suffix: str  # of the files in a folder
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.files = path, ()
+        self._message_counts: Counter[str] = Counter()  # messages so far, by topic
+        self._at = 0  # of the newest file: how much is used
+        self._complete = False  # whether that file is
+        self._new: list[Message] = []
+        self.topics = {}
+
+    def grow(self) -> set[str]:
+        """Read what was added, of `BLOCK` and one record at most; its topics. Raises FileError, RecordingError."""
+        self._new = []
+        if self._complete or not self.files:
+            self._open_next()
+        if self.files and not self._complete:
+            self._read()
+        self._message_counts.update(topic for topic, _, _ in self._new)
+        self.topics |= merged_topics(self._known_topics())
+        counts = self._message_counts
+        self.topics = {n: replace(t, messages=counts[n]) for n, t in self.topics.items()}
+        return {topic for topic, _, _ in self._new}
+
+    def messages(self, names: Collection[str]) -> Iterator[Message]:
+        """Those of the last `grow`."""
+        return (one for one in self._new if one[0] in names)
+
+    def check(self, name: str, count: int) -> None:
+        """Nothing: the number of messages is not known before the end."""
+
+    def close(self) -> None:
+        """Nothing: no file stays open."""
+
+    @abstractmethod
+    def _begin(self) -> None:
+        """Forget what is known of the file before."""
+
+    @abstractmethod
+    def _read(self) -> None:
+        """Add what is new in the newest file to `_new`. Raises FileError, RecordingError."""
+
+    @abstractmethod
+    def _known_topics(self) -> Collection[Topic]:
+        """Those of the newest file."""
+
+    def _there(self) -> list[Path]:
+        """Files of the recording, in their order."""
+        folder = self.path.is_dir()
+        found = sorted(self.path.glob(f"*{self.suffix}"), key=by_number) if folder else [self.path]
+        return [file for file in found if file.exists()]
+
+    def _open_next(self) -> None:
+        """Go on with the first file that is not used yet, if there is one."""
+        left = [file for file in self._there() if file not in self.files]
+        if left:
+            self.files = (*self.files, left[0])
+            self._at, self._complete = 0, False
+            self._begin()
+
+    def _bytes(self, most: int = BLOCK) -> bytes:
+        """The bytes of the newest file after those that are used."""
+        try:
+            with self.files[-1].open("rb") as file:
+                if file.seek(0, 2) < self._at:
+                    raise FileError(
+                        f"{file.name}: became shorter; a bag that is followed only grows"
+                    )
+                file.seek(self._at)
+                return file.read(most)
+        except OSError as error:
+            raise FileError(f"{self.files[-1]}: can't be read ({error.strerror})") from None

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: MIT
+"""A ROS 1 bag that rosbag writes now: .bag.active, .bag when it is closed."""
+
+from collections.abc import Collection
+from pathlib import Path
+from typing import NoReturn
+
+from seatrial.io.bags.bag import Topic
+from seatrial.io.bags.growing.growing_bag import BLOCK, LARGEST_RECORD, GrowingBag
+from seatrial.io.bags.ros1 import Ros1Bag
+from seatrial.io.bags.ros1_records import (
+    BAG_HEADER,
+    CHUNK,
+    CHUNK_INFO,
+    CONNECTION,
+    INDEX,
+    MAGIC,
+    DamagedError,
+    Record,
+    chunk_content,
+    chunk_messages,
+    record_at,
+)
+from seatrial.io.bags.ros2 import by_number
+from seatrial.util.errors import RecordingError
+
+ACTIVE = ".active"  # end of the name while rosbag writes
+
+
+class GrowingRos1(GrowingBag, Ros1Bag):
+    """Messages of a chunk as they are written, of a compressed one when it is full."""
+
+    suffix = ".bag"
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path.with_name(path.name.removesuffix(ACTIVE)))
+        self._begin()
+
+    def _begin(self) -> None:
+        self._connections, self._callers = {}, {}
+        self._inside = 0  # [bytes] of the newest chunk that are used
+
+    def _known_topics(self) -> Collection[Topic]:
+        return self._connections.values()
+
+    def _there(self) -> list[Path]:
+        folder = self.path.is_dir()
+        written = self.path.glob(f"*.bag{ACTIVE}") if folder else [_active(self.path)]
+        now = (p.with_name(p.name.removesuffix(ACTIVE)) for p in written if p.exists())
+        return sorted({*super()._there(), *now}, key=by_number)
+
+    def _bytes(self, most: int = BLOCK) -> bytes:
+        """Under the name that the file has now."""
+        closed, every = self.files[-1], self.files
+        active = _active(closed)
+        self.files = (*every[:-1], active if active.exists() else closed)
+        try:
+            return super()._bytes(most)
+        finally:
+            self.files = every
+
+    def _read(self) -> None:
+        block = self._bytes()
+        if self._at == 0 and len(block) >= len(MAGIC):
+            if not block.startswith(MAGIC):
+                raise RecordingError(f"{self.files[-1]}: does not begin like a ROS 1 bag")
+            self._at, block = len(MAGIC), block[len(MAGIC) :]
+        if self._at:
+            self._use(block)
+
+    def _use(self, block: bytes) -> None:
+        """The whole records of a block."""
+        at = 0
+        try:
+            if _has_header(block, 0):  # a record may be longer
+                end = record_at(block, 0, len(block), whole=False).end
+                if BLOCK < end <= LARGEST_RECORD:
+                    block = self._bytes(end)
+            while not self._complete and _has_header(block, at):
+                record = record_at(block, at, len(block), whole=False)
+                if record.end - at > LARGEST_RECORD:
+                    self._damaged(at, "a record is too long")
+                if record.end > len(block) or not self._take(record):
+                    break
+                at = record.end
+        except DamagedError as error:
+            self._damaged(at, str(error))
+        self._at += at
+
+    def _damaged(self, at: int, how: str) -> NoReturn:
+        raise RecordingError(
+            f"{self.files[-1]}: is damaged at byte {self._at + at} ({how}); replay it with --salvage"
+        ) from None
+
+    def _take(self, record: Record) -> bool:
+        """Use a record. Whether it is finished."""
+        if record.kind in (CHUNK_INFO, CONNECTION):  # the index behind all chunks
+            self._complete = True
+        elif record.kind == CHUNK:
+            return self._chunk_of(record)
+        elif record.kind not in (BAG_HEADER, INDEX):
+            raise DamagedError(f"a record of kind {record.kind}")
+        elif (
+            record.kind == BAG_HEADER
+            and b"encryptor" in record.fields
+            and record.text(b"encryptor")
+        ):
+            raise RecordingError(f"{self.files[-1]}: is encrypted, so it can't be followed")
+        return True
+
+    def _chunk_of(self, record: Record) -> bool:
+        """Messages of a chunk; while it is written its lengths are 0."""
+        open_now = record.end == record.begin
+        if open_now and record.text(b"compression") != "none":
+            return False
+        chunk = record.source[record.begin :] if open_now else chunk_content(record)
+        try:
+            for number, stamp, begin, end in chunk_messages(
+                chunk, self._add_connection, self._inside
+            ):
+                self._inside = end
+                if number in self._connections:
+                    name = self._connections[number].name
+                    self._new.append((name, stamp, chunk[begin:end]))
+        except DamagedError:
+            if not open_now:
+                raise
+        if open_now:
+            return False
+        self._inside = 0
+        return True
+
+
+def _active(path: Path) -> Path:
+    """The name while rosbag writes."""
+    return path.with_name(path.name + ACTIVE)
+
+
+def _has_header(block: bytes, at: int) -> bool:
+    """Whether a record's header and the length of its data are there."""
+    if at + 8 > len(block):
+        return False
+    return at + 8 + int.from_bytes(block[at : at + 4], "little") <= len(block)
