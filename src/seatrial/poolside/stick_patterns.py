@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Stick patterns of 10 to 30 s that a person can drive: a small library to choose the next manoeuvre from."""
+"""Stick patterns of 7 to 20 s that a person can drive: a small library to choose the next manoeuvre from."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
