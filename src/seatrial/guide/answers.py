@@ -150,7 +150,8 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
         found.append(AT_ORIGIN)
     if not proposal.drive.forces and not given.thrusters:
         found.append(
-            "thrusters not known, so that no dead zone is estimated (thrusters:, allocation:)"
+            "thrusters not known: the usual layout that explains the recordings best, if one does "
+            "(thrusters:, allocation:)"
         )
     return found
 

@@ -151,8 +151,8 @@ def _forces(drive: Drive, choices: Choices) -> list[str]:
     if not drive.forces:
         return [
             "# check: the allocation from F_u, F_v and F_r to thruster commands in the boat's software. Most",
-            "# thrusters have a dead zone; without these lines it is not estimated, and force and drag",
-            "# coefficients are biased (docs/vehicle.md):",
+            "# thrusters have a dead zone. Without these lines structure: auto takes the usual layout that",
+            "# explains the recordings best; where none does, force and drag are biased (docs/vehicle.md):",
             "# thrusters:                    # positions [m]; directions of thrust [deg] from forward",
             "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
             "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",
