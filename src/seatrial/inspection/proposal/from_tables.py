@@ -44,6 +44,12 @@ from seatrial.util.errors import RecordingError
 
 COMMAND_TABLE_WORDS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
 NOT_COMMANDS = (("theta",),)  # beside those that are other signals by their names
+MODES = (
+    ("mode",),
+    ("armed",),
+    ("state",),
+    ("status",),
+)  # last words of columns that are no command
 SCALE_WORDS = frozenset(("volt", "voltage", "battery", "rpm", "current"))
 MOST_SPARE = 12  # columns in the comment
 OWN_TABLE_CHANNELS = 2  # most commands in each of several tables alike, one for each thruster
@@ -169,7 +175,8 @@ def _able(table: TableSeen, pose: PoseColumns) -> list[ColumnView]:
         c
         for c in table.view.columns
         if c.name and c.name not in taken and c.changes and c.least is not None
-        and not is_validity(c) and not (same and _is_other_signal(c.name))
+        and not is_validity(c) and read_name(c.name).words[-1:] not in MODES
+        and not (same and _is_other_signal(c.name))
     ]  # fmt: skip
 
 
