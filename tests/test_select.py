@@ -15,6 +15,7 @@ import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
+from seatrial.identification.likelihood.optimiser import full_pass
 from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
@@ -279,6 +280,18 @@ def test_tests_of_terms_are_the_same_to_the_bit_wherever_they_are_computed(six, 
     assert len(there[1]) == len(TRIED)
     # passes of candidates twice; predictions of kept terms, of others, of blocks before and with each
     assert len(farm.done) == 2 + len(there[0]) + 1 + len(TRIED)
+
+
+def test_predictions_of_blocks_pass_over_seconds_without_a_usable_pose(solved, mp):
+    """A gap of half a minute leaves whole blocks empty: they are in no fold."""
+    first, *others = solved.problem.recordings
+    there = first.valid & ((first.t < 12.0) | (first.t > 47.0))
+    problem = replace(solved.problem, recordings=(replace(first, valid=there), *others))
+    fitted = replace(solved, at=full_pass(problem, solved.at.theta, solved.at.noise))
+    looked = dict(candidate_information(fitted, named(mp, "Y_r * r")))
+    ((gain, ratio),) = predicted(fitted, looked, 1.0).values()
+    assert gain.log == pytest.approx(0.0, abs=1e-3)  # the boat has no such term
+    assert ratio == pytest.approx(np.ones(3), abs=1e-2)
 
 
 def told(value=1.0, p=1e-9):
