@@ -418,6 +418,7 @@ def test_of_a_pilot_and_an_autopilot_the_one_that_moves_the_boat_is_proposed(tmp
     assert vehicle.file.forces["F_u"].of == dict.fromkeys(vehicle.inputs, 0.5)
     assert "check: cmd_manual_left and cmd_manual_right command the same actuators" in text
     assert "--commands cmd_manual_left,cmd_manual_right" in text
+    assert "mode: says which source drives, and when?" in text
     # the autopilot's outputs are what the pilot commands: either will do, and both at once are none
     twice = log.but(command=np.hstack([driven, driven]))
     path = tables(twice, tmp_path / "copy", commands=head.removesuffix(",mode"))
