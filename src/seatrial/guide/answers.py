@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.inspection.proposal.axes import asked_axes
-from seatrial.inspection.proposal.inputs import ThrustersUnknownError
+from seatrial.inspection.proposal.by_name import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
 from seatrial.inspection.proposal.side_names import contradicting_names
 from seatrial.inspection.proposal.sources import (
