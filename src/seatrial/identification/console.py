@@ -25,8 +25,8 @@ from seatrial.identification.uncertainty.identifiability import (
     reach_text,
 )
 from seatrial.recording.velocity import STENCIL_NOISE
-from seatrial.util.format import joined, percent, plus_minus, table
-from seatrial.util.frames import AXES, Array, Axes
+from seatrial.util.format import joined, percent, plus_minus
+from seatrial.util.frames import AXES, Axes
 
 LEAST_DISTURBANCE_SHARE = 1e-3  # of full thrust: a smaller disturbance force is not shown
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
@@ -242,15 +242,6 @@ def minutes(value: float) -> str:
     if value > HOURS_FROM:
         return f"{value / 60:.0f} h" if value > 600 else f"{value / 60:.1f} h"
     return f"{value:.0f} min" if value >= 20 else f"{value:.1f} min"
-
-
-def correlation_text(names: Sequence[str], correlation: Array) -> str:
-    """The correlations (p, p) of named parameters as a table, in per cent, lower half."""
-    rows = [
-        [name, *(f"{100 * r:.0f}" for r in correlation[i, :i]), *([""] * (len(names) - i))]
-        for i, name in enumerate(names)
-    ]
-    return table(["", *names], rows)
 
 
 def _from(model: Model) -> str:

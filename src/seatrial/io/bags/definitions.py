@@ -9,7 +9,6 @@ from seatrial.io.bags.wire import parse_definition
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
-RULE = "\n" + "=" * 80 + "\n"
 # not in rosbags; field lists are those of the packages' .msg files
 COMMON = {
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",

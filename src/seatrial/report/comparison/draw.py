@@ -40,7 +40,6 @@ from seatrial.util.statistics import NORMAL_95
 
 COMMAND_COLOURS = (GREEN, PURPLE, ORANGE, BLACK)  # other than those of the models
 LARGEST_CHANGE_SHOWN = 120.0  # [%]
-CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces, other than those of A and B
 
 
 class Rows(NamedTuple):
