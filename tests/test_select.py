@@ -32,13 +32,17 @@ from seatrial.identification.selection.terms import (
 )
 from seatrial.identification.selection.terms.aliasing import aliases
 from seatrial.identification.selection.terms.candidates import is_essential, with_terms
-from seatrial.identification.selection.terms.cross_validation import folds
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
     TermVerdict,
     reason_to_go,
 )
-from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange, retrained
+from seatrial.identification.selection.terms.held_out import (
+    HeldOut,
+    PredictionChange,
+    folds,
+    retrained,
+)
 from seatrial.identification.selection.terms.stepwise import candidate_information
 from seatrial.identification.selection.terms.term_fit import term_fit
 from seatrial.io.trial_files import write_setting, write_trial

@@ -15,13 +15,15 @@ from seatrial.identification.regression.smoother import SMOOTHER
 from seatrial.identification.uncertainty.identifiability import (
     CORRELATED,
     INSEPARABLE,
-    SHARP_ERROR,
     Combination,
     Identifiability,
+    identifiability,
+)
+from seatrial.identification.uncertainty.parameter_verdict import (
+    SHARP_ERROR,
     ParameterAccuracy,
     ParameterVerdict,
     full_thrust,
-    identifiability,
     reach_text,
 )
 from seatrial.recording.velocity import STENCIL_NOISE

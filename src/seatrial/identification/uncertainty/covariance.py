@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.identification.likelihood.optimiser import Point, at_bounds
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.uncertainty.bound import one_sided_profile
+from seatrial.identification.uncertainty.profile_line import one_sided_profile
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask

@@ -8,7 +8,6 @@ import numpy as np
 from seatrial.boat.structure import Term
 from seatrial.identification.selection.terms.aliasing import Alias
 from seatrial.identification.selection.terms.candidates import drag_of
-from seatrial.identification.selection.terms.cross_validation import Fold
 from seatrial.identification.selection.terms.decisions import (
     Row,
     TermEvidence,
@@ -16,6 +15,7 @@ from seatrial.identification.selection.terms.decisions import (
     TermVerdict,
     repeats_text,
 )
+from seatrial.identification.selection.terms.held_out import Fold
 from seatrial.util.frames import AXES
 
 SAME_ERROR = 0.05  # [%] change of the prediction error that rounds to none

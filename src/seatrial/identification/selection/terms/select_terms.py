@@ -29,10 +29,9 @@ from seatrial.identification.selection.terms.candidates import (
     with_terms,
     with_usual_terms,
 )
-from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, Fold, folds
-from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
+from seatrial.identification.selection.terms.decisions import Selection, TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
-from seatrial.identification.selection.terms.selection import Selection
+from seatrial.identification.selection.terms.held_out import HALF_NAMES, Fold, folds
 from seatrial.identification.selection.terms.stepwise import (
     REFIT_SHARE,
     TermSearch,
