@@ -33,7 +33,8 @@ from seatrial.identification.likelihood.optimiser import (
     full_pass,
     search,
 )
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Problem
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS, LEVER_NAMES
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.problem_setup import problem_with, with_prior, with_sought_stages
 from seatrial.identification.selection.actuator_selection import select_stages

@@ -17,7 +17,8 @@ from seatrial.identification.likelihood.optimiser import (
     maximise_likelihood,
     search,
 )
-from seatrial.identification.likelihood.problem import LEVER_NAMES, Problem
+from seatrial.identification.likelihood.parameters import LEVER_NAMES
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import integration_step, problem_with, start_of
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.solution import OutputErrorSettings, StartValues

@@ -10,7 +10,7 @@ from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
 from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
-from seatrial.identification.likelihood.problem import EFFECT_KINDS
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_findings
 from seatrial.identification.recording_checks import check_recordings, commands_beyond, explained

@@ -14,13 +14,8 @@ from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.problem import (
-    DELAY_NAMES,
-    LEVER_NAMES,
-    START_DELAY,
-    Prior,
-    Problem,
-)
+from seatrial.identification.likelihood.parameters import DELAY_NAMES, LEVER_NAMES, START_DELAY
+from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.identification.regression.start_lever import lever_from_poses
 from seatrial.identification.regression.start_values import start_values

@@ -24,13 +24,8 @@ from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import (
-    DELAY_NAMES,
-    EFFECT_NAMES,
-    LEVER_NAMES,
-    FilterRuns,
-    Problem,
-)
+from seatrial.identification.likelihood.parameters import DELAY_NAMES, EFFECT_NAMES, LEVER_NAMES
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.frames import Array
@@ -82,6 +77,11 @@ class Fit:
     maximum_noise: Array | None = None  # (11,) at the likelihood's maximum, before the horizon
 
     @property
+    def point(self) -> Point:
+        """Parameters, noise and filter runs."""
+        return Point(self.theta, self.noise, self.runs)
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Of the free parameters."""
         return tuple(self.problem.names[i] for i in self.problem.free)
@@ -114,7 +114,7 @@ class Fit:
             settings[DELAYS_TOLD] = stated
         noise = self.noise
         if self.horizon and self.maximum_noise is not None:
-            noise = likelihood_noise(Point(theta, noise, self.runs), self.maximum_noise)
+            noise = likelihood_noise(self.point, self.maximum_noise)
         recordings = problem.recordings
         noise = folded(noise, min(r.period for r in recordings))
         entries = tuple(self._entry(i) for i in range(len(recordings)))

@@ -23,7 +23,8 @@ from seatrial.identification.likelihood.optimiser import (
     noise_box,
     search,
 )
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.held import Held, held_test
 from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest

@@ -11,7 +11,6 @@ from seatrial.boat.model import Model
 from seatrial.identification.experiment_design.information import (
     RecordingInformation,
     ReferencePoint,
-    information_of,
 )
 from seatrial.identification.experiment_design.manoeuvres import (
     MANOEUVRE_LENGTH,
@@ -80,7 +79,7 @@ def manoeuvre_gains(
         return []
     runs = point.run_filter([run for run in trials if run is not None])
     rates = [
-        trust * information_of(runs, i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
+        trust * runs.information_of(i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
     ]
     return _best_for_each(point, covariance, rates, [tried[i] for i in good])
 

@@ -15,8 +15,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
 from seatrial.evaluation.filtering import filter_noise
 from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.parameters import typical_size
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
-from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
@@ -107,7 +107,7 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
         if better is None:
             break
         here = better
-    information = information_of(here, 0)
+    information = here.information_of(0)
     inverse, known = pseudo_inverse(information)
     excess = _excess(information, here.scores)
     return RecordingInformation(
@@ -137,18 +137,8 @@ def _better(
 
 def _sizes(point: ReferencePoint) -> Array:
     """Widths (p,) of the weak prior: a parameter's own size, or the typical one of such a constant."""
-    typical = [TYPICAL_SIZES.get(name.partition(".")[0], 0.0) for name in point.names]
+    typical = [typical_size(name) for name in point.names]
     return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_PRIOR_WIDTH)
-
-
-def information_of(runs: FilterRuns, recording: int) -> Array:
-    """Fisher information (p, p) of one recording about the free parameters."""
-    problem, own = runs.problem, np.asarray(runs.by_recording[recording].information)
-    to = problem.free_columns(recording)
-    use = to >= 0
-    out = np.zeros((len(problem.free),) * 2)
-    out[np.ix_(to[use], to[use])] = own[np.ix_(use, use)]
-    return out
 
 
 def pseudo_inverse(information: Array) -> tuple[Array, Array]:

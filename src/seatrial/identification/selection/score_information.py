@@ -116,11 +116,8 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
         own = run.share.reshape(-1, len(to), len(to))
         blocks = np.zeros((len(own), p, p))
         blocks[np.ix_(np.arange(len(own)), to[use], to[use])] = own[:, use][:, :, use]
-        whole, slope = np.zeros((p, p)), np.zeros(p)
-        whole[np.ix_(to[use], to[use])] = run.information[np.ix_(use, use)]
-        slope[to[use]] = run.gradient[use]
-        information.append(whole)
-        gradient.append(slope)
+        information.append(runs.information_of(i))
+        gradient.append(runs.gradient_of(i))
         shares.append(blocks)
         owner.append(np.full(len(own), i))
     return ScoreInformation(

@@ -13,7 +13,7 @@ import numpy as np
 
 from seatrial.boat.noise_parameters import present
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, at_bounds, converged, search
+from seatrial.identification.likelihood.optimiser import at_bounds, converged, search
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
@@ -69,7 +69,7 @@ class _Scale:
 
 def _scale(fit: Fit, k: int) -> _Scale:
     """Other parameters at a bound stay there in both variances."""
-    at = Point(fit.theta, fit.noise, fit.runs)
+    at = fit.point
     inside = ~at_bounds(at)
     inside[k] = True
     covariance = sandwich_covariance(at, inside)

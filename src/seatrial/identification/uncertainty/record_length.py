@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.identification.console import minutes as spelled
-from seatrial.identification.likelihood.optimiser import Point, at_bounds
+from seatrial.identification.likelihood.optimiser import at_bounds
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.parameter_verdict import (
     SHARP_ERROR,
@@ -48,7 +48,7 @@ def accuracy_by_length(fit: Fit) -> RecordLength:
     Parameters at a bound have no standard error, and are left out.
     """
     problem = fit.problem
-    inside = np.flatnonzero(~at_bounds(Point(fit.theta, fit.noise, fit.runs)))
+    inside = np.flatnonzero(~at_bounds(fit.point))
     square = np.ix_(inside, inside)
     total = sum(r.duration for r in problem.recordings) / 60.0  # [min]
     whole = [own[square] for own in _own(fit)]
@@ -101,13 +101,7 @@ def _own(fit: Fit, part: float = 1.0) -> list[Array]:
     problem = fit.problem
     counts = [(r.t <= r.t[0] + part * r.duration).astype(float) for r in problem.recordings]
     runs = fit.runs if part == 1.0 else problem.run_filter(fit.theta, fit.noise, counts)
-    found = []
-    for i, each in enumerate(runs.by_recording):
-        to = problem.free_columns(i)
-        own = np.zeros((len(problem.free),) * 2)
-        own[np.ix_(to[to >= 0], to[to >= 0])] = each.information[np.ix_(to >= 0, to >= 0)]
-        found.append(own)
-    return found
+    return [runs.information_of(i) for i in range(len(runs.by_recording))]
 
 
 def _sum(parts: Sequence[Array]) -> Array:

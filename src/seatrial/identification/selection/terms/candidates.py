@@ -146,14 +146,9 @@ def is_essential(term: Term, forces: Sequence[Force]) -> bool:
     return term.coefficient is None or thrust
 
 
-def with_terms(vehicle: Vehicle, terms: Sequence[Term]) -> Vehicle:
-    """The vehicle with other terms, given forward-left-up, written in the axes of its file."""
-    return vehicle.with_terms(terms)
-
-
 def with_usual_terms(vehicle: Vehicle) -> Vehicle:
     """A vehicle with `structure: auto` and the terms that every boat has: drag, thrust and free added mass."""
-    return with_terms(vehicle, (*vehicle.structure.terms, *candidate_tiers(vehicle)[0]))
+    return vehicle.with_terms((*vehicle.structure.terms, *candidate_tiers(vehicle)[0]))
 
 
 def candidate_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:

@@ -26,7 +26,6 @@ from seatrial.identification.selection.significance import (
 )
 from seatrial.identification.selection.terms.candidates import (
     candidate_tiers,
-    with_terms,
     with_usual_terms,
 )
 from seatrial.identification.selection.terms.decisions import Selection, TermTests, reason_to_go
@@ -124,7 +123,7 @@ def _selection(
     with stage("table of all terms"):
         rows = rows_of(tests, own, aliased, refused)
     vehicle = search.vehicle
-    chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
+    chosen = replace(vehicle.with_terms(tests.fit.terms), source=vehicle.source)
     model = tests.fit.solution().model()
     return Selection(chosen, model, rows, parts, search.ahead, asked)
 
@@ -180,7 +179,7 @@ def _with_changes_explained(
     if whole.terms == begin.terms:
         return begin, changed
     with stage("agreement between recordings", CHANGE_SHARE):
-        found = fit(begin.problem.recordings, with_terms(search.vehicle, whole.terms))
+        found = fit(begin.problem.recordings, search.vehicle.with_terms(whole.terms))
     return term_fit(found), of_kinds(found.findings, *CHANGES)
 
 

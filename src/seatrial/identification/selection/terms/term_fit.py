@@ -114,7 +114,7 @@ def term_fit(found: Fit) -> TermFit:
 def term_fit_of(found: Fit) -> TermFit:
     """A solution as it is."""
     likely = found.noise if found.maximum_noise is None else found.maximum_noise
-    at = _with_usual_blocks(Point(found.theta, found.noise, found.runs))
+    at = _with_usual_blocks(found.point)
     return TermFit(at, found.horizon, likely)
 
 
