@@ -17,8 +17,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.parameters import DELAY_NAMES, LEVER_NAMES, START_DELAY
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.likelihood.start_noise import noise_from_poses
-from seatrial.identification.regression.start_lever import lever_from_poses
-from seatrial.identification.regression.start_values import start_values
+from seatrial.identification.regression.start_values import lever_from_poses, start_values
 from seatrial.identification.selection.actuator_stages import (
     CHAIN_FINDINGS,
     STAGES_SELECTED,

@@ -22,15 +22,15 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.identification.regression.equation_error import couplings
 from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
-from seatrial.identification.regression.start_values import (
+from seatrial.identification.regression.linear_equations import (
     ConstantRange,
     EquationFit,
     LinearEquations,
     fit_equations,
     movable_constants,
-    window_rows,
     with_constant_columns,
 )
+from seatrial.identification.regression.start_values import window_rows
 from seatrial.identification.selection.actuator_stages import with_free_stages
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.excitation import find_roles
