@@ -33,8 +33,6 @@ from seatrial.util.frames import AXES, Axes
 LEAST_DISTURBANCE_SHARE = 1e-3  # of full thrust: a smaller disturbance force is not shown
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
 LEAST_CORRELATED = 1e-7  # [m], [rad]: floor of the search, not shown
-HOURS_FROM = 120.0  # [min] from which on a length is in hours
-MOST_LISTED = 3  # parameters with a record length beside them
 MOST_FINDINGS = 3  # in a brief summary
 
 
@@ -230,8 +228,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
         return [f"Halving every error takes four times these {minutes(length)}."]
     loose.sort(key=lambda f: -f.relative)
     wanted = [
-        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}"
-        for f in loose[:MOST_LISTED]
+        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}" for f in loose[:3]
     ]
     return [
         f"Driven like these {minutes(length)}, knowing them to {100 * SHARP_ERROR:.0f} % takes "
@@ -241,7 +238,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
 
 def minutes(value: float) -> str:
     """A length of time, given in minutes."""
-    if value > HOURS_FROM:
+    if value > 120:
         return f"{value / 60:.0f} h" if value > 600 else f"{value / 60:.1f} h"
     return f"{value:.0f} min" if value >= 20 else f"{value:.1f} min"
 

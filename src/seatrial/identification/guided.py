@@ -29,7 +29,6 @@ from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage
 
 MOST_EFFECTS = 3  # a boat that needs more of them is described by none
-EFFECTS_SHARE = 0.4  # of the time
 
 Confirm = Callable[[str, Finding], bool]
 
@@ -63,7 +62,7 @@ def identify_guided(
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
     usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
-    with stage("effects", EFFECTS_SHARE):
+    with stage("effects", 0.4):
         at, kinds, followed = _with_effects(
             first_maximum(recordings, usual, effects), tuple(effects), confirm
         )

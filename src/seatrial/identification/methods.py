@@ -45,9 +45,6 @@ __all__ = [
     "summary",
 ]
 
-# share of the time of `identify` that the method takes; the rest is for checks
-SEARCH_SHARE = {OUTPUT_ERROR: 0.95, EQUATION_ERROR: 0.3, WEAK_FORM: 0.3, SMOOTHER: 0.7}
-
 
 def identify(
     recordings: Sequence[Recording],
@@ -100,7 +97,7 @@ def identify_with_fit(
     vehicle = vehicle if choice is None else choice.vehicle
     # the method
     solution = None
-    with stage("", SEARCH_SHARE[method]):
+    with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
         if method == OUTPUT_ERROR:
             solution = _output_error(
                 recordings, vehicle, prior, prior_spread, effects,

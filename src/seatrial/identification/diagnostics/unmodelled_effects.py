@@ -36,7 +36,6 @@ EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAIN
 LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
-HELD = ("delay_heading",)  # the position's delay is tested against the heading's
 MOVED_ERRORS = 0.5  # standard errors by which an effect that matters moves a coefficient
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
 LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
@@ -190,10 +189,10 @@ def _moves_a_coefficient(at: Point, covariance: Array, move: Array) -> bool:
 
 
 def effect_places(problem: Problem, kind: str) -> tuple[int, ...]:
-    """Where effects of a kind stand among all parameters."""
+    """Where effects of a kind stand among all parameters; the heading's delay is held for the position's."""
     first = problem.n_coefficients + problem.n_constants
     return tuple(
         i
         for i, n in enumerate(problem.names)
-        if i >= first and n.partition("_")[0] == kind and n not in HELD
+        if i >= first and n.partition("_")[0] == kind and n != "delay_heading"
     )

@@ -28,15 +28,11 @@ from seatrial.util.statistics import NORMAL_95
 NEARLY_SHORTEST = 1.25
 LONGEST_TIME = 24 * 3600.0  # [s] up to which the time for half the error is sought
 REST_BEFORE = 1.0  # [s] at rest before a manoeuvre
-ONE_MINUTE = 60.0  # [s]
-TIME_BISECTIONS = 40
 DIVERGED_SPEED = 10.0  # [m/s, rad/s] a simulation beyond it diverges
 MOST_SENTENCES = 4
 LONGEST_DRIVE = 1800.0  # [s] a longer one for one parameter is not proposed
 # times a sentence's time: parameters of the same manoeuvre within it share the sentence
 SIMILAR_TIME = 2.0
-IN_SECONDS, IN_MINUTES = 90, 3600  # [s] up to which a time is given so
-SECONDS_ROUNDED, MINUTES_ROUNDED = 5, 30  # [s] to which it is rounded up
 
 
 @dataclass(frozen=True)
@@ -91,7 +87,7 @@ def _best_for_each(
     errors = np.sqrt(np.diag(covariance))
     curves = [ErrorDecay.of(covariance, rate) for rate in rates]
     times = np.array([curve.halved() for curve in curves])
-    after = np.array([curve.errors(np.full(len(errors), ONE_MINUTE)) for curve in curves])
+    after = np.array([curve.errors(np.full(len(errors), 60.0)) for curve in curves])
     found = []
     for k, name in enumerate(point.names):
         best = _best(times[:, k], after[:, k], [one.effort for one in tried])
@@ -141,7 +137,7 @@ class ErrorDecay:
         never = self.errors(np.full(len(goal), LONGEST_TIME)) > goal
         while (later := ~never & (self.errors(high) > goal)).any():
             low, high = np.where(later, high, low), np.where(later, 2.0 * high, high)
-        for _ in range(TIME_BISECTIONS):
+        for _ in range(40):
             middle = 0.5 * (low + high)
             later = self.errors(middle) > goal
             low, high = np.where(later, middle, low), np.where(later, high, middle)
@@ -234,13 +230,13 @@ def _listed(found: Sequence[ManoeuvreGain]) -> str:
 
 
 def drive_time(seconds: float) -> str:
-    """A driving time, rounded up."""
+    """A driving time, rounded up to 5 s, or half a minute."""
     if not np.isfinite(seconds):
         return "no time"
-    if seconds <= IN_SECONDS:
-        return f"{max(1, int(np.ceil(seconds / SECONDS_ROUNDED))) * SECONDS_ROUNDED} s"
-    if seconds <= IN_MINUTES:
-        return f"{np.ceil(seconds / MINUTES_ROUNDED) * MINUTES_ROUNDED / 60:g} min"
+    if seconds <= 90:
+        return f"{max(1, int(np.ceil(seconds / 5))) * 5} s"
+    if seconds <= 3600:
+        return f"{np.ceil(seconds / 30) * 30 / 60:g} min"
     return f"{seconds / 3600:.1f} h"
 
 

@@ -26,10 +26,7 @@ from seatrial.util.statistics import BLOCK
 ALONE_UNSEEN_DIRECTION = 1e-9  # of the largest eigenvalue: a direction with less has no information
 # of such a direction: a parameter with less in it still has a standard error
 ALONE_UNSEEN_SHARE = 1e-2
-SCORING_STEPS = 6
 SCORING_CONVERGED = 0.1  # fall of -2 log likelihood: a step that gains less is the last
-SCORING_STEP_SHARES = (1.0, 0.3, 0.05)  # of a step that are tried
-LEAST_PRIOR_WIDTH = 1e-3  # of a parameter, for the width of its weak prior
 
 
 @dataclass(frozen=True)
@@ -98,7 +95,7 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
     free = list(here.problem.free)
     # keeps undetermined parameters near the model's
     weak_prior = np.diag(1.0 / np.square(_sizes(point)))
-    for _ in range(SCORING_STEPS):
+    for _ in range(6):  # steps at most
         off = here.theta[free] - point.theta
         move = np.asarray(
             np.linalg.solve(here.information + weak_prior, here.gradient - weak_prior @ off)
@@ -126,7 +123,7 @@ def _better(
         off = runs.theta[free] - point.theta
         return runs.cost + float(off @ weak_prior @ off)
 
-    for part in SCORING_STEP_SHARES:
+    for part in (1.0, 0.3, 0.05):  # of the step
         theta = here.theta.copy()
         theta[free] += part * np.clip(move, -problem.step_limits, problem.step_limits)
         found = problem.run_filter(problem.clipped(theta), point.noise, repeatable=False)
@@ -138,7 +135,7 @@ def _better(
 def _sizes(point: ReferencePoint) -> Array:
     """Widths (p,) of the weak prior: a parameter's own size, or the typical one of such a constant."""
     typical = [typical_size(name) for name in point.names]
-    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_PRIOR_WIDTH)
+    return np.maximum(np.maximum(np.abs(point.theta), typical), 1e-3)
 
 
 def pseudo_inverse(information: Array) -> tuple[Array, Array]:

@@ -48,7 +48,6 @@ SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
 WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
 LONGER = 6.0  # times the memory of correlated pose errors, that is tried
-SCREENING_SHARE = 0.4  # of the time left for the noise structure, for the progress
 SEARCHED = 2  # structures that are searched in full after the screening, at most
 NEGLIGIBLE_NOISE = 0.01  # of the unit of a noise source: less is as good as none
 DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
@@ -120,7 +119,7 @@ def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
     frames = {at.runs.problem.earth_fixed: at}
     found: list[Screened] = []
     tried = [structure for structure in STRUCTURES if structure.poses_only == poses_only]
-    with stage("", SCREENING_SHARE):
+    with stage("", 0.4):
         for structure in over(tried):
             begin = _in_frame(at, structure, frames)
             if begin is None:

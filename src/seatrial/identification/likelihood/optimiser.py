@@ -32,10 +32,8 @@ INNER_SHARE = (
     0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
 )
 RACE_ROUNDS = 3.0  # like the last one that a noise structure may still win a race by
-INNER_ROUNDS = 6  # of the inner loop, at most
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
-USUAL_PASSES = 8.0  # of a search, for the progress
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
 START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
@@ -46,8 +44,6 @@ SHRINKAGE, FIRST_GROWTH = (
 FLAT_FALL, FLAT_PASSES = 0.5, 2  # passes in a row that gain less: the search is at its end
 FAILED_PASSES = 6  # in a row that do not fall: the same
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
-LEAST_DAMPING = 1e-12  # keeps the step unique where two terms are the same
-INFORMATION_FLOOR = 1e-12  # on the diagonal, for parameters without any information
 
 
 class Outcome(Enum):
@@ -208,7 +204,7 @@ def _descent(
             return at, Outcome.CONVERGED
         theta = at.runs.problem.clipped(at.theta + promise.move)  # rounding may leave the bounds
         tried = full_pass(at.runs.problem, theta, promise.noise)
-        step(USUAL_PASSES)
+        step(8.0)  # passes, usually
         fall = at.runs.cost - tried.runs.cost
         ratio = fall / promise.fall
         # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
@@ -256,7 +252,7 @@ def linearised_optimum(
     best = profile.begin() if noise is None else profile.at(noise)
     if hold:
         return best
-    for round_ in range(INNER_ROUNDS):
+    for round_ in range(6):  # one or two do near the maximum
         before = best.fall
         here, value = at.runs.linearised(best.move), Value(profile.value, -best.fall)
         scored(here, best.noise, box, value, absent=round_ == 0)
@@ -324,7 +320,7 @@ def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tupl
     gradient, information = at.runs.gradient, at.runs.information
     free = list(at.runs.problem.free)
     moved = (at.theta - begin.theta)[free]
-    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
+    trust = damping * (np.diag(begin.runs.information) + 1e-12)  # some have no information
     move = boxed_step(at, gradient - trust * moved, information + np.diag(trust), moved)
     taken = move[free]
     return move, float(2.0 * taken @ gradient - taken @ information @ taken)
@@ -339,11 +335,12 @@ def boxed_step(at: Point, gradient: Array, information: Array, moved: Array | No
     free = np.array(problem.free)
     so_far = np.zeros(len(free)) if moved is None else moved
     low, high = (bound - at.theta[free] for bound in problem.bounds)
-    diagonal = np.diag(information) + INFORMATION_FLOOR
+    diagonal = np.diag(information) + 1e-12
     scale = 1.0 / np.sqrt(diagonal)
     move = np.zeros(len(at.theta))
+    # a damping that keeps the step unique where two terms are the same
     move[free] = scale * box_minimum(
-        (information + np.diag(LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
+        (information + np.diag(1e-12 * diagonal)) * np.outer(scale, scale),
         scale * gradient,
         np.minimum(np.maximum(low, -problem.step_limits - so_far), 0.0) / scale,
         np.maximum(np.minimum(high, problem.step_limits - so_far), 0.0) / scale,

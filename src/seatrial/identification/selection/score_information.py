@@ -18,8 +18,6 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-SOLVE_RIDGE = 1e-12  # relative ridge: some recordings hold no information about a parameter
-
 
 @dataclass(frozen=True)
 class ScoreInformation:
@@ -153,7 +151,7 @@ def moved(at: Point, problem: Problem) -> Array:
 def solve_scaled(matrix: Array, right: Array) -> Array:
     """matrix^-1 right of a symmetric matrix, scaled to a unit diagonal, never singular."""
     scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    scaled = matrix / np.outer(scale, scale) + SOLVE_RIDGE * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))
     inner = right / scale if right.ndim == 1 else right / scale[:, None]
     found = np.linalg.solve(scaled, inner)
     return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])

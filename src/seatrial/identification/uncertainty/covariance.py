@@ -18,8 +18,6 @@ SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the sco
 FEW_BLOCKS = 2.0  # blocks per parameter: with fewer, scatter below the information's is chance
 SHORTEST_BLOCK = 4.0  # [s] innovations are correlated over less
 BLOCKS_PER_PARAMETER = 1.2  # with fewer, blocks are shortened
-# of the largest entry: coefficients with less in a tied direction are not named
-LISTED_WEIGHT = 0.1
 
 
 def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
@@ -131,7 +129,7 @@ def _refuse_inseparable(at: Point) -> None:
     if values[0] > LEAST_EIGENVALUE:
         return
     weights = np.abs(vectors[:, 0])
-    names = [problem.names[problem.free[i]] for i in alive[weights > LISTED_WEIGHT * weights.max()]]
+    names = [problem.names[problem.free[i]] for i in alive[weights > 0.1 * weights.max()]]
     raise IdentificationError(
         f"{', '.join(names)} can't be told apart: vary speed and command independently, or take one "
         "term out"

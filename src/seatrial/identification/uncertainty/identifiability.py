@@ -20,7 +20,6 @@ from seatrial.identification.uncertainty.parameter_verdict import (
 )
 from seatrial.util.frames import SYMBOLS, Array
 
-SINGULAR_EIGENVALUE = 1e-12  # of the largest: a correlation matrix is singular below it
 CORRELATED = 0.9  # correlation of two parameters from which on it is reported
 INSEPARABLE = 0.95  # correlation from which on two parameters count as not separable
 NARROW_EIGENVALUE = 0.2  # of a correlation matrix: below it a direction is well determined
@@ -30,7 +29,6 @@ LEAST_IMPROVEMENT = 1.2
 # of the error of a plain sum or difference over the best: up to here it is taken
 PLAIN_SUM_RATIO = 1.5
 SUMMABLE_PAIRS = (("lag", "latency"), ("edge_forward", "edge_reverse"))  # of one unit
-EDGE_KINDS = ("edge_forward", "edge_reverse")
 
 
 @dataclass(frozen=True)
@@ -101,11 +99,7 @@ def condition(correlation: Array) -> float:
     if not correlation.size:
         return 1.0
     spectrum = np.linalg.eigvalsh(correlation)
-    return (
-        float(spectrum[-1] / spectrum[0])
-        if spectrum[0] > SINGULAR_EIGENVALUE * spectrum[-1]
-        else np.inf
-    )
+    return float(spectrum[-1] / spectrum[0]) if spectrum[0] > 1e-12 * spectrum[-1] else np.inf
 
 
 def combinations(known: Estimates) -> tuple[Combination, ...]:
@@ -154,7 +148,7 @@ def _slopes(known: Estimates) -> list[Combination]:
     found = []
     for i, gain in enumerate(known.names):
         for j, edge in enumerate(known.names):
-            if gain not in gains or edge.partition(".")[0] not in EDGE_KINDS:
+            if gain not in gains or edge.partition(".")[0] not in SUMMABLE_PAIRS[1]:
                 continue
             both = {known.findings[n].verdict for n in (gain, edge)}
             if abs(known.correlation(i, j)) < CORRELATED or both == {ParameterVerdict.SHARP}:

@@ -16,8 +16,6 @@ from seatrial.util.frames import AXES, Array
 
 # relative standard errors below which a parameter is sharp, usable
 SHARP_ERROR, USABLE_ERROR = 0.05, 0.2
-OTHER_AXIS = {0: 1, 1: 0}  # surge and sway: with a thrust in the same unit
-LISTED_PARTNERS = 3  # correlated parameters that are listed with one
 
 
 class ParameterVerdict(Enum):
@@ -89,7 +87,7 @@ def parameter_accuracy(
         verdict = ParameterVerdict.BOUND
     row = correlation[estimated.index(name)] if name in estimated else np.zeros(0)
     order = [int(i) for i in np.argsort(-np.abs(row)) if estimated[i] != name]
-    partners = tuple((estimated[i], float(row[i])) for i in order[:LISTED_PARTNERS])
+    partners = tuple((estimated[i], float(row[i])) for i in order[:3])
     reach = None if share is None else share * (abs(value) + SIGNIFICANT * error)
     return ParameterAccuracy(name, value, error, unit, relative, verdict, partners, reach, axis)
 
@@ -128,7 +126,7 @@ def _thrust_share(model: Model, name: str) -> tuple[float | None, str]:
         if term.coefficient != name or largest is None:
             continue
         own = full_thrust(model, term.axis, along=True)
-        axis = term.axis if own > 0 else OTHER_AXIS.get(term.axis, term.axis)
+        axis = term.axis if own > 0 else {0: 1, 1: 0}.get(term.axis, term.axis)
         thrust = full_thrust(model, axis, along=True)
         if thrust > 0:
             of = AXES[axis] if axis != term.axis else ""

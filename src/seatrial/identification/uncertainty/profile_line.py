@@ -18,13 +18,8 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.util.frames import Array, Mask
 from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
 
-# first distance in standard errors and in the range, factors from one to the next
-FIRST_DISTANCE, LARGEST_FIRST_DISTANCE, FARTHER, NEARER = 0.5, 0.125, 2.0, 0.25
-BOUND_EVALUATIONS = 8  # at most
 STEEP_LIKELIHOOD = 3.0  # rise of -2 log likelihood at the first distance: it was too far
-OPEN_RANGE = 8.0  # standard errors that stand for the range where there is none
 NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
-LEAST_INFORMATION = 1e-300  # against a division by 0
 
 
 @dataclass(frozen=True)
@@ -72,19 +67,19 @@ def one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor
     along[held] = course[held] = 1.0
     course[inside] = -inverse @ information[inside, held]
     own = float(information[held] @ course)
-    normal = 1.0 / np.sqrt(max(own, LEAST_EIGENVALUE * information[held, held], LEAST_INFORMATION))
+    normal = 1.0 / np.sqrt(max(own, LEAST_EIGENVALUE * information[held, held], 1e-300))
     side = 1.0 if value - low < high - value else -1.0
-    reach = high - low if np.isfinite(high - low) else OPEN_RANGE * normal
+    reach = high - low if np.isfinite(high - low) else 8.0 * normal  # standard errors for a range
     line = ProfileLine(at, along, course, inside, 1.0 / factor)
 
     distance, rise, moves = [0.0], [0.0], [np.zeros(len(inside))]
-    d = min(FIRST_DISTANCE * normal, LARGEST_FIRST_DISTANCE * reach)
-    for _ in range(BOUND_EVALUATIONS):
+    d = min(0.5 * normal, 0.125 * reach)
+    for _ in range(8):  # passes at most
         if d > reach:
             break
         found = line.look(line.moved(at.theta, side * d)[0])
         if len(distance) == 1 and (found is None or found[0] > STEEP_LIKELIHOOD):
-            d *= NEARER  # nearer first
+            d *= 0.25  # nearer first
             continue
         if found is None:
             break
@@ -93,7 +88,7 @@ def one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor
         moves.append(np.where(inside, side * d * course + found[1], 0.0))
         if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
             break
-        d *= FARTHER
+        d *= 2.0
     return _mean_square(np.array(distance), np.array(rise), np.array(moves))
 
 

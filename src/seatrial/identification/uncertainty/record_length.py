@@ -24,7 +24,6 @@ from seatrial.util.frames import Array
 LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
 # [min] between which the length for half the error is sought
 SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4
-MORE_BISECTIONS = 20
 UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
 UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
 ALONE_BETTER = 0.8  # times the length of all recordings: with less, one of them alone is proposed
@@ -126,7 +125,7 @@ def _halved(information: Array, rate: Array) -> Array:
     """Minutes (p,) until errors are half, with further information at a rate (p, p) per minute."""
     goal = _errors(information) / 2.0
     low, high = np.full(len(goal), np.log(SHORTEST_MORE)), np.full(len(goal), np.log(LONGEST_MORE))
-    for _ in range(MORE_BISECTIONS):
+    for _ in range(20):
         middle = 0.5 * (low + high)
         reached = np.array(
             [_errors(information + np.exp(m) * rate)[k] < goal[k] for k, m in enumerate(middle)]

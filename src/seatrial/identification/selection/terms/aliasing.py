@@ -16,7 +16,6 @@ from seatrial.util.frames import Array
 
 ALIAS_SAMPLES = 400  # random states and forces: ten times the columns of the largest structure
 ALIAS_TOLERANCE = 1e-8  # relative remainder of a column that others reproduce
-RANDOM_COEFFICIENTS = 0.2, 0.8  # range: no coefficient near 0, none dominates
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ def aliases(
     base = Structure("own", tuple(own), tuple(forces))
     nu = rng.normal(size=(ALIAS_SAMPLES, 3))
     force = rng.normal(size=(ALIAS_SAMPLES, len(forces)))
-    theta = rng.uniform(*RANDOM_COEFFICIENTS, len(base.coefficients))
+    theta = rng.uniform(0.2, 0.8, len(base.coefficients))  # none near 0, none dominates
     nu_dot = _core.accelerations(base.compiled, theta, nu, force)
     found = []
     for axis in range(3):

@@ -24,7 +24,6 @@ from seatrial.util.parallel import cores
 from seatrial.util.statistics import BLOCK
 
 START_SPACING = 1 / 3  # [s] between starts of predictions: closer ones are nearly the same
-FEWEST_FOLDS = 2  # fewer repeats: recordings are cut in halves
 HALF_NAMES = (" first half", " second half")
 
 
@@ -218,7 +217,7 @@ def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]
     for recording in recordings:
         kinds.setdefault(excitation(vehicle, recording).dominant, []).append(recording)
     count = min(len(same) for same in kinds.values())
-    if count < FEWEST_FOLDS:
+    if count < 2:
         return _halves(recordings)
     groups: list[list[Recording]] = [[] for _ in range(count)]
     for same in kinds.values():

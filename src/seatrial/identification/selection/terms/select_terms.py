@@ -32,7 +32,6 @@ from seatrial.identification.selection.terms.decisions import Selection, TermTes
 from seatrial.identification.selection.terms.explain import rows_of
 from seatrial.identification.selection.terms.held_out import HALF_NAMES, Fold, folds
 from seatrial.identification.selection.terms.stepwise import (
-    REFIT_SHARE,
     TermSearch,
     forward_and_back,
 )
@@ -42,8 +41,6 @@ from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage, step
 
-STAGES_SHARE = 0.2  # as the next, of the time that a selection takes, for the progress
-FIT_SHARE, FIRST_MAXIMUM_SHARE, CHANGE_SHARE, SEARCH_SHARE = 0.6, 0.1, 0.2, 0.93
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
 CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
 
@@ -69,7 +66,7 @@ def select(
     together = tuple(r for part in parts for r in part.recordings)
     search = TermSearch(vehicle, tiers, horizon)
     # the fit with the vehicle's own terms, and the effects that it lacks
-    with stage("the vehicle's own terms", FIT_SHARE):
+    with stage("the vehicle's own terms", 0.6):
         first = fit(together, vehicle)
     begin = term_fit(first)
     asked = of_kinds(first.findings, *EFFECTS_FOUND, *DISTURBANCES)
@@ -95,9 +92,9 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
     search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON)
     # stages of the chain before terms: a missing curve of the thrusters looks like terms
     usual = with_usual_terms(vehicle)
-    with stage("the terms that every boat has", FIRST_MAXIMUM_SHARE):
+    with stage("the terms that every boat has", 0.1):
         begin = begun_at(first_maximum(together, usual))
-    with stage("actuator stages", STAGES_SHARE):
+    with stage("actuator stages", 0.2):
         staged, _ = select_stages(begin.at, usual, OutputErrorSettings(), begin.horizon)
     begin = replace(begin, at=staged)
     try:
@@ -118,7 +115,7 @@ def _selection(
 ) -> Selection:
     """Candidates in and out, until every term stands repeats and held-out prediction; the table of all."""
     aliased = search.aliased(own, search.candidates)
-    with stage("", SEARCH_SHARE):
+    with stage("", 0.93):
         tests, refused = _supported(search, there, parts, one_boat=one_boat)
     with stage("table of all terms"):
         rows = rows_of(tests, own, aliased, refused)
@@ -153,7 +150,7 @@ def _supported(
         for name in sorted(bad, key=lambda name: tests.kept[name].change.z):
             worst.setdefault(axes[name], name)
         refused |= {name: bad[name] for name in worst.values()}
-        with stage("", REFIT_SHARE):
+        with stage("", 0.1):
             there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
 
 
@@ -174,11 +171,11 @@ def _with_changes_explained(
     changed = of_kinds(findings, *CHANGES)
     if not changed:
         return begin, ()
-    with stage("explaining a change", CHANGE_SHARE):
+    with stage("explaining a change", 0.2):
         whole = forward_and_back(search, begin, [])
     if whole.terms == begin.terms:
         return begin, changed
-    with stage("agreement between recordings", CHANGE_SHARE):
+    with stage("agreement between recordings", 0.2):
         found = fit(begin.problem.recordings, search.vehicle.with_terms(whole.terms))
     return term_fit(found), of_kinds(found.findings, *CHANGES)
 

@@ -27,7 +27,6 @@ from seatrial.util.progress import over, stage, step
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
 MOST_SWEEPS = 20  # of adding and removing
-REFIT_SHARE = 0.1  # of the time of a sweep, for the progress
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
     refused, latest = list(refused), "candidates"
     for _ in range(MOST_SWEEPS):
         step(search.usual_sweeps, latest)
-        with stage("", 1.0 - REFIT_SHARE):
+        with stage("", 0.9):
             added = best_candidates(search, fit, refused)
         if added:
             latest = f"with {', '.join(str(t.coefficient) for t in added)}"
