@@ -32,6 +32,7 @@ from benchmarks.harness.page import refill
 from benchmarks.harness.store import Record
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.identification.diagnostics.unmodelled_effects import Unmodelled
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.likelihood import noise_structures
 from seatrial.identification.likelihood.optimiser import Point
@@ -108,8 +109,9 @@ BRANCHES: dict[str, dict[str, Any]] = {
         f"{IDENTIFICATION}.uncertainty.covariance.one_sided_profile": _no_addition
     },
     "diagnostics": {
-        f"{ESTIMATOR}.{name}_findings": _none
-        for name in ("unmodelled_effect", "change", "disturbance")
+        f"{ESTIMATOR}.unmodelled_effect": lambda *_: Unmodelled(()),
+        f"{ESTIMATOR}.change_findings": _none,
+        f"{ESTIMATOR}.disturbance_findings": _none,
     },
 }
 

@@ -22,7 +22,7 @@ from seatrial.identification.diagnostics.external_disturbances import (
     disturbed_at,
 )
 from seatrial.identification.diagnostics.solution_checks import solution_findings
-from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
+from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
 from seatrial.identification.likelihood.noise_structures import refined
@@ -155,7 +155,8 @@ def _fit(
         covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     with stage("diagnostics"):
         if further:
-            findings += [*unmodelled_effect_findings(at, horizon, covariance), *change_findings(at)]
+            findings += unmodelled_effect(at, horizon, covariance).findings
+            findings += change_findings(at)
         findings += solution_findings(at, horizon, covariance)
         # what disturbed intervals do to the standard errors
         sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise

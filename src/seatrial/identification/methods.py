@@ -99,10 +99,11 @@ def identify_with_fit(
     solution = None
     with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
         if method == OUTPUT_ERROR:
-            solution = _output_error(
-                recordings, vehicle, prior, prior_spread, effects,
-                begin=None if choice is None else choice.begin,
-            )  # fmt: skip
+            begin = None if choice is None else choice.begin
+            with explained(recordings, vehicle):
+                solution = _output_error(
+                    recordings, vehicle, prior, prior_spread, effects, begin=begin
+                )
             if choice is None or choice.selection is None:
                 more = missing_term_findings(solution)
                 solution = replace(solution, findings=(*solution.findings, *more))
@@ -171,22 +172,6 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
 
 
 def _output_error(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    prior: Model | None,
-    spread: float,
-    effects: Sequence[str],
-    *,
-    begin: StartValues | None,
-) -> Fit:
-    """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
-    try:
-        return _fit(recordings, vehicle, prior, spread, effects, begin=begin)
-    except IdentificationError as error:
-        raise explained(error, recordings, vehicle) from None
-
-
-def _fit(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     prior: Model | None,

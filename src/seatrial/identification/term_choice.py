@@ -14,7 +14,6 @@ from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import IdentificationError
 from seatrial.util.progress import stage
 
 
@@ -45,11 +44,8 @@ def choose_terms(
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     at = None
     if effects:
-        with stage("effects", 0.4):
-            try:
-                at = first_maximum(recordings, with_usual_terms(vehicle), effects)
-            except IdentificationError as error:
-                raise explained(error, recordings, vehicle) from None
+        with stage("effects", 0.4), explained(recordings, vehicle):
+            at = first_maximum(recordings, with_usual_terms(vehicle), effects)
     return choose_terms_from(at, recordings, vehicle)
 
 
@@ -58,10 +54,8 @@ def choose_terms_from(
 ) -> TermChoice:
     """The same after a solution with the effects, if any, and the terms that every boat has."""
     clean = recordings if at is None else without_effects(at)
-    try:
+    with explained(recordings, vehicle):
         found = choose_structure(clean, vehicle)
-    except IdentificationError as error:
-        raise explained(error, recordings, vehicle) from None
     first = None if at is None else start_values_of(at)
     if found is None:
         return TermChoice(with_usual_terms(vehicle), None, first)

@@ -55,11 +55,6 @@ class Unmodelled:
     at: Point | None = None  # the likelihood's maximum with the effect
 
 
-def unmodelled_effect_findings(at: Point, horizon: float, covariance: Array) -> list[Finding]:
-    """Findings of `unmodelled_effect`."""
-    return [*unmodelled_effect(at, horizon, covariance).findings]
-
-
 def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelled:
     """The effect with the largest expected gain, if it removes most of the process noise or moves a coefficient.
 

@@ -10,35 +10,25 @@ the regressors contain the noise that is left in the velocities.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model, thrust_trace
-from seatrial.boat.schema import EstimatorEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.regression.linear_equations import (
     LinearEquations,
-    fit_equations,
-    with_constant_columns,
 )
 from seatrial.identification.regression.weak_form import (
-    WEAK_CHAIN_STEPS,
     axes_served,
-    block_numbers,
-    checked_fit,
-    clustered_sandwich,
-    covariance_of_all,
     regression_model,
     sought_constants,
-    step_entry,
 )
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask, body_velocity
-from seatrial.util.statistics import BLOCK
 
 SMOOTHER = "smoother"
 ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk intensity over pose noise, in pose periods
@@ -98,14 +88,8 @@ def smoother(
     tracks = smoothed([at_one_time(r) for r in recordings])
     use = [np.tile(np.array(s), (len(t.t), 1)) for s, t in zip(serves, tracks, strict=True)]
     samples = AccelerationRows(whole, tracks, np.concatenate(use))
-    found = fit_equations(samples, moved, WEAK_CHAIN_STEPS)
-    fit = checked_fit(found.design, found.weights, whole, SMOOTHER)
-    found = replace(found, theta=fit.theta)
-    blocks = block_numbers([track.t for track in tracks], BLOCK)
-    covariance = clustered_sandwich(with_constant_columns(samples, found, moved), found, blocks)
-    entry = EstimatorEntry(SMOOTHER, {"block": BLOCK}, [step_entry(fit, whole, recordings, found)])
     return regression_model(
-        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
+        recordings, samples, moved, [track.t for track in tracks], method=SMOOTHER, settings={}
     )
 
 

@@ -37,7 +37,6 @@ from seatrial.identification.selection.terms.stepwise import (
 )
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
 from seatrial.identification.solution import OutputErrorSettings
-from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage, step
 
@@ -81,10 +80,9 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
     """The terms of a vehicle with `structure: auto`; None where the recordings are too short to test any.
 
     As `select`, from the first maximum of the likelihood: `identify` takes findings and further stages of the
-    actuator chain with the chosen terms. Raises IdentificationError where no solution is found.
+    actuator chain with the chosen terms. The recordings are checked, every axis was driven. Raises
+    IdentificationError where no solution is found.
     """
-    check_recordings(recordings)
-    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     if not enough_blocks(recordings, _estimated(vehicle, recordings)):
         return None
     parts = folds(vehicle, recordings)
