@@ -23,12 +23,12 @@ from seatrial.identification.experiment_design.gain import (
     drive_time,
     trial,
 )
-from seatrial.identification.experiment_design.information import pseudo_inverse
 from seatrial.identification.experiment_design.manoeuvres import MANOEUVRE_LENGTH, manoeuvres
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import ModelError
+from seatrial.util.statistics import pseudo_inverse
 
 NOISE = np.array([4e-3, 4e-3, 4e-3])  # [m, m, rad] as in `hard`
 

@@ -21,11 +21,8 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
-from seatrial.util.statistics import BLOCK
+from seatrial.util.statistics import BLOCK, pseudo_inverse
 
-ALONE_UNSEEN_DIRECTION = 1e-9  # of the largest eigenvalue: a direction with less has no information
-# of such a direction: a parameter with less in it still has a standard error
-ALONE_UNSEEN_SHARE = 1e-2
 SCORING_CONVERGED = 0.1  # fall of -2 log likelihood: a step that gains less is the last
 
 
@@ -136,22 +133,6 @@ def _sizes(point: ReferencePoint) -> Array:
     """Widths (p,) of the weak prior: a parameter's own size, or the typical one of such a constant."""
     typical = [typical_size(name) for name in point.names]
     return np.maximum(np.maximum(np.abs(point.theta), typical), 1e-3)
-
-
-def pseudo_inverse(information: Array) -> tuple[Array, Array]:
-    """Inverse (p, p) over directions with information, and which parameters (p,) they determine."""
-    size = np.sqrt(np.diag(information))
-    alive = size > 0
-    out, known = np.zeros_like(information), np.zeros(len(size), dtype=bool)
-    if not alive.any():
-        return out, known
-    scale = 1.0 / size[alive]
-    spectrum, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    seen = spectrum > ALONE_UNSEEN_DIRECTION * spectrum[-1]
-    inverse = (vectors[:, seen] / spectrum[seen]) @ vectors[:, seen].T
-    out[np.ix_(alive, alive)] = inverse * np.outer(scale, scale)
-    known[alive] = ~np.any(np.abs(vectors[:, ~seen]) > ALONE_UNSEEN_SHARE, axis=1)
-    return out, known
 
 
 def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:

@@ -14,13 +14,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import (
     NOISE_LEAST,
     noise_entry,
 )
 from seatrial.boat.noise_scoring import fitted_noise
-from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
@@ -197,11 +195,7 @@ def predicted_ahead(
 
     None where it is too short. Raises ModelError where the model diverges.
     """
-    n, m = problem.n_coefficients, problem.n_constants
-    model = Model(
-        problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
-        Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
-    )  # fmt: skip
+    model = problem.model(theta, noise_entry(noise))
     with suppress(RecordingError):
         return predict(model, problem.origin_poses(recording, theta, span), DEFAULT_HORIZON)
     return None

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.boat.model import thrust_trace
+from seatrial.boat.model import Model, thrust_trace
 from seatrial.boat.noise_scoring import Linearised
+from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
 from seatrial.identification.likelihood.parameters import (
@@ -208,6 +209,14 @@ class Problem:
         out, free = theta.copy(), list(self.free)
         out[free] = np.clip(theta[free], *self.bounds)
         return out
+
+    def model(self, theta: Array, noise: NoiseEntry) -> Model:
+        """The model with these parameters for predictions, without uncertainty."""
+        n, m = self.n_coefficients, self.n_constants
+        return Model(
+            self.vehicle, theta[:n], np.zeros((n + m, n + m)), theta[n : n + m],
+            Integration("runge-kutta", self.step), noise, EnvelopeEntry({}, {}),
+        )  # fmt: skip
 
     def boat(self, theta: Array) -> _core.Boat:
         """The boat with these parameters, and a disturbance in every axis."""

@@ -20,12 +20,11 @@ from seatrial.identification.uncertainty.parameter_verdict import (
 )
 from seatrial.util.format import table
 from seatrial.util.frames import Array
+from seatrial.util.statistics import pseudo_inverse
 
 LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
 # [min] between which the length for half the error is sought
 SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4
-UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
-UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
 ALONE_BETTER = 0.8  # times the length of all recordings: with less, one of them alone is proposed
 
 
@@ -109,16 +108,8 @@ def _sum(parts: Sequence[Array]) -> Array:
 
 def _errors(information: Array) -> Array:
     """Standard errors (p,); infinite for parameters in a direction without information."""
-    size = np.sqrt(np.diag(information))
-    known = size > 0
-    scaled = information[np.ix_(known, known)] / np.outer(size[known], size[known])
-    spectrum, vectors = np.linalg.eigh(scaled)
-    unseen = spectrum <= UNSEEN_DIRECTION * spectrum[-1]
-    variance = np.square(vectors[:, ~unseen]) @ (1.0 / spectrum[~unseen])
-    variance[np.any(np.abs(vectors[:, unseen]) > UNSEEN_SHARE, axis=1)] = np.inf
-    errors = np.full(len(size), np.inf)
-    errors[known] = np.sqrt(variance) / size[known]
-    return errors
+    inverse, known = pseudo_inverse(information)
+    return np.where(known, np.sqrt(np.diag(inverse)), np.inf)
 
 
 def _halved(information: Array, rate: Array) -> Array:

@@ -5,11 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_entry
-from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.boat.structure import Term
 from seatrial.identification.likelihood.fit_horizon import FIT_HORIZONS, noise_floor
 from seatrial.identification.likelihood.optimiser import (
@@ -89,12 +86,7 @@ class TermFit:
         if terms is not None:
             problem = problem_with_terms(self.problem, terms)
             theta = moved(self.at, problem)
-        n, m = problem.n_coefficients, problem.n_constants
-        return Model(
-            problem.vehicle, theta[:n], np.zeros((n + m, n + m)), theta[n : n + m],
-            Integration("runge-kutta", problem.step),
-            noise_entry(self.likely, earth=problem.earth_fixed), EnvelopeEntry({}, {}),
-        )  # fmt: skip
+        return problem.model(theta, noise_entry(self.likely, earth=problem.earth_fixed))
 
     def solution(self) -> Fit:
         """With its covariance, without findings."""
