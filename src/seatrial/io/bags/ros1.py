@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from seatrial.io.bags.bag import SALVAGE, Bag, DamagedBagError, Message, Topic, merged_topics
-from seatrial.io.bags.budget import chunk_limit, file_limit
 from seatrial.io.bags.ros1_records import (
     DamagedError,
     Record,
@@ -26,6 +25,7 @@ from seatrial.io.bags.ros1_records import (
     read_record,
     u32_at,
 )
+from seatrial.io.bags.unpack import chunk_limit, file_limit
 from seatrial.util.errors import RecordingError
 
 MAGIC = b"#ROSBAG V2.0\n"

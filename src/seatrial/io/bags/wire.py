@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.io.bags.wire.walk import (
+from seatrial.io.bags.wire_walk import (
     BASE,
     MOST_NESTING,
     NAME,
