@@ -6,12 +6,13 @@ from statistics import NormalDist
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.noise_parameters import DISTURBANCES, PROCESS
+from seatrial.boat.noise_parameters import COLOUR, COLOUR_MEMORY, DISTURBANCES, PROCESS
 from seatrial.identification.likelihood.fit_horizon import ERROR_FLOOR, comparable, predicted_ahead
 from seatrial.identification.likelihood.optimiser import Point, at_bounds, far_from_poses
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.likelihood.whiteness import AT_LEAST, without_process_noise
 from seatrial.util.errors import IdentificationError, ModelError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
@@ -44,6 +45,7 @@ def solution_findings(at: Point, horizon: float, covariance: Array) -> list[Find
     Raises IdentificationError where no model of this structure explains the poses.
     """
     findings = [*_outliers(at), *_poor_prediction(at, horizon), *at_bound_findings(at)]
+    findings += _smooth_heading(at)
     if horizon:
         findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
     return [*findings, *_nothing_significant(at, covariance)]
@@ -118,6 +120,15 @@ def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> _Predict
         return None
     rms, floor, constant, zero = (np.sqrt(x / count) for x in (squares, floors, constant, zero))
     return _PredictionErrors(rms + ERROR_FLOOR, floor, constant, zero)
+
+
+def _smooth_heading(at: Point) -> list[Finding]:
+    """A finding if the heading has no white errors, but some that last: no sensor is so, a filter is."""
+    white, least, lasting = at.noise[1], at.runs.problem.least_noise[1], at.noise[COLOUR[1]]
+    if white > AT_LEAST * least or lasting <= _core.NO_COLOUR:
+        return []
+    sizes = {"white": 1e3 * white, "lasting": 1e3 * lasting, "memory": at.noise[COLOUR_MEMORY]}
+    return [finding_of(FindingKind.SMOOTH_HEADING, **{k: float(v) for k, v in sizes.items()})]
 
 
 def at_bound_findings(at: Point) -> list[Finding]:

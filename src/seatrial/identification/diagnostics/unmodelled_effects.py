@@ -82,7 +82,7 @@ def _best_fitted(
     least = noise_floor(at.runs.problem, horizon)
     assert most.runs is not None  # all of these have a pass
     begin = Point(most.theta, at.noise, most.runs)
-    promise = linearised_optimum(begin, noise_box(at.noise, least))
+    promise = linearised_optimum(begin, noise_box(most.problem, at.noise, least))
     matters = _removes_process_noise(at, promise.noise) or (
         most.kind == "delay" and _removes_correlation(at.noise, promise.noise)
     )

@@ -15,7 +15,6 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.noise_parameters import (
-    NOISE_LEAST,
     noise_entry,
 )
 from seatrial.boat.noise_scoring import fitted_noise
@@ -158,7 +157,7 @@ def _by_block(ahead: Prediction, block: float) -> list[Array]:
 
 def noise_floor(problem: Problem, horizon: float) -> Array:
     """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed."""
-    least = NOISE_LEAST.copy()
+    least = problem.least_noise.copy()
     if horizon > 0.0:
         nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
         rms = np.sqrt(np.mean(nu**2, axis=0))

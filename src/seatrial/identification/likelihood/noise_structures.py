@@ -126,7 +126,7 @@ def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
                 continue
             for noise in _start_noises(structure, at, begin.runs.problem):
                 beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
-                box = noise_box(noise, NOISE_LEAST)
+                box = noise_box(begin.runs.problem, noise)
                 promise = linearised_optimum(begin, box, noise=noise, beat=beat)
                 runs = begin.runs.relinearised(promise.noise, promise.move)
                 there = Point(begin.theta + promise.move, promise.noise, runs)
@@ -138,7 +138,7 @@ def searched(at: Point, candidates: Sequence[Screened]) -> Point:
     """The likeliest of a solution and those of the best of some structures, searched in full."""
     for one in candidates[:SEARCHED]:
         if one.cost < priced(at) - SWITCH_GAIN:
-            at = _likelier(at, one.begin, one.promise, NOISE_LEAST)
+            at = _likelier(at, one.begin, one.promise)
     return at
 
 
@@ -147,7 +147,7 @@ def refined(at: Point) -> Point:
     return simplified(with_longer_memory(in_likelier_frame(at)))
 
 
-def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
+def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
     """The likelier of `at` and the solution with the disturbance force in the other frame, earth or body."""
     if not has_disturbance(at):
         return at
@@ -156,7 +156,7 @@ def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
     if not np.isfinite(other.runs.cost):
         return at
     beat = other.runs.cost - at.runs.cost + SWITCH_GAIN
-    promise = linearised_optimum(other, noise_box(at.noise, least), beat=beat)
+    promise = linearised_optimum(other, noise_box(problem, at.noise, least), beat=beat)
     if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
         return at
     return _likelier(at, other, promise, least)
@@ -168,9 +168,9 @@ def with_longer_memory(at: Point) -> Point:
         return at
     noise = at.noise.copy()
     _lengthen(noise)
-    box = noise_box(noise, NOISE_LEAST)
+    box = noise_box(at.runs.problem, noise)
     promise = linearised_optimum(at, box, noise=noise, beat=SWITCH_GAIN)
-    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise, NOISE_LEAST)
+    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise)
 
 
 def _lengthen(noise: Array) -> None:
@@ -185,7 +185,7 @@ def has_disturbance(at: Point) -> bool:
     return bool((at.noise > NEGLIGIBLE_NOISE * units)[DISTURBANCES].any())
 
 
-def _likelier(at: Point, begin: Point, promise: Promise, least: Array) -> Point:
+def _likelier(at: Point, begin: Point, promise: Promise, least: Array | None = None) -> Point:
     """The likelier, with prices, of a solution and that of a search from a promise."""
     found, outcome = search(
         begin.runs.problem, begin.theta + promise.move, promise.noise, least=least
@@ -219,7 +219,7 @@ def simplified(at: Point) -> Point:
             _lengthen(noise)  # pose errors take the place of motion
         free = np.ones(len(noise), dtype=bool)
         free[list(sources)] = False
-        box = noise_box(noise, NOISE_LEAST, free)
+        box = noise_box(at.runs.problem, noise, free=free)
         promise = linearised_optimum(at, box, noise=noise, beat=-SCREENED_SLACK * price)
         if promise.fall < -SCREENED_SLACK * price:
             continue

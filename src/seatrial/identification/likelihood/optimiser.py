@@ -14,7 +14,7 @@ from enum import Enum
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, PROCESS, loosened, most_noise
+from seatrial.boat.noise_parameters import COLOUR, PROCESS, loosened, most_noise
 from seatrial.boat.noise_scoring import NoiseBox, Value, scored
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.util.box import box_minimum
@@ -79,11 +79,12 @@ def maximise_likelihood(
     noise: Array,
     *,
     hold: bool = False,
-    least: Array = NOISE_LEAST,
+    least: Array | None = None,
 ) -> Point:
     """The maximum-likelihood parameters and, unless `hold`, noise levels not below `least` (11,).
 
-    Raises IdentificationError where the model diverges, or where the search does not converge.
+    least: by default the problem's own. Raises IdentificationError where the model diverges, or where the search
+    does not converge.
     """
     return converged(search(problem, theta, noise, hold=hold, least=least))
 
@@ -108,7 +109,7 @@ def search(
     noise: Array,
     *,
     hold: bool = False,
-    least: Array = NOISE_LEAST,
+    least: Array | None = None,
     free: Mask | None = None,
     passes: int = MOST_PASSES,
 ) -> tuple[Point, Outcome]:
@@ -116,7 +117,7 @@ def search(
 
     free: (11,) noise parameters that are scored, by default all; passes: full ones, at most.
     """
-    box = noise_box(noise, least, free)
+    box = noise_box(problem, noise, least, free)
     # start inside the bounds; with much process noise where the model is far from the poses
     begin = _within_bounds(full_pass(problem, theta, np.clip(noise, box.least, box.most)))
     if far_from_poses(begin):
@@ -126,13 +127,19 @@ def search(
 
 def continued(at: Point) -> Point:
     """The end of a search that goes on from a point. Raises IdentificationError where it does not converge."""
-    return converged(_descent(at, noise_box(at.noise, NOISE_LEAST), hold=False))
+    return converged(_descent(at, noise_box(at.runs.problem, at.noise), hold=False))
 
 
-def noise_box(noise: Array, least: Array, free: Mask | None = None) -> NoiseBox:
-    """The box of a search that begins with this noise (11,). `free` (11,): parameters that are scored, or all."""
+def noise_box(
+    problem: Problem, noise: Array, least: Array | None = None, free: Mask | None = None
+) -> NoiseBox:
+    """The box of a search that begins with this noise (11,).
+
+    least: (11,) lower bounds, by default the problem's; free: (11,) parameters that are scored, or all.
+    """
+    low = problem.least_noise if least is None else least
     every = np.ones(len(noise), dtype=bool)
-    return NoiseBox(least, np.maximum(most_noise(noise), least), every if free is None else free)
+    return NoiseBox(low, np.maximum(most_noise(noise), low), every if free is None else free)
 
 
 def full_pass(problem: Problem, theta: Array, noise: Array) -> Point:
@@ -266,12 +273,13 @@ def linearised_optimum(
     return best
 
 
-def by_linearisation(at: Point, least: Array = NOISE_LEAST, noise: Array | None = None) -> Point:
+def by_linearisation(at: Point, least: Array | None = None, noise: Array | None = None) -> Point:
     """The likeliest point by the linearisation of a full pass, with its relinearised runs.
 
-    least: (11,) lower bounds of the noise; noise: (11,) where its search begins, by default the point's own.
+    least: (11,) lower bounds of the noise, as in `noise_box`; noise: (11,) where its search begins, by default the
+    point's own.
     """
-    promise = linearised_optimum(at, noise_box(at.noise, least), noise=noise)
+    promise = linearised_optimum(at, noise_box(at.runs.problem, at.noise, least), noise=noise)
     runs = at.runs.relinearised(promise.noise, promise.move)
     return Point(at.theta + promise.move, promise.noise, runs)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model, thrust_trace
+from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.noise_scoring import Linearised
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
@@ -30,6 +31,7 @@ from seatrial.identification.likelihood.parameters import (
 from seatrial.recording.delays import at_one_time, with_delays
 from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
+from seatrial.recording.resolution import heading_step
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
@@ -121,6 +123,16 @@ class Problem:
     def free_effects(self) -> tuple[int, ...]:
         """Indices of the free effects among all parameters."""
         return tuple(i for i in self.free if i >= self.n_coefficients + self.n_constants)
+
+    @cached_property
+    def least_noise(self) -> Array:
+        """Lower bounds (11,) of the noise; white heading errors are no less than those of rounded headings.
+
+        These have a deviation of step / sqrt(12), about which an estimate scatters.
+        """
+        least = NOISE_LEAST.copy()
+        least[1] = max(least[1], 0.25 * min(heading_step(r) for r in self.recordings))
+        return least
 
     @cached_property
     def period(self) -> float:
