@@ -98,7 +98,6 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "noise halfway after a failure": {
         f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
     },
-    "race of noise structures": {f"{LIKELIHOOD}.optimiser.RACE_ROUNDS": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
     "white with the stages": {f"{ESTIMATOR}.is_white": _never},

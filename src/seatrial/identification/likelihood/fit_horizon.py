@@ -21,7 +21,6 @@ from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
-    priced,
     refined,
     screened,
     searched,
@@ -60,7 +59,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     `at` need not have converged. Raises IdentificationError where the likelihood's search does not.
     """
     if not is_white(at):
-        structures = screened(at, priced(at), poses_only=False)
+        structures = screened(at, poses_only=False)
         at = searched(at, [s for s in structures if s.explains(at)])
     if is_white(at):
         at = refined(continued(at))
@@ -69,7 +68,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     fits = _fits(at)
     if fits:
         _, simulating = fits[-1]
-        simulated = screened(simulating, priced(at), poses_only=True)
+        simulated = screened(simulating, poses_only=True)
         by_poses = searched(at, [s for s in simulated if s.explains(at)])
         if by_poses is at and (best := _best_predicting(at, fits)) is not None:
             horizon, fitted = best

@@ -111,10 +111,10 @@ class Screened:
         return self.white or self.cost < priced(at) - MUCH_LIKELIER * poses
 
 
-def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
+def screened(at: Point, *, poses_only: bool) -> list[Screened]:
     """Noise structures by the linearisation of a pass, the likeliest first.
 
-    rival: cost with prices that they have to beat; poses_only: those without process noise, else the others.
+    poses_only: those without process noise, else the others.
     """
     frames = {at.runs.problem.earth_fixed: at}
     found: list[Screened] = []
@@ -125,9 +125,8 @@ def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
             if begin is None:
                 continue
             for noise in _start_noises(structure, at, begin.runs.problem):
-                beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
                 box = noise_box(begin.runs.problem, noise)
-                promise = linearised_optimum(begin, box, noise=noise, beat=beat)
+                promise = linearised_optimum(begin, box, noise=noise)
                 runs = begin.runs.relinearised(promise.noise, promise.move)
                 there = Point(begin.theta + promise.move, promise.noise, runs)
                 found.append(Screened(begin, promise, is_white(there)))
@@ -155,8 +154,7 @@ def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
     other = full_pass(replace(problem, earth_fixed=not problem.earth_fixed), at.theta, at.noise)
     if not np.isfinite(other.runs.cost):
         return at
-    beat = other.runs.cost - at.runs.cost + SWITCH_GAIN
-    promise = linearised_optimum(other, noise_box(problem, at.noise, least), beat=beat)
+    promise = linearised_optimum(other, noise_box(problem, at.noise, least))
     if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
         return at
     return _likelier(at, other, promise, least)
@@ -169,7 +167,7 @@ def with_longer_memory(at: Point) -> Point:
     noise = at.noise.copy()
     _lengthen(noise)
     box = noise_box(at.runs.problem, noise)
-    promise = linearised_optimum(at, box, noise=noise, beat=SWITCH_GAIN)
+    promise = linearised_optimum(at, box, noise=noise)
     return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise)
 
 
@@ -220,7 +218,7 @@ def simplified(at: Point) -> Point:
         free = np.ones(len(noise), dtype=bool)
         free[list(sources)] = False
         box = noise_box(at.runs.problem, noise, free=free)
-        promise = linearised_optimum(at, box, noise=noise, beat=-SCREENED_SLACK * price)
+        promise = linearised_optimum(at, box, noise=noise)
         if promise.fall < -SCREENED_SLACK * price:
             continue
         theta = at.theta + promise.move

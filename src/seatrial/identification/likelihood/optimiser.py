@@ -31,7 +31,6 @@ INNER_GAIN = 0.05  # of one round of the inner loop, at its end
 INNER_SHARE = (
     0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
 )
-RACE_ROUNDS = 3.0  # like the last one that a noise structure may still win a race by
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
@@ -247,13 +246,11 @@ def linearised_optimum(
     *,
     noise: Array | None = None,
     hold: bool = False,
-    beat: float = -np.inf,
 ) -> Promise:
     """Parameters and noise that are likeliest by the linearisation of a point's full pass.
 
     damping: of the parameters' steps, relative to the diagonal of their information; noise: (11,) where the search
-    of the noise begins, by default the point's own; beat: the fall of a rival, that as many rounds again as they
-    gain now must reach. Every noise is valued with the parameters a step on from it.
+    of the noise begins, by default the point's own. Every noise is valued with the parameters a step on from it.
     """
     profile = _Profile(at, damping)
     best = profile.begin() if noise is None else profile.at(noise)
@@ -265,10 +262,7 @@ def linearised_optimum(
         scored(here, best.noise, box, value, absent=round_ == 0)
         best = profile.best
         gain = best.fall - before
-        if (
-            not gain > max(INNER_GAIN, INNER_SHARE * best.fall)
-            or best.fall + RACE_ROUNDS * gain < beat
-        ):
+        if not gain > max(INNER_GAIN, INNER_SHARE * best.fall):
             break
     return best
 
