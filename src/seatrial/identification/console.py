@@ -30,9 +30,7 @@ from seatrial.recording.velocity import STENCIL_NOISE
 from seatrial.util.format import joined, percent, plus_minus
 from seatrial.util.frames import AXES, Axes
 
-LEAST_DISTURBANCE_SHARE = 1e-3  # of full thrust: a smaller disturbance force is not shown
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
-LEAST_CORRELATED = 1e-7  # [m], [rad]: floor of the search, not shown
 MOST_FINDINGS = 3  # in a brief summary
 
 
@@ -186,7 +184,7 @@ def _noise(model: Model) -> str:
     said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
     if noise.correlated is not None:
         c = noise.correlated
-        lasting = _above(LEAST_CORRELATED, (c.position, "mm"), (c.heading, "mrad"))
+        lasting = _above(1e-7, (c.position, "mm"), (c.heading, "mrad"))
         said += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
         return f"{said}."
@@ -196,7 +194,7 @@ def _noise(model: Model) -> str:
     parts = [
         f"{percent(size / thrust)} in {AXES[axis]}"
         for axis, (size, thrust) in enumerate(zip(sizes, most, strict=True))
-        if axis in driven and thrust > 0 and size > LEAST_DISTURBANCE_SHARE * thrust
+        if axis in driven and thrust > 0 and size > 1e-3 * thrust
     ]
     said += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "

@@ -20,6 +20,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.optimiser import Point
 from seatrial.identification.selection.score_information import ScoreInformation, score_information
 from seatrial.identification.selection.score_test import (
+    REPORTED_GAIN,
     ScoreTest,
     score_test,
     score_test_after_step,
@@ -27,7 +28,6 @@ from seatrial.identification.selection.score_test import (
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, Array
 
-LEAST_FACTOR_GAIN = 20.0  # expected fall of -2 log L: less is not reported
 LARGEST_FACTOR_ERROR = 0.05  # standard error, by the information: above it is not identifiable
 LEAST_FACTOR_CHANGE = 0.03  # relative difference: less is not reported
 LEAST_CLOCK_OFFSET = 0.04  # [s] between recordings, reported: less hardly biases the latency
@@ -56,7 +56,7 @@ _FactorTest = Callable[[int, str, Array], _Change | None]
 
 
 def _beyond_chance(test: ScoreTest) -> bool:
-    return test.likely and test.gain >= LEAST_FACTOR_GAIN
+    return test.likely and test.gain >= REPORTED_GAIN
 
 
 def change_findings(at: Point) -> list[Finding]:

@@ -27,18 +27,21 @@ from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.held import Held, held_test
-from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest
+from seatrial.identification.selection.score_test import (
+    LARGE_GAIN,
+    LIKELY_DEVIATIONS,
+    REPORTED_GAIN,
+    ScoreTest,
+)
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
-LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
 MOVED_ERRORS = 0.5  # standard errors by which an effect that matters moves a coefficient
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
-LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
@@ -140,11 +143,11 @@ def _unequal_gains(at: Point) -> list[Held]:
 
 
 def _significant(test: ScoreTest) -> bool:
-    return test.gain > LEAST_EFFECT_GAIN and _beyond_chance(test.statistic, test.freedom)
+    return test.gain > REPORTED_GAIN and _beyond_chance(test.statistic, test.freedom)
 
 
 def _beyond_chance(statistic: float, freedom: int) -> bool:
-    return statistic > freedom + LEAST_DEVIATIONS * math.sqrt(2.0 * freedom)
+    return statistic > freedom + LIKELY_DEVIATIONS * math.sqrt(2.0 * freedom)
 
 
 def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:

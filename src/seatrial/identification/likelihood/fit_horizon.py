@@ -47,8 +47,6 @@ FIT_HORIZONS = (
 )  # [s] under model mismatch: pose noise of so many seconds at the RMS speed
 FOLDS = 4  # of the cross-validation
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
-# filter runs, and fall of -2 log likelihood that ends them
-REFINED_NOISE_STEPS, REFINED_NOISE_GAIN = 3, 2.0
 
 
 def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
@@ -172,12 +170,13 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
     """
     problem = at.runs.problem
     held = replace(problem, free=problem.free_effects)  # the filter needs the effects
-    for _ in range(REFINED_NOISE_STEPS):
+    least_gain = 2.0  # of -2 log L
+    for _ in range(3):  # filter runs
         runs = held.run_filter(at.theta, noise)
         if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
-        noise, cost = fitted_noise(runs.linearised(), noise, REFINED_NOISE_GAIN / 2.0)
-        if runs.cost - cost < REFINED_NOISE_GAIN:
+        noise, cost = fitted_noise(runs.linearised(), noise, 0.5 * least_gain)
+        if runs.cost - cost < least_gain:
             break
     return noise
 

@@ -46,15 +46,11 @@ SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from its optimum
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
-WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
 LONGER = 6.0  # times the memory of correlated pose errors, that is tried
 SEARCHED = 2  # structures that are searched in full after the screening, at most
-NEGLIGIBLE_NOISE = 0.01  # of the unit of a noise source: less is as good as none
 DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
 POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
 TRIED_WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
-WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
-WAVE_MEMORY = 2.0  # of oscillating errors, in periods
 
 
 @dataclass(frozen=True)
@@ -180,7 +176,7 @@ def _lengthen(noise: Array) -> None:
 def has_disturbance(at: Point) -> bool:
     """Whether there is a disturbance force, which has a frame."""
     units = noise_units(at.noise, at.runs.problem.period)
-    return bool((at.noise > NEGLIGIBLE_NOISE * units)[DISTURBANCES].any())
+    return bool((at.noise > 0.01 * units)[DISTURBANCES].any())
 
 
 def _likelier(at: Point, begin: Point, promise: Promise, least: Array | None = None) -> Point:
@@ -255,7 +251,7 @@ def _start_noises(structure: NoiseStructure, at: Point, problem: Problem) -> Ite
         noise[COLOUR] = white * (own if structure.size is None else structure.size)
         noise[COLOUR_MEMORY] = structure.memory
         if structure.size is None:
-            noise[:2] *= WHITE_REMAINDER
+            noise[:2] *= 0.1  # correlated errors stand for the rest
     yield noise
 
 
@@ -275,10 +271,10 @@ def _likeliest_wave(at: Point, noise: Array, problem: Problem) -> Sequence[Array
     """The noise with the oscillating errors that are likeliest at these parameters."""
     tried = []
     for period in wave_periods(problem.period):
-        for times in WAVE_SIZES:
+        for times in (3.0, 10.0, 30.0):  # the white errors
             waves = noise.copy()
             waves[COLOUR] = times * noise[:2]
-            waves[COLOUR_MEMORY], waves[COLOUR_TURN] = WAVE_MEMORY * period, 2.0 * np.pi / period
+            waves[COLOUR_MEMORY], waves[COLOUR_TURN] = 2.0 * period, 2.0 * np.pi / period
             tried.append((at.runs.linearised().cost(waves), waves))
     return [min(tried, key=lambda t: t[0])[1]] if tried else []
 

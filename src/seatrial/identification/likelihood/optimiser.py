@@ -26,22 +26,16 @@ from seatrial.util.progress import step
 CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
 EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
 UNSETTLING_FALL = 10.0  # by the parameters: then other noise may be likelier, too
-IN_VAIN_GAIN = 0.5  # promised, and the trial does not fall: the search is at its maximum
 INNER_GAIN = 0.05  # of one round of the inner loop, at its end
 INNER_SHARE = (
     0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
 )
+LITTLE_GAIN = 0.5  # of a pass, or promised to one: the search may be at its maximum
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
-START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
-SHRINKAGE, FIRST_GROWTH = (
-    1.0 / 3.0,
-    2.0,
-)  # of the damping: least factor after a fall, first after none
-FLAT_FALL, FLAT_PASSES = 0.5, 2  # passes in a row that gain less: the search is at its end
-FAILED_PASSES = 6  # in a row that do not fall: the same
+START_DAMPING = 1e-6  # Levenberg-Marquardt, relative to the diagonal
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
 
 
@@ -192,42 +186,70 @@ def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
     return full_pass(problem, theta, at.noise)
 
 
+@dataclass
+class _Damping:
+    """Levenberg-Marquardt damping, relative to the diagonal (Nielsen, IMM-REP-1999-05, eq. 2.3)."""
+
+    value: float = START_DAMPING
+    growth: float = 2.0
+
+    def after_a_fall(self, ratio: float) -> None:
+        """By how well the fall was foretold: ratio of the real one to the promised one."""
+        self.value *= max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3)
+        self.growth = 2.0
+
+    def after_none(self) -> None:
+        """After a pass without a fall."""
+        self.value, self.growth = self.growth * max(self.value, 1e-3), 2.0 * self.growth
+
+
+@dataclass
+class _Patience:
+    """When a search is at its end although its linearised problem promises more."""
+
+    flat: int = 0  # passes in a row that gain little
+    failed: int = 0  # passes in a row that do not fall
+
+    def ends(self, fall: float, promised: float) -> bool:
+        """After a pass: two little gains in a row, six failures in a row, or one where little was promised."""
+        if fall > 0.0:
+            self.flat, self.failed = self.flat + 1 if fall < LITTLE_GAIN else 0, 0
+        else:
+            self.failed += 1
+        in_vain = self.failed > 0 and promised < LITTLE_GAIN
+        return self.flat == 2 or self.failed == 6 or in_vain
+
+
 def _descent(
     at: Point, box: NoiseBox, *, hold: bool, passes: int = MOST_PASSES
 ) -> tuple[Point, Outcome]:
     """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
         return at, Outcome.DIVERGED
-    damping, growth = START_DAMPING, FIRST_GROWTH
-    flat = failed = 0
+    damping, patience = _Damping(), _Patience()
     settled = hold  # the noise is, until the parameters are
     trusted = box  # which noise the linearisation is good for
     for _ in range(passes):
-        promise = linearised_optimum(at, trusted, damping, hold=settled)
+        promise = linearised_optimum(at, trusted, damping.value, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
-            promise = linearised_optimum(at, trusted, damping)
+            promise = linearised_optimum(at, trusted, damping.value)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         theta = at.runs.problem.clipped(at.theta + promise.move)  # rounding may leave the bounds
         tried = full_pass(at.runs.problem, theta, promise.noise)
         step(8.0)  # passes, usually
         fall = at.runs.cost - tried.runs.cost
-        ratio = fall / promise.fall
-        # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
             kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
             settled, trusted = hold or (kept and fall < UNSETTLING_FALL), box
             at.runs.drop_poses()
-            at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
-            damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
-            growth = FIRST_GROWTH
+            at = tried
+            damping.after_a_fall(fall / promise.fall)
         else:
             tried.runs.drop_poses()
             trusted = replace(box, least=_halfway(at.noise, promise.noise, box.least))
-            damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
-            failed += 1
-        in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
-        if flat == FLAT_PASSES or failed == FAILED_PASSES or in_vain:
+            damping.after_none()
+        if patience.ends(fall, promise.fall):
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
     return at, Outcome.OUT_OF_STEPS
 

@@ -20,6 +20,7 @@ SIGNIFICANT_DEVIATIONS = 10.0
 # where the likelihood gains very much: the scatter of few blocks is uncertain
 LIKELY_DEVIATIONS = 5.0
 LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
+REPORTED_GAIN = 20.0  # the same: with less an effect or a change is not reported
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,6 @@ from seatrial.identification.likelihood.optimiser import Point
 from seatrial.util.frames import Array, Mask
 from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
 
-STEEP_LIKELIHOOD = 3.0  # rise of -2 log likelihood at the first distance: it was too far
-NEGLIGIBLE_LIKELIHOOD = 12.0  # rise of -2 log likelihood beyond which it is followed no further
-
 
 @dataclass(frozen=True)
 class ProfileLine:
@@ -78,7 +75,7 @@ def one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor
         if d > reach:
             break
         found = line.look(line.moved(at.theta, side * d)[0])
-        if len(distance) == 1 and (found is None or found[0] > STEEP_LIKELIHOOD):
+        if len(distance) == 1 and (found is None or found[0] > 3.0):
             d *= 0.25  # nearer first
             continue
         if found is None:
@@ -86,7 +83,7 @@ def one_sided_profile(at: Point, held: int, inside: Mask, inverse: Array, factor
         distance.append(d)
         rise.append(found[0])
         moves.append(np.where(inside, side * d * course + found[1], 0.0))
-        if rise[-1] > NEGLIGIBLE_LIKELIHOOD:
+        if rise[-1] > 12.0:  # the likelihood is negligible
             break
         d *= 2.0
     return _mean_square(np.array(distance), np.array(rise), np.array(moves))

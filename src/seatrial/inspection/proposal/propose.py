@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: MIT
 """`init`: a vehicle file to start from, proposed from recordings."""
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import cos, radians, sin
+from math import cos, pi, radians, sin
 from pathlib import Path
 from typing import Any
 
@@ -78,7 +77,7 @@ def init(
 def turned_about(pose: Mapping[str, Any]) -> dict[str, Any]:
     """The poses with the heading turned by half a turn: it was that of the stern."""
     psi = dict(pose.get("psi", {}))
-    half_turn = 180.0 if psi.get("unit") == "deg" else math.pi
+    half_turn = 180.0 if psi.get("unit") == "deg" else pi
     return {**pose, "psi": psi | {"offset": psi.get("offset", 0.0) + half_turn}}
 
 
