@@ -35,7 +35,7 @@ from seatrial.boat.model import Model
 from seatrial.identification.diagnostics.unmodelled_effects import Unmodelled
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.likelihood import noise_structures
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95

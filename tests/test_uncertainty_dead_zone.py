@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from seatrial.identification.estimator import OutputErrorSettings, fit
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.uncertainty import dead_zone as kinks
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.identification.uncertainty.lag import with_lag_by_square

@@ -25,14 +25,9 @@ from seatrial.identification.diagnostics.solution_checks import solution_finding
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
+from seatrial.identification.likelihood.linearised import Point, by_linearisation
 from seatrial.identification.likelihood.noise_structures import refined
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    by_linearisation,
-    full_pass,
-    search,
-)
+from seatrial.identification.likelihood.optimiser import Outcome, full_pass, search
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS, LEVER_NAMES
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise

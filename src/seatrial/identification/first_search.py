@@ -8,10 +8,10 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.external_disturbances import disturbance_hint
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import (
     MOST_PASSES,
     Outcome,
-    Point,
     converged,
     far_from_poses,
     maximise_likelihood,

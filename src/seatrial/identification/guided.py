@@ -14,7 +14,7 @@ from seatrial.identification.diagnostics.unmodelled_effects import (
     unmodelled_effect,
 )
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.recording_checks import check_recordings

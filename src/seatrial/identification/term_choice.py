@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.terms import Selection, choose_structure
 from seatrial.identification.selection.terms.candidates import with_usual_terms

@@ -27,14 +27,8 @@ from seatrial.identification.estimator import fit
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
-from seatrial.identification.likelihood.optimiser import (
-    START_DAMPING,
-    Outcome,
-    Point,
-    bounded_step,
-    far_from_poses,
-    search,
-)
+from seatrial.identification.likelihood.linearised import START_DAMPING, Point, bounded_step
+from seatrial.identification.likelihood.optimiser import Outcome, far_from_poses, search
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.problem_setup import integration_step, problem_with
 from seatrial.identification.recording_checks import check_recordings

@@ -17,7 +17,7 @@ import numpy as np
 from seatrial.boat.finding_kinds import QUANTITIES
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.selection.score_information import ScoreInformation, score_information
 from seatrial.identification.selection.score_test import (
     REPORTED_GAIN,

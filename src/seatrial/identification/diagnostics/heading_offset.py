@@ -12,7 +12,8 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_test import LARGE_GAIN
 from seatrial.recording.recording import Recording

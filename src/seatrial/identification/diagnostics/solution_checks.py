@@ -10,7 +10,8 @@ from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, COLOUR_MEMORY, DISTURBANCES, PROCESS
 from seatrial.identification.likelihood.fit_horizon import ERROR_FLOOR, comparable, predicted_ahead
-from seatrial.identification.likelihood.optimiser import Point, at_bounds, far_from_poses
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import at_bounds, far_from_poses
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import AT_LEAST, without_process_noise
 from seatrial.util.errors import IdentificationError, ModelError

@@ -15,14 +15,8 @@ from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    has_correlated_poses,
-    linearised_optimum,
-    noise_box,
-    search,
-)
+from seatrial.identification.likelihood.linearised import Point, linearised_optimum, noise_box
+from seatrial.identification.likelihood.optimiser import Outcome, has_correlated_poses, search
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise

@@ -19,19 +19,14 @@ from seatrial.boat.noise_parameters import (
 )
 from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.identification.likelihood.linearised import Point, boxed_step
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
     refined,
     screened,
     searched,
 )
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    boxed_step,
-    continued,
-    search,
-)
+from seatrial.identification.likelihood.optimiser import Outcome, continued, search
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import (
     is_white,

@@ -23,14 +23,16 @@ from seatrial.boat.noise_parameters import (
     noise_units,
     oscillates,
 )
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
+from seatrial.identification.likelihood.linearised import (
     Point,
     Promise,
-    full_pass,
-    has_correlated_poses,
     linearised_optimum,
     noise_box,
+)
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    full_pass,
+    has_correlated_poses,
     search,
 )
 from seatrial.identification.likelihood.problem import Problem

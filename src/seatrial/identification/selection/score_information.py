@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.structure import Term
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.identification.likelihood.optimiser import Point, bounded_step
+from seatrial.identification.likelihood.linearised import Point, bounded_step
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.solution import Fit
 from seatrial.util.frames import Array

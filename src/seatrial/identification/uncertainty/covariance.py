@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.identification.likelihood.optimiser import Point, at_bounds
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import at_bounds
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.profile_line import one_sided_profile
 from seatrial.recording.recording import Recording

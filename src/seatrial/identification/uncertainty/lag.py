@@ -8,7 +8,7 @@ and its curvature at the maximum makes any lag look certain.
 
 import numpy as np
 
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.util.frames import Array, Mask
 from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
 

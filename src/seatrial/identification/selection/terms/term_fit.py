@@ -9,9 +9,9 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_entry
 from seatrial.boat.structure import Term
 from seatrial.identification.likelihood.fit_horizon import FIT_HORIZONS, noise_floor
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
-    Point,
     at_bounds,
     full_pass,
     maximise_likelihood,
