@@ -30,8 +30,7 @@ from seatrial.identification.selection.terms import (
     select,
     selection_text,
 )
-from seatrial.identification.selection.terms.aliasing import aliases
-from seatrial.identification.selection.terms.candidates import is_essential
+from seatrial.identification.selection.terms.candidates import aliases, is_essential
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
     TermVerdict,

@@ -39,9 +39,12 @@ from seatrial.identification.selection.actuator_stages import (
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
+from seatrial.identification.uncertainty.covariance import (
+    sandwich_covariance,
+    with_enough_blocks,
+    with_lag_by_square,
+)
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
-from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array

@@ -35,9 +35,12 @@ from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
+from seatrial.identification.uncertainty.covariance import (
+    sandwich_covariance,
+    with_enough_blocks,
+    with_lag_by_square,
+)
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
-from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.poolside.drive_log import DriveLog
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording

@@ -6,8 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seatrial.boat.structure import Term
-from seatrial.identification.selection.terms.aliasing import Alias
-from seatrial.identification.selection.terms.candidates import drag_of
+from seatrial.identification.selection.terms.candidates import Alias, drag_of
 from seatrial.identification.selection.terms.decisions import (
     Row,
     TermEvidence,

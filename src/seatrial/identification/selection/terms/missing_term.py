@@ -10,8 +10,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.significance import enough_blocks, estimate
-from seatrial.identification.selection.terms.aliasing import aliases
-from seatrial.identification.selection.terms.candidates import new_to
+from seatrial.identification.selection.terms.candidates import aliases, new_to
 from seatrial.identification.selection.terms.stepwise import (
     candidate_information,
     predicted,

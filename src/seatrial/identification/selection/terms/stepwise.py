@@ -17,9 +17,8 @@ from seatrial.identification.selection.score_information import (
     score_information_of,
 )
 from seatrial.identification.selection.significance import Estimate, estimate
-from seatrial.identification.selection.terms.aliasing import Alias, aliases
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain
-from seatrial.identification.selection.terms.candidates import drag_of, is_essential
+from seatrial.identification.selection.terms.candidates import Alias, aliases, drag_of, is_essential
 from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
 from seatrial.util.frames import Array
