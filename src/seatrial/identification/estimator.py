@@ -118,8 +118,7 @@ def _from_stated_lever(
 
 def _cost(found: Fit) -> float:
     """-2 log L at the noise that maximises it, without a fit horizon."""
-    noise = found.noise if found.maximum_noise is None else found.maximum_noise
-    return found.problem.run_filter(found.theta, noise, repeatable=False).cost
+    return found.problem.run_filter(found.theta, found.maximum_noise, repeatable=False).cost
 
 
 def _fit(

@@ -87,9 +87,7 @@ def problem_with(
     delays = free_delays(vehicle, settings.effects)
     for i, name in enumerate(problem.names[n + m :], n + m):
         free += [i] if name.partition("_")[0] in sought or name in delays else []
-    return Problem(
-        whole, tuple(recordings), tuple(free), settings.step, settings.outlier, settings.block
-    )
+    return replace(problem, free=tuple(free))
 
 
 def free_delays(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:

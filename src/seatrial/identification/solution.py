@@ -73,8 +73,8 @@ class Fit:
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     findings: tuple[Finding, ...]
-    horizon: float = 0.0  # [s] fit horizon under model mismatch, 0: none
-    maximum_noise: Array | None = None  # (11,) at the likelihood's maximum, before the horizon
+    horizon: float  # [s] fit horizon under model mismatch, 0: none
+    maximum_noise: Array  # (11,) at the likelihood's maximum, before the horizon
 
     @property
     def point(self) -> Point:
@@ -112,10 +112,8 @@ class Fit:
             settings[LEVER_TOLD] = stated
         if self._delays() and (stated := problem.vehicle.stated_delays) is not None:
             settings[DELAYS_TOLD] = stated
-        noise = self.noise
-        if self.horizon and self.maximum_noise is not None:
-            noise = likelihood_noise(self.point, self.maximum_noise)
         recordings = problem.recordings
+        noise = likelihood_noise(self.point, self.maximum_noise) if self.horizon else self.noise
         noise = folded(noise, min(r.period for r in recordings))
         entries = tuple(self._entry(i) for i in range(len(recordings)))
         noise, earth = with_effects_as_noise(

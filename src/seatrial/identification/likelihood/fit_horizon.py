@@ -94,9 +94,11 @@ def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[fl
     if not comparable(at.runs.problem) or without_process_noise(at):
         return None
     chosen, least = None, _held_out_errors(at, at.noise)
+    if least is None:
+        return None
     for horizon, fitted in fits:
-        errors = None if least is None else _held_out_errors(fitted, at.noise)
-        if errors is None or least is None:
+        errors = _held_out_errors(fitted, at.noise)
+        if errors is None:
             continue
         worse, error = _worse(errors, least)
         if worse < (0.0 if chosen is None else -error):

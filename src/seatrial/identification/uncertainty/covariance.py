@@ -2,8 +2,8 @@
 """Sandwich covariance of the estimates, which holds for correlated innovations; and the errors of lags.
 
 A lag delays thrust as a latency does; they differ in how far the lag spreads thrust in time, which is its square.
-So the square has about the same error everywhere: near 0 the likelihood of the lag itself is flat, its curvature
-at the maximum makes any lag look certain.
+So the square has about the same error everywhere. Near 0 the likelihood of the lag itself is flat, and its
+curvature at the maximum makes any lag look certain.
 """
 
 from collections.abc import Sequence

@@ -105,9 +105,7 @@ def term_fit(found: Fit) -> TermFit:
 
 def term_fit_of(found: Fit) -> TermFit:
     """A solution as it is."""
-    likely = found.noise if found.maximum_noise is None else found.maximum_noise
-    at = _with_usual_blocks(found.point)
-    return TermFit(at, found.horizon, likely)
+    return TermFit(_with_usual_blocks(found.point), found.horizon, found.maximum_noise)
 
 
 def begun_at(at: Point) -> TermFit:
