@@ -32,9 +32,10 @@ from benchmarks.harness.page import refill
 from benchmarks.harness.store import Record
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.identification.diagnostics.unmodelled_effects import Unmodelled
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.likelihood import noise_structures
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
@@ -97,7 +98,6 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "noise halfway after a failure": {
         f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
     },
-    "race of noise structures": {f"{LIKELIHOOD}.optimiser.RACE_ROUNDS": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
     "white with the stages": {f"{ESTIMATOR}.is_white": _never},
@@ -108,8 +108,9 @@ BRANCHES: dict[str, dict[str, Any]] = {
         f"{IDENTIFICATION}.uncertainty.covariance.one_sided_profile": _no_addition
     },
     "diagnostics": {
-        f"{ESTIMATOR}.{name}_findings": _none
-        for name in ("unmodelled_effect", "change", "disturbance")
+        f"{ESTIMATOR}.unmodelled_effect": lambda *_: Unmodelled(()),
+        f"{ESTIMATOR}.change_findings": _none,
+        f"{ESTIMATOR}.disturbance_findings": _none,
     },
 }
 

@@ -18,7 +18,8 @@ from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.ros1 import Ros1Bag
 from seatrial.io.bags.salvage_mcap import MAGIC
 from seatrial.io.bags.unpack import zstd_decompressor
-from seatrial.io.bags.wire import LONGEST_DEFINITION, MOST_FIELDS, Wire, WireError, parse_definition
+from seatrial.io.bags.wire import LONGEST_DEFINITION, MOST_FIELDS, Wire, parse_definition
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, read_yaml
 

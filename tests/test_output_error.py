@@ -20,7 +20,8 @@ from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
-from seatrial.identification.likelihood.optimiser import Outcome, Point
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import Outcome
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
 from seatrial.recording.recording import Signal, make_recording

@@ -12,7 +12,7 @@ from survey_boat import TRUTH, driven
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.identification.regression.start_lever import lever_from_poses
+from seatrial.identification.regression.start_values import lever_from_poses
 from seatrial.identification.selection.terms import select, selection_text
 from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import make_recording

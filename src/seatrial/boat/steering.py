@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from seatrial.boat.schema import ChainGroup, SteeredEntry
 from seatrial.util.errors import SeatrialError, VehicleError
 
-THRUST_STAGES = ("reverse_ratio", "gain", "scale_power")  # that an angle can't have
-
 
 def steered_entries(groups: Sequence[ChainGroup]) -> list[SteeredEntry]:
     """The steered entries of a chain."""

@@ -22,18 +22,14 @@ from seatrial.identification.diagnostics.external_disturbances import (
     disturbed_at,
 )
 from seatrial.identification.diagnostics.solution_checks import solution_findings
-from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
+from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
+from seatrial.identification.likelihood.linearised import Point, by_linearisation
 from seatrial.identification.likelihood.noise_structures import refined
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    by_linearisation,
-    full_pass,
-    search,
-)
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Problem
+from seatrial.identification.likelihood.optimiser import Outcome, full_pass, search
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS, LEVER_NAMES
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.problem_setup import problem_with, with_prior, with_sought_stages
 from seatrial.identification.selection.actuator_selection import select_stages
@@ -43,9 +39,12 @@ from seatrial.identification.selection.actuator_stages import (
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
+from seatrial.identification.uncertainty.covariance import (
+    sandwich_covariance,
+    with_enough_blocks,
+    with_lag_by_square,
+)
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
-from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -119,8 +118,7 @@ def _from_stated_lever(
 
 def _cost(found: Fit) -> float:
     """-2 log L at the noise that maximises it, without a fit horizon."""
-    noise = found.noise if found.maximum_noise is None else found.maximum_noise
-    return found.problem.run_filter(found.theta, noise, repeatable=False).cost
+    return found.problem.run_filter(found.theta, found.maximum_noise, repeatable=False).cost
 
 
 def _fit(
@@ -154,7 +152,8 @@ def _fit(
         covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     with stage("diagnostics"):
         if further:
-            findings += [*unmodelled_effect_findings(at, horizon, covariance), *change_findings(at)]
+            findings += unmodelled_effect(at, horizon, covariance).findings
+            findings += change_findings(at)
         findings += solution_findings(at, horizon, covariance)
         # what disturbed intervals do to the standard errors
         sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
