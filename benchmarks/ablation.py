@@ -95,12 +95,8 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.4,)},
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
-    "noise halfway after a failure": {
-        f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
-    },
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
-    "white with the stages": {f"{ESTIMATOR}.is_white": _never},
     "lever arm from none": {f"{ESTIMATOR}._from_stated_lever": _nothing},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},
     "lags by their squares": {f"{ESTIMATOR}.with_lag_by_square": _unchanged},

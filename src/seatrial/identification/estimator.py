@@ -25,12 +25,9 @@ from seatrial.identification.diagnostics.solution_checks import solution_finding
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
-from seatrial.identification.likelihood.linearised import Point, by_linearisation
-from seatrial.identification.likelihood.noise_structures import refined
-from seatrial.identification.likelihood.optimiser import Outcome, full_pass, search
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS, LEVER_NAMES
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
+from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.problem_setup import problem_with, with_prior, with_sought_stages
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.actuator_stages import (
@@ -47,7 +44,6 @@ from seatrial.identification.uncertainty.covariance import (
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import Array
 from seatrial.util.progress import stage
 
 __all__ = ["OUTPUT_ERROR", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -145,8 +141,8 @@ def _fit(
     # further stages of the actuator chain
     with stage("actuator stages", 0.25):
         if further and prior is None:  # a prior has stages of its own
-            at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
-            findings += found
+            at, selected = select_stages(at, vehicle, chosen, horizon)
+            findings += selected
     # standard errors, and diagnostics at the solution
     with stage("standard errors", 0.1):
         covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
@@ -188,23 +184,3 @@ def _problem(
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     return problem, findings
-
-
-def _with_stages(
-    at: Point, horizon: float, likely: Array, vehicle: Vehicle, chosen: OutputErrorSettings
-) -> tuple[Point, float, list[Finding]]:
-    """The solution with the selected stages, its fit horizon, and findings on them.
-
-    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the
-    likelihood takes the place of the fit horizon. likely: (11,) the noise at the maximum without the stages.
-    """
-    at, findings = select_stages(at, vehicle, chosen, horizon)
-    if horizon and findings:
-        # first on the linearisation: mismatch that stays needs no search
-        near = by_linearisation(full_pass(at.runs.problem, at.theta, likely))
-        again, outcome = (
-            search(at.runs.problem, near.theta, near.noise) if is_white(near) else (at, None)
-        )
-        if outcome is Outcome.CONVERGED and is_white(again):
-            return refined(again), 0.0, findings
-    return at, horizon, findings
