@@ -7,6 +7,7 @@ import os
 import pickle
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -195,6 +196,14 @@ def cse1_vehicle() -> seatrial.Vehicle:
 def cse1(cse1_vehicle) -> dict[str, seatrial.Recording]:
     runs = ("random_run1", "random_run3", "run1")
     return {n: seatrial.read(CSE1 / "csv" / f"CSE1_data_{n}.csv", cse1_vehicle) for n in runs}
+
+
+@pytest.fixture(scope="session")
+def cse1_paper_model(cse1, cse1_vehicle, once) -> seatrial.Model:
+    """The ship by the paper's method, from two runs."""
+    runs = [cse1["random_run1"], cse1["random_run3"]]
+    make = partial(seatrial.identify, runs, cse1_vehicle, method="equation-error")
+    return once("cse1-paper-model", lambda _: make())[1]
 
 
 @pytest.fixture(scope="module")

@@ -28,11 +28,10 @@ OPEN_ALL = "() => document.querySelectorAll('details').forEach((part) => { part.
 
 
 @pytest.fixture(scope="module")
-def pages(cse1, cse1_vehicle, tmp_path_factory):
+def pages(cse1, cse1_paper_model, tmp_path_factory):
     """A report, one of the guided path with effects, and a comparison of models of two recordings."""
     folder = tmp_path_factory.mktemp("pages")
-    trained = [cse1["random_run1"], cse1["random_run3"]]
-    a = seatrial.identify(trained, cse1_vehicle, method="equation-error")
+    a = cse1_paper_model
     b = replace(a, coefficients=a.coefficients / 1.2)  # as of a fifth more mass
     b = replace(
         b, recordings=tuple(msgspec.structs.replace(r, name=f"{r.name}b") for r in b.recordings)
