@@ -2,11 +2,13 @@
 """Shared boats, trials and recordings; with SEATRIAL_REQUIRE_ALL a skip is a failure."""
 
 import fcntl
+import importlib
 import json
 import os
 import pickle
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -60,10 +62,20 @@ LONG = (
     "test_ros2_node",
     "test_site",
     "test_docs",
-    "test_optimiser",
     "test_ros1_node",
     "test_report_browser",
 )
+
+
+def pytest_collection(session):
+    """Each worker of a whole run imports its share first: pytest rewrites a file's asserts once, not once a worker."""
+    name, count = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", "") for end in ("", "_COUNT"))
+    if name and [Path(path).name for path in session.config.args] == ["tests"]:
+        for path in sorted(ROOT.glob("tests/test_*.py"))[
+            int(name.removeprefix("gw")) :: int(count)
+        ]:
+            with suppress(Exception, pytest.skip.Exception):  # collecting it says so
+                importlib.import_module(path.stem)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
