@@ -7,7 +7,7 @@ from functools import partial
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length, make_model
+from conftest import make_model, on_request
 from survey_boat import TRUTH, as_stated
 from survey_boat import driven as surveyed
 
@@ -136,8 +136,8 @@ def test_positions_are_interpolated_to_the_headings(delay):
     [
         (MIDDLE, (0.2, 0.0)),
         (SMALL, (0.0, 0.2)),
-        at_length(MIDDLE, (0.0, 0.2)),
-        at_length(SMALL, (0.2, 0.0)),
+        on_request(MIDDLE, (0.0, 0.2)),
+        on_request(SMALL, (0.2, 0.0)),
     ],
 )
 def test_a_difference_of_delays_is_recovered_within_its_standard_error(hull, late):
