@@ -50,7 +50,7 @@ def words(content: Content, name: str) -> dict[str, str]:
         "ACTUATORS": str(len(content.actuators)),
         "FORCES": str(len(content.forces)),
         "example": ", ".join(["0.5", *["0.0"] * (len(content.inputs) - 1)]),
-        "angles": _angles(content),
+        "angles": "".join(f"\n * {c_comment(note)}" for note in content.angle_notes),
         "radians": "; an angle in rad" if content.angles else "",
         "input_comment": c_comment(", ".join(content.inputs)),
         "coefficients": "\n".join(_numbers(content, content.structure.coefficients, name)),
@@ -72,22 +72,15 @@ def words(content: Content, name: str) -> dict[str, str]:
         "levels": block(levels(content, name), "      "),
         "whole": "_smooth" if "limited" in used else "_advance",
         "smooth": ", up to the end of a rate limit" if "limited" in used else "",
-        "parts_function": fill(sections["parts"], {**common, "parts": block(parts(content, name), "    ")})
+        "parts_function": fill(
+            sections["parts"], {**common, "parts": block(parts(content, name), "    ")}
+        )
         if "limited" in used
         else "",
         "queue": queue,
         "thrusts": block(thrusts(content, name), "  "),
         "reset": _reset(content),
     }
-
-
-def _angles(content: Content) -> str:
-    """A line of the head comment for each angle."""
-    rows = [(content.actuators[k].name, content.actuators[thrust].name) for k, thrust in content.angles]
-    return "".join(
-        f"\n * {c_comment(f'{angle}: angle [rad] of the thrust f of {thrust}, which gives f cos and f sin.')}"
-        for angle, thrust in rows
-    )
 
 
 def _numbers(content: Content, parameters: tuple[str, ...], name: str) -> list[str]:

@@ -25,6 +25,7 @@ def functions(content: Content) -> set[str]:
 
 
 def allocation(content: Content) -> list[str]:
+    """Commands to the boat into commands f of the actuators."""
     limit = None if content.limit is None else number(content.limit)
     if content.scheme is Scheme.DIRECT:
         commands = [
@@ -77,6 +78,8 @@ def _named(content: Content, values: list[str]) -> list[str]:
 
 
 def curves(content: Content, name: str) -> list[str]:
+    """Steady thrust of each actuator, or angle [rad], for its command."""
+
     def own(actuator: Actuator, stage: str, neutral: str) -> str:
         found = actuator.constants.get(stage)
         return neutral if found is None else macro(content, name, found)
@@ -116,6 +119,7 @@ def curves(content: Content, name: str) -> list[str]:
 
 
 def table_words(content: Content) -> dict[str, str]:
+    """The substitutions of the tabulated curve."""
     points = content.table
     return {
         "points": str(len(points)),
@@ -134,20 +138,20 @@ def mix(content: Content) -> list[str]:
         given |= {thrust: f"f[{thrust}] * c{k}", k: f"f[{thrust}] * s{k}"}
         sines[k] = f"s{k}"
     rows = zip(content.forces, content.mix.tolist(), content.deflection.tolist(), strict=True)
-    sums = [
-        (
-            f"F[{j}] = {signed_sum([(w, given[k]) for k, w in enumerate(row)] + [(w, sines[k]) for k, w in enumerate(sine)])};",
-            f"/* {c_comment(force)} */",
-        )
-        for j, (force, row, sine) in enumerate(rows)
-    ]
+    sums = []
+    for j, (force, row, sine) in enumerate(rows):
+        weights = [(w, given[k]) for k, w in enumerate(row)]
+        weights += [(w, sines[k]) for k, w in enumerate(sine)]
+        sums.append((f"F[{j}] = {signed_sum(weights)};", f"/* {c_comment(force)} */"))
     return [*lines, *_unused(content, sums), *aligned(sums, " ")]
 
 
 def _unused(content: Content, sums: list[tuple[str, str]]) -> list[str]:
     """Statements that keep a compiler from warning of a sine or cosine that no force has."""
     text = " ".join(line for line, _ in sums)
-    return [f"(void){part}{k};" for k, _ in content.angles for part in "cs" if f"{part}{k}" not in text]
+    return [
+        f"(void){part}{k};" for k, _ in content.angles for part in "cs" if f"{part}{k}" not in text
+    ]
 
 
 def prepare(content: Content, name: str) -> str:
@@ -186,6 +190,7 @@ def _multiplier(content: Content, name: str, actuator: Actuator) -> str:
 
 
 def thrusts(content: Content, name: str) -> list[str]:
+    """Thrust of each actuator now, with its known signal."""
     gains = [
         f"{_multiplier(content, name, a)} * " if a.scale is not None else ""
         for a in content.actuators
@@ -200,6 +205,7 @@ def levels(content: Content, name: str) -> list[str]:
     if "fade" not in used:
         return [f"thrust[0][k] = thrust[1][k] = thrust[2][k] = {gain}boat->level[k];"]
     open_, close = ("(", ")") if gain else ("", "")
+    constant = "" if "limited" in used else "const "
     limited = [
         "if (rate[k] > 0.0) {",
         "  left[0] = away;",
@@ -209,7 +215,7 @@ def levels(content: Content, name: str) -> list[str]:
     ]
     return [
         "const double away = boat->level[k] - boat->target[k];",
-        f"{'' if 'limited' in used else 'const '}double left[3] = {{away * begin[k], away * middle[k], away * end[k]}};",
+        f"{constant}double left[3] = {{away * begin[k], away * middle[k], away * end[k]}};",
         *(limited if "limited" in used else []),
         f"thrust[0][k] = {gain}{open_}boat->target[k] + left[0]{close};",
         f"thrust[1][k] = {gain}{open_}boat->target[k] + left[1]{close};",

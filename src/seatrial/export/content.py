@@ -22,7 +22,7 @@ MATRIX_DECIMALS = 14  # of matrices with entries of about 1
 
 @dataclass(frozen=True)
 class Actuator:
-    """One actuator: the constants of its stages by stage (absent: no such stage), its pair, the thrust it turns."""
+    """One actuator: its constants by stage (absent: no such stage), its pair, the thrust it turns."""
 
     name: str
     constants: dict[str, str]  # of STAGES
@@ -169,6 +169,15 @@ class Content:
         """Numbers of each angle and of the thrust that it turns."""
         turned = enumerate(a.steers for a in self.actuators)
         return tuple((k, thrust) for k, thrust in turned if thrust is not None)
+
+    @property
+    def angle_notes(self) -> list[str]:
+        """A sentence for each angle."""
+        named = ((self.actuators[k].name, self.actuators[thrust].name) for k, thrust in self.angles)
+        return [
+            f"{angle}: angle [rad] of the thrust f of {thrust}, which gives f cos and f sin."
+            for angle, thrust in named
+        ]
 
     @property
     def table(self) -> list[tuple[float, float]]:

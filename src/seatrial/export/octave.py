@@ -143,16 +143,14 @@ def _curves(content: Content) -> list[str]:
             value = f"table(f({k + 1}))"
         elif a.curved:
             value = f"curve(f({k + 1}), {', '.join(_own(content, a, stage, none) for stage, none in stages)})"
-        elif gain:
-            value = f"f({k + 1})"
-        elif a.steers is not None:
+        elif gain or a.steers is not None:
             value = f"f({k + 1})"
         else:
             continue
         value = f"{gain} * {value}" if gain else value
         if a.steers is not None:
             trim = _own(content, a, "angle_offset", "")
-            value = f"{_own(content, a, 'full_angle', '')} * {value}" + (f" + {trim}" if trim else "")
+            value = f"{_own(content, a, 'full_angle', '')} * {value}{f' + {trim}' if trim else ''}"
             value = f"pi / 180 * ({value})"
         lines.append((f"target({k + 1}) = {value};", f"% {matlab_comment(a.name)}"))
     return aligned(lines, " ")
@@ -177,17 +175,15 @@ def _turned(content: Content) -> list[str]:
 def _limited(content: Content) -> dict[str, str]:
     """Words for angles, and for those with a rate limit."""
     limited = [k for k, a in enumerate(content.actuators) if content.limited(a)]
-    named = ((content.actuators[k].name, content.actuators[thrust].name) for k, thrust in content.angles)
     lines = []
     for k in limited:
         at = f"{k + 1}"
-        left = (f"limited(away({at}), rate({at}), lag({at}), {share} * h)" for share in ("0.5", "1"))
+        left = (
+            f"limited(away({at}), rate({at}), lag({at}), {share} * h)" for share in ("0.5", "1")
+        )
         lines.append(f"level({at}, :) = s.target({at}) + [away({at}), {', '.join(left)}];")
     return {
-        "angles": "".join(
-            f"\n%   {matlab_comment(f'{angle}: angle [rad] of the thrust f of {thrust}, which gives f cos and f sin.')}"
-            for angle, thrust in named
-        ),
+        "angles": "".join(f"\n%   {matlab_comment(note)}" for note in content.angle_notes),
         "whole": "smooth" if limited else "advance",
         "smooth": ", up to the end of a rate limit" if limited else "",
         "levels": block(lines, "    ") + "\n" if limited else "",
