@@ -37,7 +37,8 @@ def steering_of(model: Model, limit: float = 1.0) -> _core.Steering | None:
     if found.fault:
         raise ControlError(
             f"{model.name}: {', '.join(angles)} is an angle (chain: steered); a controller "
-            f"{FAULTS[found.fault]}. Commands identify, predict, sim and export, and the odometry node, work with it"
+            f"{FAULTS[found.fault]}. Commands identify, predict, sim and export, and the odometry node, "
+            "work with it"
         )
     return found
 
