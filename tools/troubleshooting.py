@@ -26,7 +26,8 @@ K = FindingKind
 
 MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
     "Thrusters": {
-        K.DEAD_ZONE_NOT_SOUGHT: "The vehicle file has generalised forces as inputs, so that no thruster has a curve.",
+        K.THRUSTER_LAYOUT_SELECTED: "A dead zone is the thrusters'. The recordings tell how it acts under combined commands.",
+    K.DEAD_ZONE_NOT_SOUGHT: "The vehicle file has generalised forces as inputs, so that no thruster has a curve.",
         K.DEAD_ZONE_ONE_EDGE: "Commands to one side are too few for an edge of their own.",
         K.DEAD_ZONE_NOT_IDENTIFIABLE: "All thrusts are of about one size, as with always-forward allocation. The "
         "model predicts well at such thrusts, not at others.",

@@ -80,6 +80,16 @@ class FindingKind(Enum):
             {"forces": NAMES},
         ),
     )
+    THRUSTER_LAYOUT_SELECTED = (
+        "thruster-layout-selected",
+        Spec(
+            "thrusters: not in the vehicle file. Of the usual layouts '{layout}' explains the recordings best: "
+            "-2 log L falls by {gain:.0f}. The model has it; directions of thrust count, not distances",
+            "Check thrusters: and allocation: of the model against the boat, and state them in the vehicle file",
+            numbers={"gain": "-"},
+            words={"layout": None},
+        ),
+    )
     DEAD_ZONE_ONE_EDGE = (
         "dead-zone-one-edge",
         Spec(
@@ -503,6 +513,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.DISTURBANCE_INFLUENCE,
     # what the commands do not identify
     FindingKind.DEAD_ZONE_NOT_SOUGHT,
+    FindingKind.THRUSTER_LAYOUT_SELECTED,
     FindingKind.PRIOR_DOMINATES,
 )
 PART_CHOICES = {"axis": AXES, "axes": AXES}  # parts of a subject that are one of few

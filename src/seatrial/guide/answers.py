@@ -8,7 +8,7 @@ from typing import TypeVar
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.inspection.proposal.axes import asked_axes
-from seatrial.inspection.proposal.inputs import ThrustersUnknownError
+from seatrial.inspection.proposal.by_name import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
 from seatrial.inspection.proposal.side_names import contradicting_names
 from seatrial.inspection.proposal.sources import (
@@ -150,7 +150,8 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
         found.append(AT_ORIGIN)
     if not proposal.drive.forces and not given.thrusters:
         found.append(
-            "thrusters not known, so that no dead zone is estimated (thrusters:, allocation:)"
+            "thrusters not known: the usual layout that explains the recordings best, if one does "
+            "(thrusters:, allocation:)"
         )
     return found
 

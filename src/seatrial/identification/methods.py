@@ -109,6 +109,8 @@ def identify_with_fit(
             if choice is None or choice.selection is None:
                 more = missing_term_findings(solution)
                 solution = replace(solution, findings=(*solution.findings, *more))
+            if choice is not None:
+                solution = replace(solution, findings=(*choice.findings, *solution.findings))
             model = solution.model()
             if prior is not None:
                 model = with_prior_findings(model, prior, prior_spread)

@@ -132,9 +132,16 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
 
 def score_information_of(at: Point, extra: Sequence[Term] = ()) -> ScoreInformation:
     """About a solution's free parameters, and about coefficients of further terms, which are 0 in it."""
-    problem = at.runs.problem
+    return score_information_with((at.runs.problem, at.theta, at.noise), extra)
+
+
+def score_information_with(
+    at: tuple[Problem, Array, Array], extra: Sequence[Term]
+) -> ScoreInformation:
+    """The same of a solution that can travel to other processes: problem, parameters, noise."""
+    problem, theta, noise = at
     whole = problem_with_terms(problem, (*problem.vehicle.structure.terms, *extra))
-    return score_information(whole, moved(at, whole), at.noise)
+    return score_information(whole, moved(problem, theta, whole), noise)
 
 
 def problem_with_terms(problem: Problem, terms: Sequence[Term]) -> Problem:
@@ -147,10 +154,10 @@ def problem_with_terms(problem: Problem, terms: Sequence[Term]) -> Problem:
     return replace(wider, free=tuple(free))
 
 
-def moved(at: Point, problem: Problem) -> Array:
-    """A solution as parameters of a problem with other terms: new coefficients are 0."""
-    values = dict(zip(at.runs.problem.names, at.theta.tolist(), strict=True))
-    return np.array([values.get(name, 0.0) for name in problem.names])
+def moved(problem: Problem, theta: Array, other: Problem) -> Array:
+    """Parameters of a problem as those of one with other terms: new coefficients are 0."""
+    values = dict(zip(problem.names, theta.tolist(), strict=True))
+    return np.array([values.get(name, 0.0) for name in other.names])
 
 
 def solve_scaled(matrix: Array, right: Array) -> Array:

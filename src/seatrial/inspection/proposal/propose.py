@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from seatrial.boat.names import LONGEST_TITLE
+from seatrial.inspection.proposal.by_name import ThrustersUnknownError
 from seatrial.inspection.proposal.from_bags import of_bag
 from seatrial.inspection.proposal.from_logs import of_log
 from seatrial.inspection.proposal.from_tables import of_tables
-from seatrial.inspection.proposal.inputs import Drive, ThrustersUnknownError, find_drive
+from seatrial.inspection.proposal.inputs import Drive, find_drive
 from seatrial.inspection.proposal.places import driven_by_places
 from seatrial.inspection.proposal.sources import Ask, Choices, Sources, one_each
 from seatrial.inspection.proposal.vehicle_file import vehicle_text

@@ -149,25 +149,22 @@ class TermTests:
         """Of every removable coefficient in the model."""
         terms = self.fit.terms
         axes = {str(t.coefficient): t.axis for t in terms}
-        found = {
-            name: self._evidence(self.information, name, self.held_out.without(name, axes[name]))
-            for name in self.search.removable(terms)
-            if name not in self.idle
-        }
+        tested = [n for n in self.search.removable(terms) if n not in self.idle]
+        changes = self.held_out.without({name: axes[name] for name in tested})
+        found = {n: self._evidence(self.information, n, change) for n, change in changes.items()}
         idle = self.others([t for t in terms if t.coefficient in self.idle])
         return {**found, **{name: replace(e, idle=True) for name, e in idle.items()}}
 
     def others(self, terms: Sequence[Term]) -> dict[str, TermEvidence]:
         """Of terms that are not in the model, or at their bound in it, each added alone."""
-        found = {}
         there = [t for t in self.fit.terms if t.coefficient not in self.idle]
         fit = self.fit.with_terms(there) if self.idle else self.fit
-        for term, information in candidate_information(fit, terms):
-            name = str(term.coefficient)
-            with_it = fit.model((*there, term))
-            change = self.held_out.with_it(with_it, information, name, term.axis)
-            found[name] = self._evidence(information, name, change)
-        return found
+        tried = {
+            str(term.coefficient): (fit.model((*there, term)), information, term.axis)
+            for term, information in candidate_information(fit, terms)
+        }
+        changes = self.held_out.with_each(tried)
+        return {n: self._evidence(tried[n][1], n, change) for n, change in changes.items()}
 
     def _evidence(
         self, information: ScoreInformation, name: str, change: PredictionChange

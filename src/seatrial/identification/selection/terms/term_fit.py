@@ -63,7 +63,9 @@ class TermFit:
     def refitted(self, terms: Sequence[Term]) -> "TermFit":
         """With other terms, from here, at the same fit horizon and the same noise."""
         problem = problem_with_terms(self.problem, terms)
-        at = maximise_likelihood(problem, moved(self.at, problem), self.at.noise, hold=True)
+        at = maximise_likelihood(
+            problem, moved(self.problem, self.at.theta, problem), self.at.noise, hold=True
+        )
         return replace(self, at=at, settled=False)
 
     def with_noise(self) -> "TermFit":
@@ -81,14 +83,16 @@ class TermFit:
     def with_terms(self, terms: Sequence[Term]) -> "TermFit":
         """With other terms at the same parameters, not refitted."""
         problem = problem_with_terms(self.problem, terms)
-        return replace(self, at=full_pass(problem, moved(self.at, problem), self.at.noise))
+        return replace(
+            self, at=full_pass(problem, moved(self.problem, self.at.theta, problem), self.at.noise)
+        )
 
     def model(self, terms: Sequence[Term] | None = None) -> Model:
         """The model for predictions, without uncertainty; with other `terms`, new coefficients are 0."""
         problem, theta = self.problem, self.at.theta
         if terms is not None:
             problem = problem_with_terms(self.problem, terms)
-            theta = moved(self.at, problem)
+            theta = moved(self.problem, self.at.theta, problem)
         n, m = problem.n_coefficients, problem.n_constants
         return Model(
             problem.vehicle, theta[:n], np.zeros((n + m, n + m)), theta[n : n + m],
