@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ros2_tools import Heard, Peer, Ros2, finish, header, said, spent, stamp_of, until
+from ros2_tools import Heard, Peer, Publisher, Ros2, finish, header, said, stamp_of, until
 from ros_drive import events
 
 from seatrial.simulation.trials import Trial
@@ -18,18 +18,19 @@ LISTENED = {
     "odom": "nav_msgs/msg/Odometry", "map_pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
     "tf": "tf2_msgs/msg/TFMessage", "diagnostics": "diagnostic_msgs/msg/DiagnosticArray",
 }  # fmt: skip
+RATE = 50  # [Hz]
+TICK = 10**9 // RATE  # [ns]
 PLAYED = {"/slam/pose": "geometry_msgs/msg/PoseStamped", "/joy": "sensor_msgs/msg/Joy"}
 
 
 @dataclass
 class Recorded:
-    """What came from the node while S7 was played in real time."""
+    """What came from the node while S7 was played."""
 
     begin: int  # [ns] the trial's time zero
     heard: dict[str, Heard] = field(default_factory=dict)
     answer: str = ""
     said: str = ""
-    share: float = 0.0  # of a core
 
     def odometry(self) -> tuple[Any, Any, Any]:
         """Stamps [s] since the trial's begin, poses (n, 3) in odom, velocities (n, 3)."""
@@ -45,23 +46,26 @@ class Recorded:
 
 
 def play(ros: Ros2, peer: Peer, trial: Trial, model: Path, **parameters: object) -> Recorded:
-    """In real time; the model is reloaded on the way, by service and by signal."""
-    node = ros.node("odometry", model=model, publish_map_to_odom="true", rate=50, **parameters)
+    """By a simulated clock that waits for the node; the model is reloaded on the way, by service and by signal."""
+    node = ros.node(
+        "odometry", model=model, publish_map_to_odom="true", rate=RATE, use_sim_time="true", **parameters
+    )  # fmt: skip
     heard = {topic: peer.listen(topic, kind) for topic, kind in LISTENED.items()}
     outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
-    until(lambda: all(o.connected() for o in outlets.values()), "the node hears both topics")
-    found = Recorded(time.time_ns() + 200_000_000, heard)
-    reload, before = None, spent(node.pid)
+    clock = peer.publisher("/clock", "rosgraph_msgs/msg/Clock")
+    until(
+        lambda: all(o.connected() for o in (*outlets.values(), clock)), "the node hears all topics"
+    )
+    found, reload, now = Recorded(time.time_ns(), heard), None, 0
     for arrival, topic, values, stamp in events(trial):
-        while (now := time.time_ns() - found.begin) < arrival:
-            time.sleep(min(0.005, (arrival - now) * 1e-9))
+        # the clock's next tick is that of the node's timer: its odometry is waited for
+        while now + TICK <= arrival:
+            now += TICK
+            _tick(clock, found.begin + now, heard)
         outlets[topic].publish({"header": header(found.begin + stamp), **values})
-        for one in heard.values():
-            one.take()
         if reload is None and arrival > 8_000_000_000:
             reload = ros.start("peer", "reload")
             os.kill(node.pid, signal.SIGHUP)
-    found.share = (spent(node.pid) - before) / (1e-9 * (time.time_ns() - found.begin))
     assert reload is not None
     assert reload.wait(20.0) == 0, said(reload)
     found.answer = said(reload)
@@ -70,3 +74,17 @@ def play(ros: Ros2, peer: Peer, trial: Trial, model: Path, **parameters: object)
         one.take()
     found.said = said(node)
     return found
+
+
+def _tick(clock: Publisher, now: int, heard: dict[str, Heard]) -> None:
+    """Set the clock; then wait for the odometry of this time, once there is some."""
+    time.sleep(0.001)  # the node takes what was published before
+    sec, nanosec = divmod(now, 10**9)
+    clock.publish({"clock": {"sec": sec, "nanosec": nanosec}})
+    for one in heard.values():
+        one.take()
+    end = time.monotonic() + (2.0 if heard["odom"].messages else 0.02)
+    while time.monotonic() < end and not (
+        heard["odom"].take() and stamp_of(heard["odom"].messages[-1]) >= now
+    ):
+        time.sleep(0.001)

@@ -152,12 +152,6 @@ def until(true: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any
     return found
 
 
-def spent(pid: int) -> float:
-    """Processor time of a process so far [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-
-
 def idl(name: str) -> type:
     """Cyclone's class of a ROS 2 type, named as ROS 2 names it on DDS."""
     from cyclonedds.idl import make_idl_struct

@@ -17,7 +17,7 @@ from seatrial.commands.cli import main
 from seatrial.guide.answers import proposed
 from seatrial.identification.methods import DEFAULT_METHOD
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.inspection.proposal.inputs import ThrustersUnknownError
+from seatrial.inspection.proposal.by_name import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag

@@ -404,6 +404,31 @@ def test_two_sources_of_one_command_are_to_be_checked(tmp_path, propose):
         assert re.search(f"{one}: .*check: acts as {other} does, never at the same time", text)
 
 
+def test_of_a_pilot_and_an_autopilot_the_one_that_moves_the_boat_is_proposed(tmp_path, propose):
+    """The autopilot drives for three minutes, the pilot, whose sticks are never quite still, for one."""
+    mix = np.array([[0.5, 0.5], [0.0, 0.0], [-0.5, 0.5]])  # left, right
+    log = drive(240.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
+    driven, idle = thrust(log.command_t)[:, :2], 0.3 * thrust(log.command_t + 100.0)[:, 2:]
+    auto = log.command_t[:, None] < 180.0
+    rows = np.hstack([np.where(auto, idle, driven), np.where(auto, driven, 0.0), auto])
+    head = "t,cmd_manual_left,cmd_manual_right,cmd_auto_left,cmd_auto_right,mode"
+    path = tables(log.but(command=rows), tmp_path / "cat", commands=head)
+    vehicle, text = propose(path)
+    assert vehicle.inputs == ("cmd_auto_left", "cmd_auto_right")
+    assert vehicle.file.forces["F_u"].of == dict.fromkeys(vehicle.inputs, 0.5)
+    assert "check: cmd_manual_left and cmd_manual_right command the same actuators" in text
+    assert "--commands cmd_manual_left,cmd_manual_right" in text
+    assert "mode: says which source drives, and when?" in text
+    # the autopilot's outputs are what the pilot commands: either will do, and both at once are none
+    twice = log.but(command=np.hstack([driven, driven]))
+    path = tables(twice, tmp_path / "copy", commands=head.removesuffix(",mode"))
+    vehicle, text = propose(path)
+    assert vehicle.inputs == ("cmd_manual_left", "cmd_manual_right")
+    chosen = re.search(r"--commands (\S+)", text)[1]
+    other, _ = propose(path.rename(tmp_path / "auto"), "--commands", chosen)
+    assert other.inputs == ("cmd_auto_left", "cmd_auto_right")
+
+
 def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):
     """It pushes sideways and turns at once, and nothing else pushes sideways: that is no lever."""
     mix = np.array([[0.5, 0.5, 0.0], [0.0, 0.0, 1.0], [-0.4, 0.4, 0.8]])  # left, right, bow

@@ -36,11 +36,11 @@ SECONDS = 40.0  # of each recording
 EVIL = "<img src=x onerror=alert(1)>"
 
 
-def boat(folder, seed, *, heavier=1.0):
+def boat(folder, seed, *, heavier=1.0, seconds=SECONDS):
     """Three short recordings of a boat, and its vehicle file. `heavier`: times the mass."""
     plan = with_seed(load_plan("clean"), seed)
     trials = {
-        f"S{i}": TrialEntry(kind, SECONDS) for i, kind in enumerate(("surge", "sway", "yaw"), 1)
+        f"S{i}": TrialEntry(kind, seconds) for i, kind in enumerate(("surge", "sway", "yaw"), 1)
     }
     plan = msgspec.structs.replace(plan, trials=trials)
     vehicle = load_vehicle("mallard-mp")
@@ -414,6 +414,26 @@ def test_the_bootstrap_does_not_depend_on_workers(boats, tmp_path, capsys):
     ada = [boats / "ada" / f"S{i}-MP" for i in (1, 2, 3)]
     given = ["identify", *ada, "--vehicle", boats / "ada" / "vehicle-MP.yaml", "-o", tmp_path / "m.yaml",
              "--bootstrap", 40]  # fmt: skip
+    code, here, _ = run(capsys, *given)
+    assert code == 0
+    for count in (1, 2):
+        shown = subprocess.run(
+            [sys.executable, "-m", "seatrial", *map(str, given), "--scheduler", "local", "--workers", str(count)],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert shown.stdout == here
+
+
+@pytest.mark.system
+@pytest.mark.parametrize(
+    "command",
+    [("select", "--json", "-"), ("identify", "--structure", "auto", "-v", "-o", "m.yaml")],
+)
+def test_a_selection_does_not_depend_on_workers(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    boat(tmp_path, 1, seconds=110.0)
+    recordings = [f"S{i}-MP" for i in (1, 2, 3)]
+    given = [command[0], *recordings, "--vehicle", "vehicle-MP.yaml", *command[1:]]
     code, here, _ = run(capsys, *given)
     assert code == 0
     for count in (1, 2):

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
 """One version everywhere, extras that exist, a recipe that asks for what the package needs."""
 
+import importlib
+import pkgutil
 import re
 import sys
 
 import pytest
+import yaml
 from conftest import ROOT
 
 import seatrial
@@ -69,10 +72,33 @@ def test_a_live_source_without_pymavlink_names_its_extra(monkeypatch):
         FrameStream()
 
 
+RECIPE = ROOT / "packaging" / "conda" / "recipe.yaml"
+
+
+def stated(key):
+    """The strings of a list in pyproject.toml, as conda writes them."""
+    found = re.search(rf"(?ms)^{key} = \[(.*?)\]", PROJECT)
+    return {name.lower() for name in re.findall(r'"([^"]+)"', found[1])}
+
+
+def conda(names):
+    return {name.replace(" ", "") for name in names}
+
+
 def test_the_recipe_needs_what_the_package_needs():
-    stated = re.search(r"(?ms)^dependencies = \[(.*?)\]", PROJECT)
-    needed = {n.lower() for n in re.findall(r'"([^"]+)"', stated[1])}
-    recipe = (ROOT / "packaging" / "conda" / "recipe.yaml").read_text()
-    run = recipe.partition("  run:\n")[2].partition("\ntests:")[0]
-    found = {n.replace(" ", "") for n in re.findall(r"(?m)^    - (.+)$", run)}
-    assert found == needed | {"python>=3.10"}
+    needs = yaml.safe_load(RECIPE.read_text())["requirements"]
+    assert conda(needs["run"]) == stated("dependencies") | {"python>=3.10"}
+    assert conda(needs["host"]) == stated("requires") | {"python", "pip"}
+
+
+def test_the_recipe_names_files_and_a_program_that_exist():
+    recipe = yaml.safe_load(RECIPE.read_text())
+    source = (RECIPE.parent / recipe["source"]["path"]).resolve()
+    assert source == ROOT
+    assert (source / recipe["about"]["license_file"]).is_file()
+    program, _, place = recipe["build"]["python"]["entry_points"][0].partition(" = ")
+    assert f'[project.scripts]\n{program} = "{place}"' in PROJECT
+    assert callable(pkgutil.resolve_name(place))
+    for test in recipe["tests"]:
+        for module in test.get("python", {}).get("imports", ()):
+            importlib.import_module(module)

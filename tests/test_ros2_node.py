@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ros2_drive import PLAYED, play
+from ros2_drive import PLAYED, RATE, play
 from ros2_tools import (
     Peer,
     Ros2,
@@ -64,11 +64,11 @@ def recorded(ros, peer, trial, known):
     return play(ros, peer, trial, known)
 
 
-def test_velocity_is_near_the_truth_at_fifty_hertz(recorded, trial):
+def test_velocity_is_near_the_truth_at_every_tick(recorded, trial):
     t, _, velocity = recorded.odometry()
-    assert np.median(np.diff(t)) == pytest.approx(0.02, abs=0.004)
+    assert np.median(np.diff(t)) == pytest.approx(1.0 / RATE, abs=1e-6)
     late = (t > SETTLED) & (t < OVER)
-    assert late.sum() > 0.8 * 50.0 * (OVER - SETTLED)  # of a busy machine
+    assert late.sum() > 0.95 * RATE * (OVER - SETTLED)
     rms = wrong(trial, t, velocity)
     assert np.all(rms < WORST), rms
 
@@ -256,7 +256,7 @@ def test_odometry_follows_each_command_within_milliseconds(ros, known):
         float, ros.run("peer", "latency", 5, 100, patience=60.0).splitlines()[-1].split()
     )
     finish(node)
-    assert sent > 400
+    assert sent > 100  # of 500, fewer where the machine is busy
     assert 0.9 * sent < answered <= sent
     assert median <= late < 1000.0 / 3  # [ms]
     assert median < 10.0  # before the next command: it is that command's answer

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Selection: exact aliases, tests of terms, repeats, held-out prediction, the command."""
 
+import pickle
 from dataclasses import replace
 
 import msgspec
@@ -14,6 +15,7 @@ import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
+from seatrial.identification.likelihood.optimiser import full_pass
 from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
@@ -30,22 +32,31 @@ from seatrial.identification.selection.terms import (
     select,
     selection_text,
 )
-from seatrial.identification.selection.terms.aliasing import aliases
-from seatrial.identification.selection.terms.candidates import is_essential, with_terms
-from seatrial.identification.selection.terms.cross_validation import folds
+from seatrial.identification.selection.terms.candidates import aliases, is_essential
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
+    TermTests,
     TermVerdict,
     reason_to_go,
 )
-from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange, retrained
-from seatrial.identification.selection.terms.stepwise import candidate_information
+from seatrial.identification.selection.terms.held_out import (
+    HeldOut,
+    PredictionChange,
+    folds,
+    retrained,
+)
+from seatrial.identification.selection.terms.stepwise import (
+    TermSearch,
+    candidate_information,
+    predicted,
+)
 from seatrial.identification.selection.terms.term_fit import term_fit
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.distributions import student_two_sided
 from seatrial.util.errors import IdentificationError, SeatrialError, StructureError
+from seatrial.util.parallel import Farm, working_on
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 COUPLED = {"Y_r": 0.02}  # [m/s / rad] a term that the bundled structure lacks
@@ -69,7 +80,7 @@ def trials(vehicle, seed, names=SIX, extra=None):
     plant = msgspec.structs.replace(plan.plant, coefficients=coefficients)
     plan = msgspec.structs.replace(plan, trials=chosen, plant=plant)
     more = [t for t in given_candidates(vehicle, TRIED) if t.coefficient in (extra or {})]
-    driven = with_terms(vehicle, (*vehicle.structure.terms, *more))
+    driven = vehicle.with_terms((*vehicle.structure.terms, *more))
     return [t.recording for t in simulate(plan, driven, plant_model(plan, driven))]
 
 
@@ -153,7 +164,7 @@ def test_other_terms_stand_in_the_files_own_axes():
     """In forward-right-down axes -u r keeps its sign; what is chosen means the same boat."""
     ship = seatrial.load_vehicle(str(CSE1 / "coupled.yaml"))
     terms = (*ship.structure.terms, *given_candidates(ship, ["X_v * v"]))
-    found = with_terms(ship, terms)
+    found = ship.with_terms(terms)
     assert sorted(t.text() for t in found.structure.terms) == sorted(t.text() for t in terms)
     assert "X_v * v" in found.file.structure["surge"]
 
@@ -184,7 +195,7 @@ def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, solved, fitted
     """One Gauss-Newton step without refit, against the likelihood's maximum with the term."""
     term = named(mp, "N_v * v")[0]
     step = estimate(score_information_of(solved.at, [term]), "N_v")
-    refit = output_error(six, with_terms(mp, (*mp.structure.terms, term)), start=fitted)
+    refit = output_error(six, mp.with_terms((*mp.structure.terms, term)), start=fitted)
     assert step.value == pytest.approx(refit.values["N_v"], abs=0.3 * refit.standard_errors["N_v"])
     assert 0.7 < step.error / refit.standard_errors["N_v"] < 1.6
     assert step.z == pytest.approx(step.value / step.error)
@@ -227,18 +238,63 @@ def test_a_step_that_leads_out_of_bounds_ends_there(six, solved):
     assert retrained(replace(far, bounds=(-np.inf, np.inf)), range(6), None)[edge] < 0.0
     assert retrained(far, range(6), None)[edge] == 0.0
     halves = HeldOut(solved.model(), far, [[0, 1, 2], [3, 4, 5]], six, 1.0)
-    assert np.isfinite(halves.without("N_uu", 2).percent)
+    assert np.isfinite(halves.without({"N_uu": 2})["N_uu"].percent)
 
 
 def test_prediction_of_a_fold_gets_worse_without_a_term_that_matters(six, solved):
     parts = [[0, 1, 2], [3, 4, 5]]
     held = HeldOut(solved.model(), score_information_of(solved.at), parts, six, 1.0)
-    drag, weak = held.without("N_r", 2), held.without("N_ud", 2)
+    drag, weak = held.without({"N_r": 2, "N_ud": 2}).values()
     assert drag.percent > 20
     assert drag.z > 2
     assert abs(weak.percent) < 1
     assert weak.moves < 1
     assert drag.moves > 20
+
+
+class Elsewhere(Farm):
+    """All travels as bytes, as to other computers, and the last item ends first."""
+
+    def __init__(self):
+        self.done = []
+
+    def outcomes(self, work, common, items):
+        for place in reversed(range(len(items))):
+            does, shared, item = pickle.loads(pickle.dumps((work, common, items[place])))
+            self.done.append(work)
+            yield place, pickle.loads(pickle.dumps(does(shared, item)))
+
+
+def test_tests_of_terms_are_the_same_to_the_bit_wherever_they_are_computed(six, solved, mp):
+    search = TermSearch(mp, (tuple(named(mp, *TRIED)),), 1.0)
+
+    def found():
+        tests = TermTests(search, solved, folds(mp, six))
+        evidence = {**tests.kept, **tests.others(search.candidates)}
+        looked = dict(candidate_information(solved, search.candidates))
+        gains = predicted(solved, looked, 1.0)
+        return [
+            (n, e.estimate, e.change, e.repeats.values.tolist(), e.repeats.p) for n, e in evidence.items()
+        ], [(t, gain, ratio.tolist()) for t, (gain, ratio) in gains.items()]  # fmt: skip
+
+    with working_on(farm := Elsewhere()):
+        there = found()
+    assert there == found()
+    assert len(there[1]) == len(TRIED)
+    # passes of candidates twice; predictions of kept terms, of others, of blocks before and with each
+    assert len(farm.done) == 2 + len(there[0]) + 1 + len(TRIED)
+
+
+def test_predictions_of_blocks_pass_over_seconds_without_a_usable_pose(solved, mp):
+    """A gap of half a minute leaves whole blocks empty: they are in no fold."""
+    first, *others = solved.problem.recordings
+    there = first.valid & ((first.t < 12.0) | (first.t > 47.0))
+    problem = replace(solved.problem, recordings=(replace(first, valid=there), *others))
+    fitted = replace(solved, at=full_pass(problem, solved.at.theta, solved.at.noise))
+    looked = dict(candidate_information(fitted, named(mp, "Y_r * r")))
+    ((gain, ratio),) = predicted(fitted, looked, 1.0).values()
+    assert gain.log == pytest.approx(0.0, abs=1e-3)  # the boat has no such term
+    assert ratio == pytest.approx(np.ones(3), abs=1e-2)
 
 
 def told(value=1.0, p=1e-9):

@@ -12,9 +12,10 @@ import seatrial
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.physical_library import base_terms, library_tiers
 from seatrial.commands.cli import main
+from seatrial.identification.estimator import fit
 from seatrial.identification.selection.terms import choose_structure, given_candidates
-from seatrial.identification.selection.terms.aliasing import aliases
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
+from seatrial.identification.selection.terms.candidates import aliases
 from seatrial.identification.selection.terms.decisions import TermVerdict
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
@@ -142,8 +143,9 @@ def test_the_command_prints_the_reasons_and_the_model_has_the_terms(boat, tmp_pa
 
 def test_blocks_left_out_are_predicted_worse_without_a_term_that_matters(boat, lifted):
     """Against a plain mean: squares of blocks without any fold are the model's own errors."""
-    model = seatrial.identify(lifted[:3], boat)
-    blocks = BlockPrediction.of(model, lifted[:3], 1.0)
+    solved = fit(lifted[:3], boat)
+    model = solved.model()
+    blocks = BlockPrediction.of(model, solved.problem, 1.0)
     squares = [
         aim.squares(aim.predict(model, r)) for aim, r in zip(blocks.targets, lifted, strict=False)
     ]

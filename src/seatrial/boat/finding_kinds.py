@@ -80,6 +80,16 @@ class FindingKind(Enum):
             {"forces": NAMES},
         ),
     )
+    THRUSTER_LAYOUT_SELECTED = (
+        "thruster-layout-selected",
+        Spec(
+            "thrusters: not in the vehicle file. Of the usual layouts '{layout}' explains the recordings best: "
+            "-2 log L falls by {gain:.0f}. The model has it; directions of thrust count, not distances",
+            "Check thrusters: and allocation: of the model against the boat, and state them in the vehicle file",
+            numbers={"gain": "-"},
+            words={"layout": None},
+        ),
+    )
     DEAD_ZONE_ONE_EDGE = (
         "dead-zone-one-edge",
         Spec(
@@ -199,6 +209,15 @@ class FindingKind(Enum):
             "{axes}: 1 s predictions are hardly better than constant or zero velocity",
             f"{SAME_RUN}, and check the vehicle file's signs",
             {"axes": NAMES},
+        ),
+    )
+    SMOOTH_HEADING = (
+        "smooth-heading",
+        Spec(
+            "the heading has no white errors, and {lasting:.2g} mrad that last {memory:.2g} s: it comes from a "
+            "filter, as an autopilot's. White noise is held at {white:.2g} mrad",
+            "Log the compass or the GNSS heading, too. On board give the predictor the same filtered heading",
+            numbers={"white": "mrad", "lasting": "mrad", "memory": "s"},
         ),
     )
     LEVER_ARM_ERRORS = (
@@ -503,6 +522,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.DISTURBANCE_INFLUENCE,
     # what the commands do not identify
     FindingKind.DEAD_ZONE_NOT_SOUGHT,
+    FindingKind.THRUSTER_LAYOUT_SELECTED,
     FindingKind.PRIOR_DOMINATES,
 )
 PART_CHOICES = {"axis": AXES, "axes": AXES}  # parts of a subject that are one of few

@@ -240,13 +240,13 @@ def parse(name: str, lines: Mapping[str, Sequence[str]], forces: Sequence[Force]
     return Structure(name, terms, tuple(forces))
 
 
-def named(name: str) -> dict[str, list[str]]:
-    """The lines of a structure that comes with seatrial, for instance ``mallard``."""
+def named(name: str, source: str) -> dict[str, list[str]]:
+    """The lines of a structure that comes with seatrial, for instance ``mallard``; `source` names it."""
     folder = resources.files("seatrial") / "data" / "structures"
     known = sorted(p.name.removesuffix(".yaml") for p in folder.iterdir())
     if name not in known:  # a name, never a path
         raise StructureError(
-            f"no structure named '{name[:LONGEST_SHOWN]}'; there are {', '.join(known)}, "
+            f"{source}: no structure named '{name[:LONGEST_SHOWN]}'; there are {', '.join(known)}, "
             "or write the terms under surge, sway and yaw"
         )
     lines = read_yaml(folder / f"{name}.yaml")

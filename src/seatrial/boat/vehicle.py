@@ -239,7 +239,9 @@ class Vehicle:
         lines = self.file.structure
         name = lines if isinstance(lines, str) else self.name
         parsed = structure.parse(
-            name, structure.named(lines) if isinstance(lines, str) else lines, self.forces
+            name,
+            structure.named(lines, self.source) if isinstance(lines, str) else lines,
+            self.forces,
         )
         # a named structure is written in forward-left-up axes, a vehicle's own in the vehicle's
         flip = self.axes is Axes.FRD and not isinstance(lines, str)

@@ -4,6 +4,7 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
     add_json,
@@ -17,6 +18,12 @@ from seatrial.commands.shared import (
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
+
+if TYPE_CHECKING:
+    from seatrial.boat.model import Model
+    from seatrial.boat.vehicle import Vehicle
+    from seatrial.identification.term_choice import TermChoice
+    from seatrial.recording.recording import Recording
 
 TERMS_NOT_CHOSEN = (
     "structure: auto: {length:.0f} s are too short to choose terms. The model has drag, thrust and free added "
@@ -81,18 +88,9 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
-    from seatrial.boat.model import load, save
+    from seatrial.boat.model import load
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.commands.shared.results import identified
-    from seatrial.identification.methods import (
-        EquationErrorSettings,
-        identify_with_fit,
-        summary,
-    )
-    from seatrial.identification.selection.terms import chosen_terms_text, selection_text
-    from seatrial.identification.term_choice import choose_terms
     from seatrial.util.errors import IdentificationError
-    from seatrial.workflow.next_step import after_identify
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     guard(args.json, "{", args.vehicle, args.prior, *args.recordings, args.out)
@@ -103,16 +101,27 @@ def run(args: argparse.Namespace) -> None:
     prior = None if args.prior is None else load(args.prior)
     with stage("reading", 0.1):
         recordings = read_all(args, vehicle)
-    reasons, choice = "", None
-    if vehicle.automatic:
-        with stage("choosing terms", 0.6):
-            choice = choose_terms(recordings, vehicle, prior, args.effect)
-        if choice.selection is not None:
-            found = choice.selection
-            reasons = selection_text(found) if args.verbose else chosen_terms_text(found)
-        elif prior is None:
-            length = sum(recording.duration for recording in recordings)
-            reasons = TERMS_NOT_CHOSEN.format(length=length)
+    with on_workers(args):
+        _identify(args, recordings, vehicle, prior)
+
+
+def _identify(
+    args: argparse.Namespace,
+    recordings: "list[Recording]",
+    vehicle: "Vehicle",
+    prior: "Model | None",
+) -> None:
+    """What the recordings tell: the model's file, and the texts."""
+    from seatrial.boat.model import save
+    from seatrial.commands.shared.results import identified
+    from seatrial.identification.methods import (
+        EquationErrorSettings,
+        identify_with_fit,
+        summary,
+    )
+    from seatrial.workflow.next_step import after_identify
+
+    reasons, choice = _terms(args, recordings, vehicle, prior)
     settings = EquationErrorSettings(literal=args.literal)
     roles = _roles(args.role)
     tables = bool(args.minutes or args.profile or args.bootstrap)
@@ -129,7 +138,7 @@ def run(args: argparse.Namespace) -> None:
     if tables:
         from seatrial.identification.on_request import accuracy_tables
 
-        with stage("computing confidence intervals"), on_workers(args):
+        with stage("computing confidence intervals"):
             told = accuracy_tables(
                 solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
             )  # fmt: skip
@@ -138,6 +147,29 @@ def run(args: argparse.Namespace) -> None:
     step = after_identify(model, args.recordings, args.vehicle, args.out, _same_options(args))
     say(step.text)
     write_json(args, "identify 1", identified(model, args.out, step.text))
+
+
+def _terms(
+    args: argparse.Namespace,
+    recordings: "list[Recording]",
+    vehicle: "Vehicle",
+    prior: "Model | None",
+) -> "tuple[str, TermChoice | None]":
+    """The terms of a vehicle with `structure: auto`, and why, in words."""
+    from seatrial.identification.selection.terms import chosen_terms_text, selection_text
+    from seatrial.identification.term_choice import choose_terms
+
+    if not vehicle.automatic:
+        return "", None
+    with stage("choosing terms", 0.6):
+        choice = choose_terms(recordings, vehicle, prior, args.effect)
+    found = choice.selection
+    if found is not None:
+        return selection_text(found) if args.verbose else chosen_terms_text(found), choice
+    if prior is not None:
+        return "", choice
+    length = sum(recording.duration for recording in recordings)
+    return TERMS_NOT_CHOSEN.format(length=length), choice
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:

@@ -8,7 +8,9 @@ from seatrial.commands.shared import (
     add_horizon,
     add_json,
     add_recordings,
+    add_workers,
     guard,
+    on_workers,
     read_all,
     write_json,
 )
@@ -29,6 +31,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--out", type=Path, metavar="VEHICLE", help="vehicle file with the chosen terms"
     )
+    add_workers(command)
     add_json(command)
 
 
@@ -51,7 +54,7 @@ def run(args: argparse.Namespace) -> None:
     candidates = None if args.candidates is None else given_candidates(vehicle, args.candidates)
     with stage("reading", 0.05):
         recordings = read_all(args, vehicle)
-    with stage("selecting terms"):
+    with stage("selecting terms"), on_workers(args):
         found = select(
             recordings, vehicle, candidates=candidates, horizon=args.horizon,
         )  # fmt: skip

@@ -2,7 +2,7 @@
 """Identification that follows its own findings: the effects that the model lacks are estimated, too."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, of_kinds
@@ -14,13 +14,14 @@ from seatrial.identification.diagnostics.unmodelled_effects import (
     unmodelled_effect,
 )
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import EFFECT_KINDS
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms import Selection
 from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.selection.thruster_layout import select_layout
 from seatrial.identification.solution import Fit, OutputErrorSettings
 from seatrial.identification.term_choice import TermChoice, choose_terms_from, start_values_of
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
@@ -29,7 +30,6 @@ from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage
 
 MOST_EFFECTS = 3  # a boat that needs more of them is described by none
-EFFECTS_SHARE = 0.4  # of the time
 
 Confirm = Callable[[str, Finding], bool]
 
@@ -63,13 +63,17 @@ def identify_guided(
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
     usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
-    with stage("effects", EFFECTS_SHARE):
-        at, kinds, followed = _with_effects(
-            first_maximum(recordings, usual, effects), tuple(effects), confirm
-        )
+    with stage("effects", 0.4):
+        at = first_maximum(recordings, usual, effects)
+        # thrusters that the file leaves out: their dead zone else looks like an effect
+        layout = select_layout(at, usual, effects) if vehicle.automatic else None
+        if layout is not None:
+            at, vehicle, usual = layout.at, layout.given_to(vehicle), layout.given_to(usual)
+        chosen = () if layout is None else (layout.finding,)
+        at, kinds, followed = _with_effects(at, tuple(effects), confirm)
         at, kinds, followed = _without_needless(at, usual, kinds, followed)
     # the terms, and all of it together
-    found = _whole(at, recordings, vehicle, kinds, followed)
+    found = _whole(at, vehicle, kinds, followed, chosen)
     # an effect that only the whole model shows: a stated lever arm that is slightly wrong
     for _ in range(MOST_EFFECTS - len(kinds)):
         named = _unmodelled(found)
@@ -79,23 +83,28 @@ def identify_guided(
         kinds, followed = (*found.effects, kind), (*found.followed, finding)
         with stage(f"with {kind}"):
             at = first_maximum(recordings, usual, kinds)
-            found = _whole(at, recordings, vehicle, kinds, followed)
+            found = _whole(at, vehicle, kinds, followed, chosen)
     return found
 
 
 def _whole(
     at: Point,
-    recordings: Sequence[Recording],
     vehicle: Vehicle,
     kinds: tuple[str, ...],
     followed: tuple[Finding, ...],
+    chosen: tuple[Finding, ...],
 ) -> Guided:
-    """Terms from poses without the effects, where the recordings choose them; then all of it together."""
+    """Terms from poses without the effects, where the recordings choose them; then all of it together.
+
+    chosen: findings on what was chosen before.
+    """
+    recordings = at.runs.problem.recordings
     if vehicle.automatic:
         with stage("choosing terms", 0.4):
             choice = choose_terms_from(at if kinds else None, recordings, vehicle)
     else:
         choice = TermChoice(vehicle, None, start_values_of(at))
+    choice = replace(choice, findings=chosen)
     with stage("identifying"):
         model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
     assert solution is not None  # output-error has one

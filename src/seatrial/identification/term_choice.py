@@ -2,19 +2,20 @@
 """The terms of a vehicle with `structure: auto`, and where the search with them starts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.terms import Selection, choose_structure
 from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.selection.thruster_layout import forces_alone, select_layout
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import IdentificationError
 from seatrial.util.progress import stage
 
 
@@ -25,6 +26,7 @@ class TermChoice:
     vehicle: Vehicle
     selection: Selection | None = None  # the reasons; None: a prior's terms, or too short to choose
     begin: StartValues | None = None  # of the search with these terms
+    findings: tuple[Finding, ...] = ()  # on what was chosen beside the terms
 
 
 def choose_terms(
@@ -43,14 +45,17 @@ def choose_terms(
         return TermChoice(vehicle.with_terms(prior.structure.terms))
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-    at = None
-    if effects:
-        with stage("effects", 0.4):
-            try:
-                at = first_maximum(recordings, with_usual_terms(vehicle), effects)
-            except IdentificationError as error:
-                raise explained(error, recordings, vehicle) from None
-    return choose_terms_from(at, recordings, vehicle)
+    at, layout = None, None
+    unknown = forces_alone(vehicle)
+    if effects or unknown:
+        with stage("effects", 0.4), explained(recordings, vehicle):
+            usual = with_usual_terms(vehicle)
+            at = first_maximum(recordings, usual, effects)
+            layout = select_layout(at, usual, effects) if unknown else None
+    if layout is not None:
+        at, vehicle = layout.at, layout.given_to(vehicle)
+    choice = choose_terms_from(at if effects else None, recordings, vehicle)
+    return choice if layout is None else replace(choice, findings=(layout.finding,))
 
 
 def choose_terms_from(
@@ -58,10 +63,8 @@ def choose_terms_from(
 ) -> TermChoice:
     """The same after a solution with the effects, if any, and the terms that every boat has."""
     clean = recordings if at is None else without_effects(at)
-    try:
+    with explained(recordings, vehicle):
         found = choose_structure(clean, vehicle)
-    except IdentificationError as error:
-        raise explained(error, recordings, vehicle) from None
     first = None if at is None else start_values_of(at)
     if found is None:
         return TermChoice(with_usual_terms(vehicle), None, first)

@@ -11,7 +11,8 @@ from seatrial.boat.findings import Finding
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Outcome, Point, search
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import Outcome, search
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates
@@ -55,13 +56,13 @@ def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> l
     runs: dict[int, FilterRuns] = {}  # of probes
     for extra in stage_candidates(vehicle, problem.vehicle, problem.recordings):
         if id(extra.probe) not in runs:
-            probe = _wider(problem, extra.probe, vehicle, settings)
-            start = _moved(at, probe, extra.origin)
+            probe = wider_problem(problem, extra.probe, vehicle, settings)
+            start = moved_to(at, probe, extra.origin)
             runs[id(extra.probe)] = probe.run_filter(start, at.noise, repeatable=False)
-        wider = _wider(problem, extra.vehicle, vehicle, settings)
+        wider = wider_problem(problem, extra.vehicle, vehicle, settings)
         test = held_test(runs[id(extra.probe)], problem, wider)
         if test.gain > LEAST_STAGE_GAIN:
-            begin = _moved(at, wider, extra.origin)
+            begin = moved_to(at, wider, extra.origin)
             found.append(Held(test, wider, begin, partial(_told, (extra.finding,))))
     return found
 
@@ -125,11 +126,11 @@ def _whole_curve(
     of_curve = [
         e for e in stage_candidates(vehicle, problem.vehicle, problem.recordings) if not e.origin
     ]
-    wider = _wider(problem, of_curve[0].probe, vehicle, settings)
+    wider = wider_problem(problem, of_curve[0].probe, vehicle, settings)
     if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
         return []
     findings = tuple(e.finding for e in of_curve)
-    return [Held(curves[0].test, wider, _moved(at, wider, {}), partial(_told, findings))]
+    return [Held(curves[0].test, wider, moved_to(at, wider, {}), partial(_told, findings))]
 
 
 def _significant(at: Point, new: Sequence[int]) -> Mask:
@@ -144,7 +145,7 @@ def _significant(at: Point, new: Sequence[int]) -> Mask:
     return np.asarray((errors > 0.0) & (off > LEAST_DISTANCE * errors))
 
 
-def _wider(
+def wider_problem(
     problem: Problem, whole: Vehicle, vehicle: Vehicle, settings: OutputErrorSettings
 ) -> Problem:
     """The problem of a vehicle with more stages."""
@@ -156,7 +157,7 @@ def _wider(
     )
 
 
-def _moved(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:
+def moved_to(at: Point, wider: Problem, origin: Mapping[str, str]) -> Array:
     """The solution as parameters of a wider problem, further stages at their neutral values."""
     old = dict(zip(at.runs.problem.names, at.theta.tolist(), strict=True))
     neutral = dict(zip(wider.vehicle.constants.names, wider.vehicle.constants.values, strict=True))

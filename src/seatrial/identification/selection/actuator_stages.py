@@ -232,7 +232,7 @@ def _stated(vehicle: Vehicle) -> dict[str, bool]:
     return {stage: bool(given[:, STAGES.index(stage)].any()) for stage in STAGES}
 
 
-def _has_curve(vehicle: Vehicle) -> bool:
+def has_curve(vehicle: Vehicle) -> bool:
     """Whether the file states where thrust begins; a power alone does not."""
     return any(g.table or g.dead_zone or g.pair or g.steered for g in vehicle.file.chain)
 
@@ -244,7 +244,7 @@ def _dead_zones(
 
     Actuators that serve the same forces are one group: each group has its own.
     """
-    if _has_curve(vehicle):
+    if has_curve(vehicle):
         return [], []
     if not (vehicle.file.thrusters or vehicle.file.forces):
         return [], [finding_of(FindingKind.DEAD_ZONE_NOT_SOUGHT, *WRENCH)]

@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.structure import Term
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
-
-SOLVE_RIDGE = 1e-12  # relative ridge: some recordings hold no information about a parameter
 
 
 @dataclass(frozen=True)
@@ -116,11 +114,8 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
         own = run.share.reshape(-1, len(to), len(to))
         blocks = np.zeros((len(own), p, p))
         blocks[np.ix_(np.arange(len(own)), to[use], to[use])] = own[:, use][:, :, use]
-        whole, slope = np.zeros((p, p)), np.zeros(p)
-        whole[np.ix_(to[use], to[use])] = run.information[np.ix_(use, use)]
-        slope[to[use]] = run.gradient[use]
-        information.append(whole)
-        gradient.append(slope)
+        information.append(runs.information_of(i))
+        gradient.append(runs.gradient_of(i))
         shares.append(blocks)
         owner.append(np.full(len(own), i))
     return ScoreInformation(
@@ -132,9 +127,16 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
 
 def score_information_of(at: Point, extra: Sequence[Term] = ()) -> ScoreInformation:
     """About a solution's free parameters, and about coefficients of further terms, which are 0 in it."""
-    problem = at.runs.problem
+    return score_information_with((at.runs.problem, at.theta, at.noise), extra)
+
+
+def score_information_with(
+    at: tuple[Problem, Array, Array], extra: Sequence[Term]
+) -> ScoreInformation:
+    """The same of a solution that can travel to other processes: problem, parameters, noise."""
+    problem, theta, noise = at
     whole = problem_with_terms(problem, (*problem.vehicle.structure.terms, *extra))
-    return score_information(whole, moved(at, whole), at.noise)
+    return score_information(whole, moved(problem, theta, whole), noise)
 
 
 def problem_with_terms(problem: Problem, terms: Sequence[Term]) -> Problem:
@@ -147,16 +149,16 @@ def problem_with_terms(problem: Problem, terms: Sequence[Term]) -> Problem:
     return replace(wider, free=tuple(free))
 
 
-def moved(at: Point, problem: Problem) -> Array:
-    """A solution as parameters of a problem with other terms: new coefficients are 0."""
-    values = dict(zip(at.runs.problem.names, at.theta.tolist(), strict=True))
-    return np.array([values.get(name, 0.0) for name in problem.names])
+def moved(problem: Problem, theta: Array, other: Problem) -> Array:
+    """Parameters of a problem as those of one with other terms: new coefficients are 0."""
+    values = dict(zip(problem.names, theta.tolist(), strict=True))
+    return np.array([values.get(name, 0.0) for name in other.names])
 
 
 def solve_scaled(matrix: Array, right: Array) -> Array:
     """matrix^-1 right of a symmetric matrix, scaled to a unit diagonal, never singular."""
     scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    scaled = matrix / np.outer(scale, scale) + SOLVE_RIDGE * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))
     inner = right / scale if right.ndim == 1 else right / scale[:, None]
     found = np.linalg.solve(scaled, inner)
     return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])

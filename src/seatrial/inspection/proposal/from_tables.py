@@ -27,6 +27,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     recognised,
     stamp_columns,
 )
+from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
@@ -44,6 +45,12 @@ from seatrial.util.errors import RecordingError
 
 COMMAND_TABLE_WORDS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
 NOT_COMMANDS = (("theta",),)  # beside those that are other signals by their names
+MODES = (
+    ("mode",),
+    ("armed",),
+    ("state",),
+    ("status",),
+)  # last words of columns that are no command
 SCALE_WORDS = frozenset(("volt", "voltage", "battery", "rpm", "current"))
 MOST_SPARE = 12  # columns in the comment
 OWN_TABLE_CHANNELS = 2  # most commands in each of several tables alike, one for each thruster
@@ -72,6 +79,9 @@ def of_tables(
     notes = {**pose.notes, "commands": []}
     if sparse:
         notes["commands"] = [f"not used, with empty cells: {', '.join(sparse)}"]
+    modes = [c.name for c in table.view.columns if c.changes and _is_mode(c.name)]
+    if modes and by_source([*channels]):
+        notes["commands"].append(f"{', '.join(modes)}: says which source drives, and when?")
     found = [
         *pose.recognised,
         recognised("stamps of the commands", table, stamp),
@@ -169,8 +179,14 @@ def _able(table: TableSeen, pose: PoseColumns) -> list[ColumnView]:
         c
         for c in table.view.columns
         if c.name and c.name not in taken and c.changes and c.least is not None
-        and not is_validity(c) and not (same and _is_other_signal(c.name))
+        and not is_validity(c) and not _is_mode(c.name)
+        and not (same and _is_other_signal(c.name))
     ]  # fmt: skip
+
+
+def _is_mode(name: str) -> bool:
+    """Whether a column says who drives, or whether anybody may: no command."""
+    return read_name(name).words[-1:] in MODES
 
 
 def _is_other_signal(name: str) -> bool:

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Actuation found in the data: which channel drives which axis, with sign, scale and weight."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -10,26 +9,20 @@ import numpy as np
 
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
+from seatrial.inspection.proposal.by_name import Parts, named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
-from seatrial.inspection.proposal.channels import AT_REST, DRIVES_T, Channels
-from seatrial.inspection.proposal.sources import Sources
+from seatrial.inspection.proposal.channels import ALONE, AT_REST, DRIVES_T, Channels
+from seatrial.inspection.proposal.command_sources import by_source
+from seatrial.inspection.proposal.sources import Sources, place_of
 from seatrial.inspection.proposal.thruster_weights import weights
 from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
+from seatrial.util.format import joined
 from seatrial.util.frames import AXES, Array
 from seatrial.util.progress import over, stage
 
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
-LEAST_COMBINATION = (
-    0.01  # of the largest singular value; below, a combination of inputs is unexcited
-)
-FORCE_NAMES = {
-    "F_u": "F_u|surge|force_x|linear_x",
-    "F_v": "F_v|sway|force_y|linear_y",
-    "F_r": "F_r|yaw|torque_z|angular_z",
-}
-Parts = tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any]]]
 
 
 @dataclass(frozen=True)
@@ -44,15 +37,8 @@ class Drive:
     pose: dict[str, Any]  # columns, with units corrected
     lever: tuple[float, float] | None  # [m] of the measured point, in the file's axes
     findings: tuple[str, ...]  # corrected units
+    sources: tuple[str, ...]  # what else commands the same actuators
     on_change: bool
-
-
-class ThrustersUnknownError(RecordingError):
-    """Commands of thrusters that are always driven in the same combinations: only positions tell them apart."""
-
-    def __init__(self, message: str, names: Sequence[str]) -> None:
-        super().__init__(message)
-        self.names = tuple(names)  # of the channels, in order
 
 
 def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
@@ -61,6 +47,8 @@ def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
         sources = replace(sources, channels={**sources.channels, **disarmed})
+    with stage("sources", 0.2):
+        names, others = _one_source(sources, names, salvage=salvage)
     with stage("units and signs", 0.4):
         pose, corrected, report = _units(sources, names, salvage=salvage)
     draft = _draft(sources, pose, names)
@@ -72,15 +60,55 @@ def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
     parts = (_thrusters if channels.shared else _sticks)(channels)
     if not parts[0] and thrusters == len(channels.names):
         parts = dict(channels.columns), dict.fromkeys(channels.names, "thruster, as given"), {}
-    inputs, remarks, forces = parts if parts[0] else _by_name(recordings, channels)
+    inputs, remarks, forces = parts if parts[0] else named_sticks(recordings, channels)
     # 4. Axes without a drive; commands that are written only on change.
     driven = {f["axis"] for f in forces.values()}
     on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
         inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
         channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, channels.lever,
-        tuple(corrected), on_change,
+        tuple(corrected), others, on_change,
     )  # fmt: skip
+
+
+def _one_source(
+    sources: Sources, names: list[str], *, salvage: bool
+) -> tuple[list[str], tuple[str, ...]]:
+    """Channels of the source that moves the boat more, where a pilot and an autopilot command the same
+    actuators; and a comment on the other one. Both where they take turns: their sum is the command."""
+    groups = by_source(names)
+    if not groups or _take_turns(sources, names, groups, salvage=salvage):
+        return names, ()
+    t = [_largest_t(sources, group, salvage=salvage) for group in groups]
+    most, least = (0, 1) if t[0] >= t[1] else (1, 0)
+    other = [name for name in groups[least] if name not in groups[most]]
+    places = ",".join("/".join(place_of(sources.channels[name])) for name in groups[least])
+    return list(groups[most]), (
+        f"check: {joined(other)} command the same actuators, and move the boat no more (t {t[least]:.0f} against "
+        f"{t[most]:.0f}):",
+        "leave out the seconds in which they drive, --without NAME=FROM-TO; or propose them,",
+        f"--commands {places}",
+    )
+
+
+def _take_turns(
+    sources: Sources, names: Sequence[str], groups: Sequence[Sequence[str]], *, salvage: bool
+) -> bool:
+    """Whether each source is at rest while the other one drives."""
+    draft = _draft(sources, sources.pose, names)
+    recordings = _read(sources, draft, salvage=salvage)
+    driven = _channels(sources, draft, recordings, ()).driven
+    own = [
+        [n in group and n not in other for n in names] for group, other in (groups, groups[::-1])
+    ]
+    first, second = (driven[:, mask].any(axis=1) for mask in own)
+    return bool((first & second).mean() < ALONE)
+
+
+def _largest_t(sources: Sources, names: Sequence[str], *, salvage: bool) -> float:
+    """Of the gains of these channels alone, over all axes."""
+    table = _units(sources, names, salvage=salvage)[2].table
+    return max((abs(gain.t) for gain in table), default=0.0)
 
 
 def _units(
@@ -210,44 +238,11 @@ def _sticks(found: Channels) -> Parts:
     return inputs, remarks, forces
 
 
-def _by_name(recordings: Sequence[Recording], found: Channels) -> Parts:
-    """Inputs by the names of the channels, where no gain is significant."""
-    inputs: dict[str, dict[str, Any]] = {}
-    for force, words in FORCE_NAMES.items():
-        like = [n for n in found.names if re.search(rf"(^|_)({words})$", n, re.IGNORECASE)]
-        if len(like) == 1:
-            inputs[force] = found.columns[like[0]]
-    if not inputs:
-        names = ", ".join(recording.name for recording in recordings)
-        length = sum(recording.duration for recording in recordings)
-        count = _combinations(recordings)
-        if 0 < count < len(found.names):
-            raise ThrustersUnknownError(
-                f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
-                "allocation), so their separate effects are not identifiable. Give the position [m] and direction "
-                "[deg] of each, in this order: --thrusters 'X Y DEG; X Y DEG; ...' (docs/vehicle.md)",
-                found.names,
-            )
-        raise RecordingError(
-            f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "
-            "some minutes in which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
-        )
-    remarks = dict.fromkeys(inputs, "check: chosen by name; no axis moves significantly with it")
-    axes = dict(zip(WRENCH, AXES, strict=True))
-    return inputs, remarks, {n: {"axis": axes[n], "of": {n: 1.0}} for n in inputs}
-
-
-def _combinations(recordings: Sequence[Recording]) -> int:
-    """Number of independent combinations of the inputs that are excited."""
-    values = np.concatenate([r.commands.values for r in recordings])
-    size = np.linalg.svd(values - values.mean(axis=0), compute_uv=False)
-    return int((size > LEAST_COMBINATION * size[0]).sum()) if size[0] > 0 else 0
-
-
 def _thruster_remark(found: Channels, name: str) -> str:
     other = found.twin(name)
     two = (
-        f"; check: acts as {other} does, never at the same time: two sources of one command?"
+        f"; check: acts as {other} does, never at the same time: two sources of one command? --commands "
+        "chooses one"
         if other
         else ""
     )

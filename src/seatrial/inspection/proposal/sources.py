@@ -101,6 +101,11 @@ def named(columns: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, dict[str, 
     return found
 
 
+def place_of(column: Mapping[str, Any]) -> list[str]:
+    """Topic or file, and column or field of a channel."""
+    return [str(column[k]) for k in ("topic", "file", "column", "field") if k in column]
+
+
 def assigned(text: str, option: str, keys: Sequence[str] = ()) -> dict[str, str]:
     """The columns of `x=COL,y=COL`; empty where the text has no `=`. keys: those allowed.
 

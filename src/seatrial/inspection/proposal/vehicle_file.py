@@ -9,7 +9,7 @@ import yaml
 
 from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.proposal.inputs import Drive
-from seatrial.inspection.proposal.sources import Choices, Sources
+from seatrial.inspection.proposal.sources import Choices, Sources, place_of
 from seatrial.util.frames import AXES
 
 COMMENT_COLUMN = 34  # [characters] where comments begin
@@ -92,7 +92,7 @@ def _lever(drive: Drive, choices: Choices) -> list[str]:
 
 
 def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
-    lines = [_commented("commands:", *sources.notes.get("commands", []))]
+    lines = [_commented("commands:", *sources.notes.get("commands", []), *drive.sources)]
     lines += [f"  {_line(key, value)}" for key, value in sources.commands.items()]
     lines.append(
         _commented(
@@ -112,18 +112,14 @@ def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare or sources.spare:
-        fields = [*(_place(sources.channels[n]) for n in spare), *map(_shown, sources.spare)]
+        fields = [
+            *(_shown(" ".join(place_of(sources.channels[n]))) for n in spare),
+            *map(_shown, sources.spare),
+        ]
         lines.append(
             f"    # not used: {', '.join(fields)}; a signal that scales thrust goes under scales:"
         )
     return lines
-
-
-def _place(column: Mapping[str, Any]) -> str:
-    """Topic, column and field of a channel, as the file names them."""
-    return _shown(
-        " ".join(str(column[k]) for k in ("topic", "file", "column", "field") if k in column)
-    )
 
 
 def _timeout(drive: Drive) -> list[str]:
@@ -151,8 +147,8 @@ def _forces(drive: Drive, choices: Choices) -> list[str]:
     if not drive.forces:
         return [
             "# check: the allocation from F_u, F_v and F_r to thruster commands in the boat's software. Most",
-            "# thrusters have a dead zone; without these lines it is not estimated, and force and drag",
-            "# coefficients are biased (docs/vehicle.md):",
+            "# thrusters have a dead zone. Without these lines structure: auto takes the usual layout that",
+            "# explains the recordings best; where none does, force and drag are biased (docs/vehicle.md):",
             "# thrusters:                    # positions [m]; directions of thrust [deg] from forward",
             "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
             "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 from seatrial.io.bags.bag import SALVAGE, Bag, DamagedBagError, Message, Topic, merged_topics
-from seatrial.io.bags.budget import chunk_limit, file_limit
 from seatrial.io.bags.ros1_records import (
     BAG_HEADER,
     CHUNK,
@@ -29,9 +28,10 @@ from seatrial.io.bags.ros1_records import (
     chunk_content,
     chunk_messages,
     decompressed,
-    fields_in,
-    record_at,
+    fields,
+    read_record,
 )
+from seatrial.io.bags.unpack import chunk_limit, file_limit
 from seatrial.util.errors import RecordingError
 
 CHUNK_MARK = b"\x04\0\0\0op=\x05"
@@ -120,7 +120,7 @@ class Ros1Bag(Bag):
 
     def _read_index(self) -> None:
         """Connections and chunks from the index at the file's end."""
-        head = record_at(self._data, len(MAGIC), len(self._data))
+        head = read_record(self._data, len(MAGIC), len(self._data))
         if head.kind != BAG_HEADER:
             raise DamagedError("no bag header")
         if b"encryptor" in head.fields and head.text(b"encryptor"):
@@ -132,18 +132,18 @@ class Ros1Bag(Bag):
         if at > len(self._data):
             raise DamagedError(f"{len(self._data)} of at least {at} bytes are there")
         for _ in range(head.u32(b"conn_count")):
-            record = record_at(self._data, at, len(self._data))
+            record = read_record(self._data, at, len(self._data))
             self._add_connection(record)
             at = record.end
         for _ in range(head.u32(b"chunk_count")):
-            record = record_at(self._data, at, len(self._data))
+            record = read_record(self._data, at, len(self._data))
             self._add_chunk(record)
             at = record.end
 
     def _add_connection(self, record: Record) -> None:
         if record.kind != CONNECTION:
             raise DamagedError("a connection is missing from the index")
-        inner = Record(record.source, fields_in(record.source, record.begin, record.end), 0, 0)
+        inner = Record(record.source, fields(record.source, record.begin, record.end), 0, 0)
         name = "/".join(part for part in record.text(b"topic").split("/") if part)
         package, _, kind = inner.text(b"type").partition("/")
         number = record.u32(b"conn")
@@ -178,7 +178,7 @@ class Ros1Bag(Bag):
         lost = 0
         at, end = self._next_chunk(len(MAGIC)), len(MAGIC)
         while at < len(self._data):
-            end = record_at(self._data, at, len(self._data), whole=False).end
+            end = read_record(self._data, at, len(self._data), whole=False).end
             following = self._next_chunk(at + 1)
             lost += self._scan_chunk(Place(at, None, following))
             at = following
@@ -207,7 +207,7 @@ class Ros1Bag(Bag):
         """Connections after the chunks: those in a chunk may be lost."""
         try:
             while at < len(self._data):
-                record = record_at(self._data, at, len(self._data))
+                record = read_record(self._data, at, len(self._data))
                 if record.kind == CONNECTION:
                     self._add_connection(record)
                 at = record.end
@@ -220,7 +220,7 @@ class Ros1Bag(Bag):
         while mark >= 0:
             for begin in range(mark - 4, max(at, mark - MARK_REACH) - 1, -1):
                 try:
-                    if record_at(self._data, begin, len(self._data), whole=False).kind == CHUNK:
+                    if read_record(self._data, begin, len(self._data), whole=False).kind == CHUNK:
                         return begin
                 except DamagedError:
                     continue
@@ -236,7 +236,7 @@ class Ros1Bag(Bag):
                 self._add_connection(record)
 
     def _chunk(self, position: int) -> bytes:
-        record = record_at(self._data, position, len(self._data))
+        record = read_record(self._data, position, len(self._data))
         if record.kind != CHUNK:
             raise DamagedError("no chunk there")
         size = record.u32(b"size")
@@ -248,7 +248,7 @@ class Ros1Bag(Bag):
 
     def _part(self, place: "Place") -> bytes:
         """The readable part of a chunk; an unfinished chunk has no lengths."""
-        record = record_at(self._data, place.position, len(self._data), whole=False)
+        record = read_record(self._data, place.position, len(self._data), whole=False)
         limit = chunk_limit(record.end - record.begin)
         size = min(record.u32(b"size"), limit) or limit
         raw = self._data[record.begin : place.until]

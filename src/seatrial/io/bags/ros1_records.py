@@ -7,8 +7,7 @@ from bz2 import BZ2Decompressor
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from seatrial.io.bags.budget import chunk_limit
-from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
+from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, chunk_limit, inflate, lz4_decompressor
 from seatrial.io.bags.wire import plain
 
 MAGIC = b"#ROSBAG V2.0\n"
@@ -40,11 +39,11 @@ class Record(NamedTuple):
 
     def u32(self, name: bytes) -> int:
         """A field of four bytes."""
-        return int(_u32(self.source, self.place(name, 4))[0])
+        return int(_u32(self.source, self.sized(name, 4))[0])
 
     def u64(self, name: bytes) -> int:
         """A field of eight bytes."""
-        return int(_u64(self.source, self.place(name, 8))[0])
+        return int(_u64(self.source, self.sized(name, 8))[0])
 
     def text(self, name: bytes) -> str:
         """A field of text."""
@@ -53,7 +52,7 @@ class Record(NamedTuple):
         begin, end = self.fields[name]
         return self.source[begin:end].decode("utf-8", "replace")
 
-    def place(self, name: bytes, size: int) -> int:
+    def sized(self, name: bytes, size: int) -> int:
         """Where a field of this size begins."""
         begin, end = self.fields.get(name, (0, 0))
         if end - begin != size:
@@ -78,12 +77,12 @@ def chunk_messages(
         begin = at + 8 + length
         layout = layouts.get(length)
         if layout is None or begin > end or chunk[at + layout[0]] != MESSAGE:
-            record = record_at(chunk, at, end)
+            record = read_record(chunk, at, end)
             if record.kind == MESSAGE:
                 layout = layouts[length] = (
                     record.fields[b"op"][0] - at,
-                    record.place(b"conn", 4) - at,
-                    record.place(b"time", 8) - at,
+                    record.sized(b"conn", 4) - at,
+                    record.sized(b"time", 8) - at,
                 )
             else:
                 if learn is not None:
@@ -110,7 +109,7 @@ def chunk_content(record: Record) -> bytes:
     return content
 
 
-def record_at(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
+def read_record(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
     """The record at a position; without `whole` its data may be cut off. Raises DamagedError."""
     if at + 8 > end:
         raise DamagedError("a record is cut off")
@@ -121,10 +120,10 @@ def record_at(source: Buffer, at: int, end: int, *, whole: bool = True) -> Recor
     stop = begin + _u32(source, begin - 4)[0]
     if stop > end and whole:
         raise DamagedError("a record is cut off")
-    return Record(source, fields_in(source, at + 4, begin - 4), begin, stop)
+    return Record(source, fields(source, at + 4, begin - 4), begin, stop)
 
 
-def fields_in(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
+def fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
     """name=value fields: start and end of each value."""
     found: dict[bytes, tuple[int, int]] = {}
     while at < end:

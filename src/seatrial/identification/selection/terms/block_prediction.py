@@ -12,17 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.model import Model
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
 from seatrial.identification.selection.terms.held_out import Targets, at_parameters, targets_of
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
-from seatrial.util.statistics import BLOCK
 
 BLOCK_FOLDS = 4
 FOLD_BLOCKS = 6  # in a row
 LEAST_GAIN = 0.002  # of the log RMS errors, summed over the axes
 LEAST_GAIN_Z = 2.0  # standard errors of the gain
-LEAST_SQUARE = 1e-24  # [m^2/s^2, rad^2/s^2] against a division by 0 where nothing moves
 
 
 @dataclass(frozen=True)
@@ -43,24 +42,23 @@ class BlockPrediction:
     """Starts and ends of predictions along all recordings, by fold."""
 
     recordings: Sequence[Recording]
+    blocks: Sequence[NDArray[np.int32]]  # of every recording, the number of each pose's block
     targets: Sequence[Targets]
 
     @staticmethod
-    def of(model: Model, recordings: Sequence[Recording], horizon: float) -> "BlockPrediction":
+    def of(model: Model, problem: Problem, horizon: float) -> "BlockPrediction":
         """Predictions `horizon` [s] ahead, from the model's filter."""
-        return BlockPrediction(recordings, [targets_of(model, r, horizon) for r in recordings])
+        recordings = problem.recordings
+        targets = [targets_of(model, r, horizon) for r in recordings]
+        return BlockPrediction(recordings, problem.blocks, targets)
 
-    def squares(self, model: Model, information: ScoreInformation) -> Array:
-        """Mean squared errors (blocks, 3) of all recordings, each fold by the parameters of the others."""
-        fold = _folds(information.blocks)
-        models = [
-            at_parameters(model, information, _without(information, fold == k))
-            for k in range(BLOCK_FOLDS)
-        ]
+    def squares(self, models: Sequence[Model]) -> Array:
+        """Mean squared errors (blocks, 3) of all recordings, each fold by its own model (`trained`)."""
+        counts = [int(numbers[-1]) + 1 for numbers in self.blocks]
+        folds = np.split(_folds(sum(counts)), np.cumsum(counts)[:-1])
         found = []
         for i, (recording, aim) in enumerate(zip(self.recordings, self.targets, strict=True)):
-            number = np.unique(recording.t // BLOCK, return_inverse=True)[1]
-            own = fold[information.recording == i][number[aim.start]]
+            own = folds[i][self.blocks[i][aim.start]]
             nu = np.empty((len(own), 3))
             for k in np.unique(own).tolist():
                 nu[own == k] = aim.only(own == k).predict(models[k], recording)
@@ -71,9 +69,16 @@ class BlockPrediction:
         """The gain from squared errors (blocks, 3) to others."""
         if not np.isfinite(after).all():
             return Gain(-np.inf, 0.0)
-        falls = 0.5 * np.log((before + LEAST_SQUARE) / (after + LEAST_SQUARE)).sum(axis=1)
+        falls = 0.5 * np.log((before + 1e-24) / (after + 1e-24)).sum(axis=1)
         error = float(falls.std(ddof=1) / np.sqrt(len(falls))) if len(falls) > 1 else np.inf
         return Gain(float(falls.mean()), float(falls.mean()) / error if error > 0.0 else 0.0)
+
+
+def trained(model: Model, information: ScoreInformation) -> list[Model]:
+    """For each fold the model with the parameters of the others."""
+    fold = _folds(information.blocks)
+    left_out = [_without(information, fold == k) for k in range(BLOCK_FOLDS)]
+    return [at_parameters(model, information, theta) for theta in left_out]
 
 
 def _folds(blocks: int) -> NDArray[np.int64]:

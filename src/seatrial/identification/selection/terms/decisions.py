@@ -8,7 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from seatrial.boat.findings import Finding
+from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
+from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
@@ -19,8 +22,7 @@ from seatrial.identification.selection.significance import (
     estimate,
     repeats,
 )
-from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
+from seatrial.identification.selection.terms.held_out import Fold, HeldOut, PredictionChange
 from seatrial.identification.selection.terms.stepwise import (
     SIGNIFICANCE_LEVEL,
     TermSearch,
@@ -149,25 +151,22 @@ class TermTests:
         """Of every removable coefficient in the model."""
         terms = self.fit.terms
         axes = {str(t.coefficient): t.axis for t in terms}
-        found = {
-            name: self._evidence(self.information, name, self.held_out.without(name, axes[name]))
-            for name in self.search.removable(terms)
-            if name not in self.idle
-        }
+        tested = [n for n in self.search.removable(terms) if n not in self.idle]
+        changes = self.held_out.without({name: axes[name] for name in tested})
+        found = {n: self._evidence(self.information, n, change) for n, change in changes.items()}
         idle = self.others([t for t in terms if t.coefficient in self.idle])
         return {**found, **{name: replace(e, idle=True) for name, e in idle.items()}}
 
     def others(self, terms: Sequence[Term]) -> dict[str, TermEvidence]:
         """Of terms that are not in the model, or at their bound in it, each added alone."""
-        found = {}
         there = [t for t in self.fit.terms if t.coefficient not in self.idle]
         fit = self.fit.with_terms(there) if self.idle else self.fit
-        for term, information in candidate_information(fit, terms):
-            name = str(term.coefficient)
-            with_it = fit.model((*there, term))
-            change = self.held_out.with_it(with_it, information, name, term.axis)
-            found[name] = self._evidence(information, name, change)
-        return found
+        tried = {
+            str(term.coefficient): (fit.model((*there, term)), information, term.axis)
+            for term, information in candidate_information(fit, terms)
+        }
+        changes = self.held_out.with_each(tried)
+        return {n: self._evidence(tried[n][1], n, change) for n, change in changes.items()}
 
     def _evidence(
         self, information: ScoreInformation, name: str, change: PredictionChange
@@ -241,3 +240,15 @@ def repeats_text(repeats: Repeats, folds: Sequence[Fold]) -> str:
         f"{fold.name}: {value:.3g} ± {error:.2g}"
         for fold, value, error in zip(folds, repeats.values, repeats.errors, strict=True)
     )
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The chosen structure, with the tests behind it."""
+
+    vehicle: Vehicle  # with the chosen terms; otherwise unchanged
+    model: Model  # fitted to all recordings together
+    rows: tuple[Row, ...]
+    folds: tuple[Fold, ...]
+    horizon: float  # [s] of the held-out prediction
+    asked: tuple[Finding, ...] = ()  # to be looked at before any term

@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Cross-validation: prediction of left-out recordings, with and without a term."""
+"""Cross-validation: folds of recordings with the same excitation, and the prediction of left-out ones.
 
-from collections.abc import Sequence
+Each with and without a term.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,15 +13,18 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
+from seatrial.recording.excitation import excitation
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
-from seatrial.util.parallel import cores
+from seatrial.util.parallel import cores, farmed
 from seatrial.util.statistics import BLOCK
 
 START_SPACING = 1 / 3  # [s] between starts of predictions: closer ones are nearly the same
+HALF_NAMES = (" first half", " second half")
 
 
 @dataclass(frozen=True)
@@ -40,6 +46,24 @@ class Predicted:
 
 
 @dataclass(frozen=True)
+class FoldPrediction:
+    """Predictions of every fold by a model of its own: what the workers of a farm need."""
+
+    folds: Sequence[Sequence[int]]  # indices of each fold's recordings, fold after fold
+    recordings: Sequence[Recording]
+    targets: Sequence["Targets"]
+
+    def by(self, models: Sequence[Model]) -> Predicted:
+        """By one model for each fold."""
+        squares, nu = [], []
+        for members, model in zip(self.folds, models, strict=True):
+            for i in members:
+                nu.append(self.targets[i].predict(model, self.recordings[i]))
+                squares.append(self.targets[i].squares(nu[-1]))
+        return Predicted(np.concatenate(squares), np.concatenate(nu))
+
+
+@dataclass(frozen=True)
 class HeldOut:
     """Every fold is predicted by a model of the other folds, which one Gauss-Newton step finds."""
 
@@ -49,39 +73,45 @@ class HeldOut:
     recordings: Sequence[Recording]
     horizon: float  # [s]
 
-    def without(self, name: str, axis: int) -> PredictionChange:
-        """The effect of a term of the model."""
-        removed = self._predicted(self.model, self.information, name)
-        return self._change(self._plain, removed, axis, self._size(self.information, name))
+    def without(self, axes: Mapping[str, int]) -> dict[str, PredictionChange]:
+        """The effect of each of these terms of the model, with its axis."""
+        trained = [self._trained(self.model, self.information, name) for name in axes]
+        removed = farmed(FoldPrediction.by, self._prediction, trained)
+        return {
+            name: self._change(self._plain, found, axis, self._size(self.information, name))
+            for (name, axis), found in zip(axes.items(), removed, strict=True)
+        }
 
-    def with_it(
-        self, model: Model, information: ScoreInformation, name: str, axis: int
-    ) -> PredictionChange:
-        """The effect of a term that the model lacks; `model` and `information` have it."""
-        there = self._predicted(model, information, None)
-        return self._change(there, self._plain, axis, self._size(information, name))
+    def with_each(
+        self, tried: Mapping[str, tuple[Model, ScoreInformation, int]]
+    ) -> dict[str, PredictionChange]:
+        """The effect of each term that the model lacks: a model and information that have it, and its axis."""
+        trained = [self._trained(model, own, None) for model, own, _ in tried.values()]
+        there = farmed(FoldPrediction.by, self._prediction, trained)
+        return {
+            name: self._change(found, self._plain, axis, self._size(own, name))
+            for (name, (_, own, axis)), found in zip(tried.items(), there, strict=True)
+        }
 
     @cached_property
     def _targets(self) -> list["Targets"]:
         return [targets_of(self.model, recording, self.horizon) for recording in self.recordings]
 
+    @property
+    def _prediction(self) -> FoldPrediction:
+        return FoldPrediction(self.folds, self.recordings, self._targets)
+
     @cached_property
     def _plain(self) -> Predicted:
         """Predictions by the unchanged model."""
-        return self._predicted(self.model, self.information, None)
+        return self._prediction.by(self._trained(self.model, self.information, None))
 
-    def _predicted(
+    def _trained(
         self, model: Model, information: ScoreInformation, removed: str | None
-    ) -> Predicted:
-        squares, nu = [], []
-        for members in self.folds:
-            trained = at_parameters(
-                model, information, retrained(information, self._rest(members), removed)
-            )
-            for i in members:
-                nu.append(self._targets[i].predict(trained, self.recordings[i]))
-                squares.append(self._targets[i].squares(nu[-1]))
-        return Predicted(np.concatenate(squares), np.concatenate(nu))
+    ) -> list[Model]:
+        """For each fold the model of the others."""
+        rests = [retrained(information, self._rest(fold), removed) for fold in self.folds]
+        return [at_parameters(model, information, theta) for theta in rests]
 
     def _size(self, information: ScoreInformation, name: str) -> float:
         """RMS over all predictions of the coefficient in the models that made them."""
@@ -191,3 +221,44 @@ def at_parameters(model: Model, information: ScoreInformation, theta: Array) -> 
         coefficients=np.array([found.get(n, v) for n, v in model.values.items()]),
         constants=np.array([found.get(n, v) for n, v in constants.items()]),
     )
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One repeat of the experiment."""
+
+    name: str
+    recordings: tuple[Recording, ...]
+
+
+def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]:
+    """S1-S3 against S4-S6: the k-th recording of every kind is in the k-th fold.
+
+    Recordings are of a kind if their commands are mostly in the same axis, or in none. Where a kind
+    has no repeat, every recording is cut in halves: first halves against second halves.
+    """
+    kinds: dict[int | None, list[Recording]] = {}
+    for recording in recordings:
+        kinds.setdefault(excitation(vehicle, recording).dominant, []).append(recording)
+    count = min(len(same) for same in kinds.values())
+    if count < 2:
+        return _halves(recordings)
+    groups: list[list[Recording]] = [[] for _ in range(count)]
+    for same in kinds.values():
+        for i, recording in enumerate(same):
+            groups[i % count].append(recording)
+    return tuple(Fold(_name(group), tuple(group)) for group in groups)
+
+
+def _halves(recordings: Sequence[Recording]) -> tuple[Fold, ...]:
+    first, second = [], []
+    for recording in recordings:
+        middle = recording.duration / 2
+        first.append(replace(recording.cut(None, middle), name=recording.name + HALF_NAMES[0]))
+        second.append(replace(recording.cut(middle, None), name=recording.name + HALF_NAMES[1]))
+    return Fold("first halves", tuple(first)), Fold("second halves", tuple(second))
+
+
+def _name(group: Sequence[Recording]) -> str:
+    names = sorted(recording.name for recording in group)
+    return names[0] if len(names) == 1 else ", ".join(names)

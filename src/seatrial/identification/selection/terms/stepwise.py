@@ -6,7 +6,7 @@ that were left out as well.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,19 +15,19 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
+    score_information_with,
 )
 from seatrial.identification.selection.significance import Estimate, estimate
-from seatrial.identification.selection.terms.aliasing import Alias, aliases
-from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain
-from seatrial.identification.selection.terms.candidates import drag_of, is_essential
+from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain, trained
+from seatrial.identification.selection.terms.candidates import Alias, aliases, drag_of, is_essential
 from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
 from seatrial.util.frames import Array
-from seatrial.util.progress import over, stage, step
+from seatrial.util.parallel import farmed
+from seatrial.util.progress import stage, step
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
 MOST_SWEEPS = 20  # of adding and removing
-REFIT_SHARE = 0.1  # of the time of a sweep, for the progress
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
     refused, latest = list(refused), "candidates"
     for _ in range(MOST_SWEEPS):
         step(search.usual_sweeps, latest)
-        with stage("", 1.0 - REFIT_SHARE):
+        with stage("", 0.9):
             added = best_candidates(search, fit, refused)
         if added:
             latest = f"with {', '.join(str(t.coefficient) for t in added)}"
@@ -139,16 +139,15 @@ def predicted(
     """
     if not looked:
         return {}
-    blocks = BlockPrediction.of(fit.model(), fit.problem.recordings, ahead)
+    blocks = BlockPrediction.of(fit.model(), fit.problem, ahead)
     first = next(iter(looked))
     own = [n for n in looked[first].names if n != first.coefficient]
-    before = blocks.squares(fit.model(), looked[first].only(own))
-    found = {}
-    for term, information in looked.items():
-        after = blocks.squares(fit.model((*fit.terms, term)), information)
-        ratio = np.sqrt(after.mean(axis=0) / before.mean(axis=0))
-        found[term] = blocks.gain(before, after), np.asarray(ratio)
-    return found
+    models = [trained(fit.model(), looked[first].only(own))]
+    models += [trained(fit.model((*fit.terms, term)), looked[term]) for term in looked]
+    before, *each = farmed(BlockPrediction.squares, blocks, models)
+    ratios = [np.sqrt(after.mean(axis=0) / before.mean(axis=0)) for after in each]
+    gains = [blocks.gain(before, after) for after in each]
+    return dict(zip(looked, zip(gains, ratios, strict=True), strict=True))
 
 
 def _that_predict(
@@ -191,9 +190,10 @@ def candidate_information(
             f"{len(fit.terms)} terms with {len(fit.values)} coefficients leave no room for a candidate; at most "
             f"{MOST_TERMS - 1} and {MOST_COEFFICIENTS - 1} do"
         )
-    for first in over(range(0, len(tried), max(1, room))):
-        batch = tried[first : first + room]
-        whole = score_information_of(fit.at, batch)
+    batches = [tried[first : first + room] for first in range(0, len(tried), max(1, room))]
+    # `replace`: without what the problem has computed from itself, which can't travel to other processes
+    common = replace(fit.problem), fit.at.theta, fit.at.noise
+    for batch, whole in zip(batches, farmed(score_information_with, common, batches), strict=True):
         there = [n for n in whole.names if n not in {t.coefficient for t in batch}]
         for term in batch:
             yield term, whole.only([*there, str(term.coefficient)])

@@ -10,10 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from seatrial.io.bags.bag import Topic
-from seatrial.io.bags.budget import check_schema
 from seatrial.io.bags.growing.growing_bag import BLOCK, GrowingBag
 from seatrial.io.bags.salvage_db3 import DB3_ERRORS, SalvagedDb3
-from seatrial.io.bags.unpack import unpacked
+from seatrial.io.bags.unpack import check_schema, unpacked
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 

@@ -19,7 +19,7 @@ from seatrial.io.bags.ros1_records import (
     Record,
     chunk_content,
     chunk_messages,
-    record_at,
+    read_record,
 )
 from seatrial.io.bags.ros2 import by_number
 from seatrial.util.errors import RecordingError
@@ -73,11 +73,11 @@ class GrowingRos1(GrowingBag, Ros1Bag):
         at = 0
         try:
             if _has_header(block, 0):  # a record may be longer
-                end = record_at(block, 0, len(block), whole=False).end
+                end = read_record(block, 0, len(block), whole=False).end
                 if BLOCK < end <= LARGEST_RECORD:
                     block = self._bytes(end)
             while not self._complete and _has_header(block, at):
-                record = record_at(block, at, len(block), whole=False)
+                record = read_record(block, at, len(block), whole=False)
                 if record.end - at > LARGEST_RECORD:
                     self._damaged(at, "a record is too long")
                 if record.end > len(block) or not self._take(record):

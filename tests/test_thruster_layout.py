@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""Commands that are forces, no thrusters in the vehicle file: a usual layout whose dead zone explains the drive."""
+
+import dataclasses
+
+import msgspec
+import pytest
+from boats.hulls import CROSS, FREE, MIDDLE, driven
+
+from seatrial.boat.schema import AllocationEntry
+from seatrial.identification.first_search import first_maximum
+from seatrial.identification.selection.thruster_layout import (
+    LAYOUTS,
+    forces_alone,
+    select_layout,
+    with_layout,
+)
+
+EDGES = {"forward": 0.1, "reverse": 0.12}
+
+
+def without_thrusters(vehicle):
+    file = msgspec.structs.replace(
+        vehicle.file, thrusters={}, allocation=AllocationEntry(limit=1.0), chain=[], structure=FREE
+    )
+    return dataclasses.replace(vehicle, file=file)
+
+
+def chosen(hull, dead_zone):
+    chain = {"latency": 0.05, "lag": 0.1, **({"dead_zone": dead_zone} if dead_zone else {})}
+    vehicle, recordings = driven(hull, chain, seed=3, white=1e-3, seconds=60.0)
+    plain = without_thrusters(vehicle)
+    return select_layout(first_maximum(recordings, plain), plain), hull.coefficients
+
+
+@pytest.mark.parametrize(
+    ("hull", "layout"),
+    [
+        (MIDDLE, "four in an X, all ahead"),
+        (dataclasses.replace(MIDDLE, places=CROSS), "two ahead and two across"),
+    ],
+)
+def test_the_layout_is_found_and_forces_are_those_beyond_the_dead_zone(hull, layout):
+    found, truth = chosen(hull, EDGES)
+    assert found.layout == layout
+    values = dict(zip(found.at.runs.problem.names, found.at.theta.tolist(), strict=True))
+    assert values["X_F"] == pytest.approx(truth["X_F"], rel=0.03)
+    assert values["N_F"] == pytest.approx(truth["N_F"], rel=0.03)
+    assert values["edge_forward"] == pytest.approx(EDGES["forward"], abs=0.015)
+    assert values["edge_reverse"] == pytest.approx(EDGES["reverse"], abs=0.015)
+
+
+def test_without_a_dead_zone_and_within_the_limits_none_is_chosen(monkeypatch):
+    from boats import hulls
+
+    gentle = hulls.sticks
+    monkeypatch.setattr(hulls, "sticks", lambda *given: 0.4 * gentle(*given))
+    found, _ = chosen(MIDDLE, None)
+    assert found is None
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_vehicle_with_a_layout_reads_like_one_of_the_user(layout, mp):
+    plain = without_thrusters(mp)
+    assert forces_alone(plain)
+    given = with_layout(plain, layout)
+    assert not forces_alone(given)
+    assert given.inputs == plain.inputs
+    assert given.chain is not None  # the allocation has an inverse
