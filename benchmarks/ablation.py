@@ -32,9 +32,10 @@ from benchmarks.harness.page import refill
 from benchmarks.harness.store import Record
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.identification.diagnostics.unmodelled_effects import Unmodelled
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.likelihood import noise_structures
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
@@ -94,13 +95,8 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.4,)},
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
-    "noise halfway after a failure": {
-        f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
-    },
-    "race of noise structures": {f"{LIKELIHOOD}.optimiser.RACE_ROUNDS": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
-    "white with the stages": {f"{ESTIMATOR}.is_white": _never},
     "lever arm from none": {f"{ESTIMATOR}._from_stated_lever": _nothing},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},
     "lags by their squares": {f"{ESTIMATOR}.with_lag_by_square": _unchanged},
@@ -108,8 +104,9 @@ BRANCHES: dict[str, dict[str, Any]] = {
         f"{IDENTIFICATION}.uncertainty.covariance.one_sided_profile": _no_addition
     },
     "diagnostics": {
-        f"{ESTIMATOR}.{name}_findings": _none
-        for name in ("unmodelled_effect", "change", "disturbance")
+        f"{ESTIMATOR}.unmodelled_effect": lambda *_: Unmodelled(()),
+        f"{ESTIMATOR}.change_findings": _none,
+        f"{ESTIMATOR}.disturbance_findings": _none,
     },
 }
 

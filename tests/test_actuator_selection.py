@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.identification.likelihood.problem import quadratic_drag
+from seatrial.identification.likelihood.parameters import quadratic_drag
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates, with_free_stages
 from seatrial.identification.selection.score_test import score_test

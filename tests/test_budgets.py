@@ -13,12 +13,13 @@ from pathlib import Path
 import pytest
 import yaml
 
-from seatrial.io.bags import bounded_rosbags, budget
+from seatrial.io.bags import bounded_rosbags, unpack
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.ros1 import Ros1Bag
 from seatrial.io.bags.salvage_mcap import MAGIC
 from seatrial.io.bags.unpack import zstd_decompressor
-from seatrial.io.bags.wire import LONGEST_DEFINITION, MOST_FIELDS, Wire, WireError, parse_definition
+from seatrial.io.bags.wire import LONGEST_DEFINITION, MOST_FIELDS, Wire, parse_definition
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, read_yaml
 
@@ -179,12 +180,12 @@ def test_a_chunk_that_is_listed_twice_is_refused(tmp_path):
     ("packed", "most"), [(100, 1 << 26), (50_000_000, 1 << 30), (1_000_000, 256_000_000)]
 )
 def test_the_limits_leave_room_for_real_chunks(packed, most):
-    assert budget.chunk_limit(packed) == most
-    assert budget.file_limit(packed) >= 1 << 30
-    budget.check_chunks(
+    assert unpack.chunk_limit(packed) == most
+    assert unpack.file_limit(packed) >= 1 << 30
+    unpack.check_chunks(
         Path("a"), [(i, 50_000_000, 200_000_000) for i in range(100)], 5_000_000_000
     )
-    budget.check_chunks(Path("a"), [(i, 10_000, 1 << 20) for i in range(500)], 5_000_000)
+    unpack.check_chunks(Path("a"), [(i, 10_000, 1 << 20) for i in range(500)], 5_000_000)
 
 
 def field(name: str, value: bytes) -> bytes:
@@ -248,7 +249,7 @@ def test_a_compressed_file_that_inflates_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "bomb.mcap.zstd"
     path.write_bytes(zstd_compress(bytes(1 << 24)) * 80)  # 1.3 GB
     assert path.stat().st_size < 100_000
-    monkeypatch.setattr(budget.tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setattr(unpack.tempfile, "tempdir", str(tmp_path))
     with pytest.raises(RecordingError, match="become more than 1074 MB"):
         open_bag(path)
     assert [p.name for p in tmp_path.iterdir()] == ["bomb.mcap.zstd"]

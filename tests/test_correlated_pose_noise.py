@@ -13,6 +13,7 @@ from seatrial.identification.estimator import fit, output_error
 from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.resolution import heading_step
 
 SURGE = {
     "X_u": -0.2, "X_uu": -1.7, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -1.3, "Y_F": 0.3, "N_r": -0.7, "N_rr": -0.3, "N_F": 1.4,
@@ -59,6 +60,58 @@ def under_gnss(seed, sd, memory, seconds=200.0):
         eta[:, i] += sd * come_and_go(rng, t, memory)
     commands = Signal(truth.vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
     return make_recording(f"drive {seed}", np.round(1e9 * t).astype(np.int64), eta, commands)
+
+
+def of_a_filter(seed, seconds=120.0, tau=2.0):
+    """Positions at 10 Hz, white by 1 cm, and the heading of a complementary filter at 50 Hz: gyro and compass."""
+    recording = under_gnss(seed, 0.0, 1.0, seconds)
+    rng = np.random.default_rng(seed)
+    truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
+    commands, t = recording.commands, np.arange(0.0, seconds, 0.02)
+    trace = _core.ThrustTrace(
+        truth.vehicle.chain, truth.constants, recording.seconds(commands.stamps), commands.values,
+        np.zeros(0), np.zeros((0, 0)),
+    )  # fmt: skip
+    psi = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, 2]
+    gyro = np.diff(psi, prepend=psi[0]) + 0.02 * rng.normal(1e-3, 2e-3, len(t))  # [rad]
+    compass = psi + 0.01 * come_and_go(rng, t, 5.0) + 0.02 * rng.normal(size=len(t))
+    heading = psi.copy()
+    for i in range(1, len(t)):
+        ahead = heading[i - 1] + gyro[i]
+        heading[i] = ahead + 0.02 / tau * (compass[i] - ahead)
+    return recording, heading[::5]
+
+
+@pytest.mark.parametrize(("step", "least"), [(0.01, 4.36e-5), (0.0, 1e-6)])
+def test_the_heading_of_a_filter_has_a_floor_and_is_named(step, least):
+    """Centidegrees, as an autopilot logs them, have rounding errors of 0.05 mrad: less is impossible."""
+    recording, heading = of_a_filter(2)
+    if step:
+        heading = np.radians(step * np.round(np.degrees(heading) / step))
+    assert np.degrees(heading_step(make(recording, heading))) == pytest.approx(step)
+    model = output_error([make(recording, heading)], tug())
+    assert model.noise.heading == pytest.approx(least, rel=0.01)
+    (named,) = model.findings_of(FindingKind.SMOOTH_HEADING)
+    assert 3.0 < named.number("lasting") < 15.0  # [mrad]
+    for name, value in SURGE.items():
+        assert model.values[name] == pytest.approx(value, abs=4.0 * model.standard_errors[name])
+
+
+def make(recording, heading):
+    """The recording with other headings."""
+    eta = np.column_stack([recording.raw[:, :2], heading])
+    return make_recording(recording.name, recording.stamps, eta, recording.commands)
+
+
+@pytest.mark.parametrize("step", [np.radians(1.0), 1e-3, 0.0])
+def test_steps_of_a_heading_are_seen_in_degrees_and_in_radians(step):
+    rng = np.random.default_rng(1)
+    recording = under_gnss(11, 0.0, 1.0, 20.0)
+    heading = 0.3 + np.cumsum(rng.normal(scale=0.1, size=len(recording.t)))
+    if step:
+        heading = 0.3 + step * np.round(heading / step)
+    assert heading_step(make(recording, heading)) == pytest.approx(step)
+    assert heading_step(make(recording, np.full(len(recording.t), 0.3))) == 0.0
 
 
 @pytest.mark.parametrize(

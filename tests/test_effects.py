@@ -21,7 +21,7 @@ from seatrial.identification.console import plus_minus, summary
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.solution import with_lever
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.origin import poses_of_origin

@@ -12,7 +12,11 @@ from scipy.linalg import expm
 from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
-from seatrial.evaluation.expected_error import parameter_variance, process_noise_variance
+from seatrial.evaluation.expected_error import (
+    parameter_sensitivities,
+    process_noise_variance,
+    variance_of,
+)
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.evaluation.validation import validate
@@ -96,7 +100,8 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
             for off in (column, -column)
         )
         total += np.mean(np.square(ahead - back) / 4.0, axis=0)
-    variance = parameter_variance(uncertain, recording, look.reference, found.begun, found.index)
+    slopes = parameter_sensitivities(uncertain, recording, look.reference, found.begun, found.index)
+    variance = variance_of(slopes, uncertain.covariance)
     np.testing.assert_allclose(variance, total, rtol=0.01)
 
 

@@ -17,14 +17,18 @@ from seatrial.identification.experiment_design import (
     next_drive,
     reference_point,
 )
-from seatrial.identification.experiment_design.gain import ErrorDecay, ManoeuvreGain, trial
-from seatrial.identification.experiment_design.information import pseudo_inverse
+from seatrial.identification.experiment_design.gain import (
+    ErrorDecay,
+    ManoeuvreGain,
+    drive_time,
+    trial,
+)
 from seatrial.identification.experiment_design.manoeuvres import MANOEUVRE_LENGTH, manoeuvres
-from seatrial.identification.experiment_design.sentences import drive_time
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import ModelError
+from seatrial.util.statistics import pseudo_inverse
 
 NOISE = np.array([4e-3, 4e-3, 4e-3])  # [m, m, rad] as in `hard`
 

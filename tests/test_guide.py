@@ -29,10 +29,9 @@ from seatrial.guide.answers import (
     OTHER_NAMES,
     STERN,
     TEST_QUESTION,
+    contradicting_names,
 )
-from seatrial.guide.steps import Steps
-from seatrial.guide.task import Task
-from seatrial.inspection.proposal.side_names import contradicting_names
+from seatrial.guide.steps import Steps, Task
 from seatrial.inspection.proposal.sources import Choices, lever_of, one_each, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health

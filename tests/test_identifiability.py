@@ -13,11 +13,10 @@ import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup, DeadZone, EnvelopeEntry
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.identification.uncertainty.identifiability import (
+from seatrial.identification.uncertainty.identifiability import condition, identifiability
+from seatrial.identification.uncertainty.parameter_verdict import (
     ParameterVerdict,
-    condition,
     full_thrust,
-    identifiability,
     reach_text,
 )
 from seatrial.simulation.plan import load_plan

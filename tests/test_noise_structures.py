@@ -9,13 +9,14 @@ from conftest import at_length
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import Fit, fit
 from seatrial.identification.likelihood import noise_structures as subject
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.noise_structures import (
     DISTURBANCE_MEMORY,
     SWITCH_GAIN,
     force_for_walk,
     refined,
 )
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.start_noise import correlated_size, noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed

@@ -12,7 +12,7 @@ import survey_boat
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
 from seatrial.identification.estimator import OutputErrorSettings, fit
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.on_request import accuracy_tables, profile_text
 from seatrial.identification.uncertainty import profile as profile_module

@@ -10,7 +10,6 @@ from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.identification.estimator import output_error
-from seatrial.identification.selection.terms.candidates import with_terms
 from seatrial.recording.recording import Recording, Signal
 from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import simulate
@@ -79,5 +78,5 @@ def test_what_a_structure_lacks_is_no_change_of_the_boat(mp):
     trials = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
     driven = simulate(msgspec.structs.replace(plan, trials=trials), mp)
     kept = [t for t in mp.structure.terms if t.coefficient not in {"X_uu", "Y_vv", "N_rr"}]
-    found = output_error([t.recording for t in driven], with_terms(mp, kept))
+    found = output_error([t.recording for t in driven], mp.with_terms(kept))
     assert found.findings_of(FindingKind.PARAMETER_DRIFT) == ()

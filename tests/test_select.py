@@ -32,16 +32,19 @@ from seatrial.identification.selection.terms import (
     select,
     selection_text,
 )
-from seatrial.identification.selection.terms.aliasing import aliases
-from seatrial.identification.selection.terms.candidates import is_essential, with_terms
-from seatrial.identification.selection.terms.cross_validation import folds
+from seatrial.identification.selection.terms.candidates import aliases, is_essential
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
     TermTests,
     TermVerdict,
     reason_to_go,
 )
-from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange, retrained
+from seatrial.identification.selection.terms.held_out import (
+    HeldOut,
+    PredictionChange,
+    folds,
+    retrained,
+)
 from seatrial.identification.selection.terms.stepwise import (
     TermSearch,
     candidate_information,
@@ -77,7 +80,7 @@ def trials(vehicle, seed, names=SIX, extra=None):
     plant = msgspec.structs.replace(plan.plant, coefficients=coefficients)
     plan = msgspec.structs.replace(plan, trials=chosen, plant=plant)
     more = [t for t in given_candidates(vehicle, TRIED) if t.coefficient in (extra or {})]
-    driven = with_terms(vehicle, (*vehicle.structure.terms, *more))
+    driven = vehicle.with_terms((*vehicle.structure.terms, *more))
     return [t.recording for t in simulate(plan, driven, plant_model(plan, driven))]
 
 
@@ -161,7 +164,7 @@ def test_other_terms_stand_in_the_files_own_axes():
     """In forward-right-down axes -u r keeps its sign; what is chosen means the same boat."""
     ship = seatrial.load_vehicle(str(CSE1 / "coupled.yaml"))
     terms = (*ship.structure.terms, *given_candidates(ship, ["X_v * v"]))
-    found = with_terms(ship, terms)
+    found = ship.with_terms(terms)
     assert sorted(t.text() for t in found.structure.terms) == sorted(t.text() for t in terms)
     assert "X_v * v" in found.file.structure["surge"]
 
@@ -192,7 +195,7 @@ def test_what_the_score_says_of_a_term_is_what_a_refit_finds(six, solved, fitted
     """One Gauss-Newton step without refit, against the likelihood's maximum with the term."""
     term = named(mp, "N_v * v")[0]
     step = estimate(score_information_of(solved.at, [term]), "N_v")
-    refit = output_error(six, with_terms(mp, (*mp.structure.terms, term)), start=fitted)
+    refit = output_error(six, mp.with_terms((*mp.structure.terms, term)), start=fitted)
     assert step.value == pytest.approx(refit.values["N_v"], abs=0.3 * refit.standard_errors["N_v"])
     assert 0.7 < step.error / refit.standard_errors["N_v"] < 1.6
     assert step.z == pytest.approx(step.value / step.error)

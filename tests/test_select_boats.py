@@ -15,7 +15,6 @@ from seatrial.identification.selection.terms import (
     select,
     selection_text,
 )
-from seatrial.identification.selection.terms.candidates import with_terms
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
     TermVerdict,
@@ -109,7 +108,7 @@ def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
     plan = plan_of("hard", 21, 60.0)
     extra = {"N_a": -0.8, "X_a": -3.0}
     more = given_candidates(mp, ["N_a * |v| * r", "X_a * u * u * u"])
-    driven = with_terms(mp, (*mp.structure.terms, *more))
+    driven = mp.with_terms((*mp.structure.terms, *more))
     plant = msgspec.structs.replace(plan.plant, coefficients={**plan.plant.coefficients, **extra})
     found = select(recordings(msgspec.structs.replace(plan, plant=plant), driven), mp)
     came = [row.term.partition(" * ")[2] for row in found.rows if row.verdict is TermVerdict.COMES]

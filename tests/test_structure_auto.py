@@ -14,8 +14,8 @@ from seatrial.boat.physical_library import base_terms, library_tiers
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import fit
 from seatrial.identification.selection.terms import choose_structure, given_candidates
-from seatrial.identification.selection.terms.aliasing import aliases
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
+from seatrial.identification.selection.terms.candidates import aliases
 from seatrial.identification.selection.terms.decisions import TermVerdict
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed

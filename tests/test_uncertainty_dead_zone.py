@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from seatrial.identification.estimator import OutputErrorSettings, fit
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.uncertainty import dead_zone as kinks
-from seatrial.identification.uncertainty.covariance import sandwich_covariance
-from seatrial.identification.uncertainty.lag import with_lag_by_square
+from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_lag_by_square
 from seatrial.identification.uncertainty.profile import profile
 from seatrial.util.statistics import NORMAL_95
 from tests.boats.scenes import scenes, true_parameters, vehicle_of

@@ -6,7 +6,7 @@ import pytest
 from survey_boat import LATENCY, driven
 
 from seatrial.identification.estimator import output_error
-from seatrial.identification.uncertainty.lag import lag_error
+from seatrial.identification.uncertainty.covariance import lag_error
 from seatrial.util.statistics import NORMAL_95
 
 QUIET = np.array([1e-5, 1e-5, 1e-5])  # [m], [rad]

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from seatrial.guide.path import _while_driven
-from seatrial.guide.steps import Steps
-from seatrial.guide.task import Task
+from seatrial.guide.steps import Steps, Task
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.recording.undriven import undriven_motion
 

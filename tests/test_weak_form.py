@@ -10,7 +10,7 @@ from method_trials import driven, pulses_of, truth
 
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.regression.equation_error import equation_error
-from seatrial.identification.regression.weak_form import WeakFormSettings, weak_form
+from seatrial.identification.regression.weak_form import weak_form
 from seatrial.identification.regression.weak_rows import (
     Widths,
     choose_widths,
@@ -90,7 +90,7 @@ def test_without_noise_it_is_as_exact_as_the_poses_are_close(rate, worst, mp):
     model = weak_form(
         [r.cut(0, 100) for r in pulses_of(plan, mp)],
         stated,
-        settings=WeakFormSettings(step=1 / 240),
+        step=1 / 240,
     )
     for name, value in truth("clean", "mallard-mp").items():
         assert model.values[name] == pytest.approx(value, rel=worst), name

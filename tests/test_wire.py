@@ -8,15 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from seatrial.io.bags.wire import (
-    MOST_ELEMENTS,
-    PRIMITIVES,
-    Wire,
-    WireError,
-    described,
-    parse_definition,
-    plain,
-)
+from seatrial.io.bags.wire import Wire, parse_definition, plain
+from seatrial.io.bags.wire_walk import MOST_ELEMENTS, PRIMITIVES, WireError, described
 from seatrial.util.errors import RecordingError
 
 ROOT = "test_msgs/msg/Root"

@@ -211,6 +211,15 @@ class FindingKind(Enum):
             {"axes": NAMES},
         ),
     )
+    SMOOTH_HEADING = (
+        "smooth-heading",
+        Spec(
+            "the heading has no white errors, and {lasting:.2g} mrad that last {memory:.2g} s: it comes from a "
+            "filter, as an autopilot's. White noise is held at {white:.2g} mrad",
+            "Log the compass or the GNSS heading, too. On board give the predictor the same filtered heading",
+            numbers={"white": "mrad", "lasting": "mrad", "memory": "s"},
+        ),
+    )
     LEVER_ARM_ERRORS = (
         "lever-arm-errors",
         Spec(

@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from seatrial.boat.schema import ChainGroup, SteeredEntry
 from seatrial.util.errors import SeatrialError, VehicleError
 
-THRUST_STAGES = ("reverse_ratio", "gain", "scale_power")  # that an angle can't have
-
 
 def steered_entries(groups: Sequence[ChainGroup]) -> list[SteeredEntry]:
     """The steered entries of a chain."""
@@ -37,7 +35,7 @@ def refuse_angles(
     if angles := angle_names(groups):
         raise error(
             f"{source}: {', '.join(angles)} is an angle (chain: steered); {what} takes thrusters in fixed "
-            "directions. Commands identify, predict and sim, and the odometry node, work with it"
+            "directions. Commands identify, predict, sim and export, and the odometry node, work with it"
         )
 
 

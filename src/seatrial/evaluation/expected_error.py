@@ -60,18 +60,6 @@ def _disjoint(start: Poses, end: Poses) -> Poses:
     return np.array(found, dtype=np.int64)
 
 
-def parameter_variance(
-    model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses
-) -> Array:
-    """Variance (3,) [m/s, m/s, rad/s]^2 at the ends of predictions, from parameter uncertainty.
-
-    To first order: the covariance of coefficients and constants through the sensitivities.
-    """
-    return variance_of(
-        parameter_sensitivities(model, recording, begin, start, end), model.covariance
-    )
-
-
 def variance_of(slopes: Array, covariance: Array) -> Array:
     """Mean variance (3,) by sensitivities (n, 3, p) to parameters with this covariance (p, p)."""
     return np.asarray(np.sum((slopes @ covariance) * slopes, axis=(0, 2)) / len(slopes))

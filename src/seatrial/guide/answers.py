@@ -1,16 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""What no log can tell: asked at a terminal, else assumed and stated."""
+"""What no log can tell: asked at a terminal, else assumed and stated; and what names of thrusters say."""
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.inspection.proposal.axes import asked_axes
 from seatrial.inspection.proposal.by_name import ThrustersUnknownError
 from seatrial.inspection.proposal.propose import Proposal, init
-from seatrial.inspection.proposal.side_names import contradicting_names
 from seatrial.inspection.proposal.sources import (
     MOORE_PENROSE,
     Choices,
@@ -55,6 +55,8 @@ EFFECT_QUESTIONS = {
 }
 AT_ORIGIN = "the measured point is the boat's origin (pose: {lever: [x, y]})"
 TEST_QUESTION = "Which recording tests the model, and is not used to identify it?"
+SIDES = {"port|left": 1.0, "starboard|stbd|right": -1.0}  # y of a thruster, forward-left-up
+PART = re.compile(r"[A-Za-z]+")
 
 
 def choices_of(path: Path, given: Choices, ask: Questions | None) -> Choices:
@@ -159,3 +161,23 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
 def _side(given: Choices) -> str:
     """The direction of the file's second axis."""
     return "starboard" if given.axes == Axes.FRD.value else "port"
+
+
+def contradicting_names(forces: Mapping[str, Mapping[str, Any]], axes: str) -> tuple[str, ...]:
+    """Thrusters that turn the boat as those of the other side do, where all with such names do.
+
+    A thruster on the left that drives the boat ahead turns it to the right. forces: of a proposal, in `axes`.
+    """
+    by_axis = {force["axis"]: force["of"] for force in forces.values()}
+    surge, yaw = by_axis.get("surge", {}), by_axis.get("yaw", {})
+    left_up = -1.0 if axes == Axes.FRD.value else 1.0
+    named = {name: side for name in yaw if (side := _named_side(name)) and surge.get(name)}
+    wrong = [n for n, side in named.items() if left_up * side * surge[n] * yaw[n] > 0.0]
+    return tuple(wrong) if len(wrong) == len(named) else ()
+
+
+def _named_side(name: str) -> float:
+    """1: left, -1: right; 0: the name does not say."""
+    words = {word.lower() for word in PART.findall(name.replace("_", " "))}
+    found = {side for pattern, side in SIDES.items() if words & set(pattern.split("|"))}
+    return found.pop() if len(found) == 1 else 0.0

@@ -10,7 +10,7 @@ from seatrial.guide.answers import (
     LAST_QUARTER,
     test_of,
 )
-from seatrial.guide.task import Task
+from seatrial.guide.steps import Task
 from seatrial.io.reader import recording_name
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording

@@ -21,8 +21,7 @@ from seatrial.guide.answers import (
     proposed,
 )
 from seatrial.guide.held_out import HELD_OUT_SUFFIX, hold_out, place_of
-from seatrial.guide.steps import Steps, digest_of
-from seatrial.guide.task import Say, Task
+from seatrial.guide.steps import Say, Steps, Task, digest_of
 from seatrial.identification.guided import identify_guided
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect

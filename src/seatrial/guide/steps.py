@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: MIT
-"""Steps that are done: a guided path that was stopped goes on where it was."""
+"""Inputs of a guided path, and steps that are done: one that was stopped goes on where it was."""
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, expect_format, read_json, sha256, write_text
+from seatrial.util.questions import Questions
 
 STEPS_FORMAT = "steps 1"
 
@@ -57,3 +59,24 @@ class Steps:
 def digest_of(*parts: object) -> str:
     """Of everything that a step is made from."""
     return hashlib.sha256(json.dumps(parts, default=str).encode()).hexdigest()
+
+
+Say = Callable[[str], None]
+
+
+@dataclass
+class Task:
+    """Inputs, and what is found on the way."""
+
+    logs: tuple[Path, ...]
+    folder: Path
+    ask: Questions | None
+    say: Say
+    salvage: bool
+    steps: Steps
+    effects: tuple[str, ...] = ()  # estimated from the beginning
+    assumed: list[str] = field(default_factory=list)
+
+    def file(self, name: str) -> Path:
+        """In the folder."""
+        return self.folder / name

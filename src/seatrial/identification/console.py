@@ -15,24 +15,22 @@ from seatrial.identification.regression.smoother import SMOOTHER
 from seatrial.identification.uncertainty.identifiability import (
     CORRELATED,
     INSEPARABLE,
-    SHARP_ERROR,
     Combination,
     Identifiability,
+    identifiability,
+)
+from seatrial.identification.uncertainty.parameter_verdict import (
+    SHARP_ERROR,
     ParameterAccuracy,
     ParameterVerdict,
     full_thrust,
-    identifiability,
     reach_text,
 )
 from seatrial.recording.velocity import STENCIL_NOISE
-from seatrial.util.format import joined, percent, plus_minus, table
-from seatrial.util.frames import AXES, Array, Axes
+from seatrial.util.format import joined, percent, plus_minus
+from seatrial.util.frames import AXES, Axes
 
-LEAST_DISTURBANCE_SHARE = 1e-3  # of full thrust: a smaller disturbance force is not shown
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
-LEAST_CORRELATED = 1e-7  # [m], [rad]: floor of the search, not shown
-HOURS_FROM = 120.0  # [min] from which on a length is in hours
-MOST_LISTED = 3  # parameters with a record length beside them
 MOST_FINDINGS = 3  # in a brief summary
 
 
@@ -186,7 +184,7 @@ def _noise(model: Model) -> str:
     said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
     if noise.correlated is not None:
         c = noise.correlated
-        lasting = _above(LEAST_CORRELATED, (c.position, "mm"), (c.heading, "mrad"))
+        lasting = _above(1e-7, (c.position, "mm"), (c.heading, "mrad"))
         said += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
         return f"{said}."
@@ -196,7 +194,7 @@ def _noise(model: Model) -> str:
     parts = [
         f"{percent(size / thrust)} in {AXES[axis]}"
         for axis, (size, thrust) in enumerate(zip(sizes, most, strict=True))
-        if axis in driven and thrust > 0 and size > LEAST_DISTURBANCE_SHARE * thrust
+        if axis in driven and thrust > 0 and size > 1e-3 * thrust
     ]
     said += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
@@ -228,8 +226,7 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
         return [f"Halving every error takes four times these {minutes(length)}."]
     loose.sort(key=lambda f: -f.relative)
     wanted = [
-        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}"
-        for f in loose[:MOST_LISTED]
+        f"{minutes(length * (f.relative / SHARP_ERROR) ** 2)} for {f.name}" for f in loose[:3]
     ]
     return [
         f"Driven like these {minutes(length)}, knowing them to {100 * SHARP_ERROR:.0f} % takes "
@@ -239,18 +236,9 @@ def _how_long(model: Model, found: Identifiability) -> list[str]:
 
 def minutes(value: float) -> str:
     """A length of time, given in minutes."""
-    if value > HOURS_FROM:
+    if value > 120:
         return f"{value / 60:.0f} h" if value > 600 else f"{value / 60:.1f} h"
     return f"{value:.0f} min" if value >= 20 else f"{value:.1f} min"
-
-
-def correlation_text(names: Sequence[str], correlation: Array) -> str:
-    """The correlations (p, p) of named parameters as a table, in per cent, lower half."""
-    rows = [
-        [name, *(f"{100 * r:.0f}" for r in correlation[i, :i]), *([""] * (len(names) - i))]
-        for i, name in enumerate(names)
-    ]
-    return table(["", *names], rows)
 
 
 def _from(model: Model) -> str:

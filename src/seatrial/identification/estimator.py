@@ -22,19 +22,12 @@ from seatrial.identification.diagnostics.external_disturbances import (
     disturbed_at,
 )
 from seatrial.identification.diagnostics.solution_checks import solution_findings
-from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect_findings
+from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
-from seatrial.identification.likelihood.noise_structures import refined
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    by_linearisation,
-    full_pass,
-    search,
-)
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, LEVER_NAMES, Problem
-from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS, LEVER_NAMES
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.problem_setup import problem_with, with_prior, with_sought_stages
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.actuator_stages import (
@@ -43,12 +36,14 @@ from seatrial.identification.selection.actuator_stages import (
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
+from seatrial.identification.uncertainty.covariance import (
+    sandwich_covariance,
+    with_enough_blocks,
+    with_lag_by_square,
+)
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
-from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import Array
 from seatrial.util.progress import stage
 
 __all__ = ["OUTPUT_ERROR", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -119,8 +114,7 @@ def _from_stated_lever(
 
 def _cost(found: Fit) -> float:
     """-2 log L at the noise that maximises it, without a fit horizon."""
-    noise = found.noise if found.maximum_noise is None else found.maximum_noise
-    return found.problem.run_filter(found.theta, noise, repeatable=False).cost
+    return found.problem.run_filter(found.theta, found.maximum_noise, repeatable=False).cost
 
 
 def _fit(
@@ -147,14 +141,15 @@ def _fit(
     # further stages of the actuator chain
     with stage("actuator stages", 0.25):
         if further and prior is None:  # a prior has stages of its own
-            at, horizon, found = _with_stages(at, horizon, likely.noise, vehicle, chosen)
-            findings += found
+            at, selected = select_stages(at, vehicle, chosen, horizon)
+            findings += selected
     # standard errors, and diagnostics at the solution
     with stage("standard errors", 0.1):
         covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     with stage("diagnostics"):
         if further:
-            findings += [*unmodelled_effect_findings(at, horizon, covariance), *change_findings(at)]
+            findings += unmodelled_effect(at, horizon, covariance).findings
+            findings += change_findings(at)
         findings += solution_findings(at, horizon, covariance)
         # what disturbed intervals do to the standard errors
         sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
@@ -189,23 +184,3 @@ def _problem(
         if problem.block < chosen.block:
             findings.append(finding_of(FindingKind.SHORT_BLOCKS, length=problem.block))
     return problem, findings
-
-
-def _with_stages(
-    at: Point, horizon: float, likely: Array, vehicle: Vehicle, chosen: OutputErrorSettings
-) -> tuple[Point, float, list[Finding]]:
-    """The solution with the selected stages, its fit horizon, and findings on them.
-
-    A missing stage is model mismatch: where the innovations are white with the stages, the maximum of the
-    likelihood takes the place of the fit horizon. likely: (11,) the noise at the maximum without the stages.
-    """
-    at, findings = select_stages(at, vehicle, chosen, horizon)
-    if horizon and findings:
-        # first on the linearisation: mismatch that stays needs no search
-        near = by_linearisation(full_pass(at.runs.problem, at.theta, likely))
-        again, outcome = (
-            search(at.runs.problem, near.theta, near.noise) if is_white(near) else (at, None)
-        )
-        if outcome is Outcome.CONVERGED and is_white(again):
-            return refined(again), 0.0, findings
-    return at, horizon, findings

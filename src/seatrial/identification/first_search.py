@@ -8,16 +8,17 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.external_disturbances import disturbance_hint
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import (
     MOST_PASSES,
     Outcome,
-    Point,
     converged,
     far_from_poses,
     maximise_likelihood,
     search,
 )
-from seatrial.identification.likelihood.problem import LEVER_NAMES, Problem
+from seatrial.identification.likelihood.parameters import LEVER_NAMES
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import integration_step, problem_with, start_of
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.solution import OutputErrorSettings, StartValues

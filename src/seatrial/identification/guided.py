@@ -14,8 +14,8 @@ from seatrial.identification.diagnostics.unmodelled_effects import (
     unmodelled_effect,
 )
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import EFFECT_KINDS
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
@@ -30,7 +30,6 @@ from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage
 
 MOST_EFFECTS = 3  # a boat that needs more of them is described by none
-EFFECTS_SHARE = 0.4  # of the time
 
 Confirm = Callable[[str, Finding], bool]
 
@@ -64,7 +63,7 @@ def identify_guided(
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
     usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
-    with stage("effects", EFFECTS_SHARE):
+    with stage("effects", 0.4):
         at = first_maximum(recordings, usual, effects)
         # thrusters that the file leaves out: their dead zone else looks like an effect
         layout = select_layout(at, usual, effects) if vehicle.automatic else None

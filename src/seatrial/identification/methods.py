@@ -10,7 +10,7 @@ from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
 from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
-from seatrial.identification.likelihood.problem import EFFECT_KINDS
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_findings
 from seatrial.identification.recording_checks import check_recordings, commands_beyond, explained
@@ -44,9 +44,6 @@ __all__ = [
     "identify",
     "summary",
 ]
-
-# share of the time of `identify` that the method takes; the rest is for checks
-SEARCH_SHARE = {OUTPUT_ERROR: 0.95, EQUATION_ERROR: 0.3, WEAK_FORM: 0.3, SMOOTHER: 0.7}
 
 
 def identify(
@@ -100,12 +97,13 @@ def identify_with_fit(
     vehicle = vehicle if choice is None else choice.vehicle
     # the method
     solution = None
-    with stage("", SEARCH_SHARE[method]):
+    with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
         if method == OUTPUT_ERROR:
-            solution = _output_error(
-                recordings, vehicle, prior, prior_spread, effects,
-                begin=None if choice is None else choice.begin,
-            )  # fmt: skip
+            begin = None if choice is None else choice.begin
+            with explained(recordings, vehicle):
+                solution = _output_error(
+                    recordings, vehicle, prior, prior_spread, effects, begin=begin
+                )
             if choice is None or choice.selection is None:
                 more = missing_term_findings(solution)
                 solution = replace(solution, findings=(*solution.findings, *more))
@@ -176,22 +174,6 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
 
 
 def _output_error(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    prior: Model | None,
-    spread: float,
-    effects: Sequence[str],
-    *,
-    begin: StartValues | None,
-) -> Fit:
-    """The solution; where there is none, the reason begins with what is wrong with recordings and file."""
-    try:
-        return _fit(recordings, vehicle, prior, spread, effects, begin=begin)
-    except IdentificationError as error:
-        raise explained(error, recordings, vehicle) from None
-
-
-def _fit(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     prior: Model | None,

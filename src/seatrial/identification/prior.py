@@ -26,10 +26,6 @@ LEAST_TERM_SHARE = (
     0.2  # of an axis' largest term: a smaller term is widened as if it were this large
 )
 LATENCY_CHANGE = 0.05  # [s] expected: it includes the offset of two clocks
-LEAST_EDGE = 0.05  # of full command: a smaller dead-zone edge is widened as if it were this large
-LEAST_MOVE_VARIANCE = (
-    1e-6  # of the prior's variance: floor of a shift's variance, against division by 0
-)
 CONFLICT_LEVEL = 0.05  # significance level, over all parameters together
 DOMINATED_SHARE = 0.75  # of the prior's variance left: more, and the estimate is mostly the prior's
 
@@ -47,10 +43,8 @@ class PriorShift:
     @property
     def normalised(self) -> float:
         """Shift from the prior over its standard deviation: var(found - prior) = width^2 - error^2."""
-        expected = self.width**2 - self.error**2
-        return float(
-            (self.found - self.prior) / np.sqrt(max(expected, LEAST_MOVE_VARIANCE * self.width**2))
-        )
+        expected = self.width**2 - self.error**2  # never 0, so that it divides
+        return float((self.found - self.prior) / np.sqrt(max(expected, 1e-6 * self.width**2)))
 
     @property
     def dominated(self) -> bool:
@@ -74,7 +68,7 @@ def widened(prior: Model, spread: float = SPREAD) -> Model:
     names = [name.partition(".")[0] for name in prior.vehicle.constants.names]
     more = [spread * size for size in sizes]
     for name, value in zip(names, prior.constants.tolist(), strict=True):
-        size = max(abs(value), LEAST_EDGE) if name.startswith("edge") else abs(value)
+        size = max(abs(value), 0.05) if name.startswith("edge") else abs(value)
         more.append(LATENCY_CHANGE if name == "latency" else spread * size)
     has_error = np.array([name not in prior.at_bounds for name in prior.parameters])
     added = np.diag(np.square(more) * has_error)
@@ -218,7 +212,7 @@ def _factor(prior: Model, found: Model, names: Sequence[str]) -> tuple[float, fl
     weights /= weights @ old
     # var(found - prior) = width^2 - error^2, as in `PriorShift.normalised`
     wide = weights @ width @ weights
-    expected = max(wide - weights @ error @ weights, LEAST_MOVE_VARIANCE * wide)
+    expected = max(wide - weights @ error @ weights, 1e-6 * wide)
     return float(weights @ (new - old)), float(1.0 / expected)
 
 

@@ -14,16 +14,10 @@ from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.problem import (
-    DELAY_NAMES,
-    LEVER_NAMES,
-    START_DELAY,
-    Prior,
-    Problem,
-)
+from seatrial.identification.likelihood.parameters import DELAY_NAMES, LEVER_NAMES, START_DELAY
+from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.likelihood.start_noise import noise_from_poses
-from seatrial.identification.regression.start_lever import lever_from_poses
-from seatrial.identification.regression.start_values import start_values
+from seatrial.identification.regression.start_values import lever_from_poses, start_values
 from seatrial.identification.selection.actuator_stages import (
     CHAIN_FINDINGS,
     STAGES_SELECTED,
@@ -93,9 +87,7 @@ def problem_with(
     delays = free_delays(vehicle, settings.effects)
     for i, name in enumerate(problem.names[n + m :], n + m):
         free += [i] if name.partition("_")[0] in sought or name in delays else []
-    return Problem(
-        whole, tuple(recordings), tuple(free), settings.step, settings.outlier, settings.block
-    )
+    return replace(problem, free=tuple(free))
 
 
 def free_delays(vehicle: Vehicle, effects: Sequence[str]) -> tuple[str, ...]:

@@ -13,15 +13,13 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion
 from seatrial.util.frames import SYMBOLS, Array
 
-SPEED_PERCENTILES = [0.5, 99.5]  # of the envelope: single velocities beyond are noise
-
 
 def envelope(
     vehicle: Vehicle, constants: Array, recordings: Sequence[Recording], moving: Sequence[Motion]
 ) -> EnvelopeEntry:
     """0.5th to 99.5th percentile of speeds, and the range of forces, over all recordings."""
     nu = np.concatenate([m.nu[m.valid] for m in moving])
-    low, high = np.percentile(nu, SPEED_PERCENTILES, axis=0)
+    low, high = np.percentile(nu, [0.5, 99.5], axis=0)  # beyond is noise
     ranges: list[Array] = []
     for recording in recordings:
         forces = thrust_trace(vehicle, constants, recording).forces(recording.t)

@@ -2,8 +2,8 @@
 """Recordings that can not identify a model, refused before any method begins."""
 
 import itertools
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
@@ -61,14 +61,17 @@ def commands_beyond(recordings: Sequence[Recording], vehicle: Vehicle) -> list[s
     ]
 
 
-def explained(
-    error: IdentificationError, recordings: Sequence[Recording], vehicle: Vehicle
-) -> IdentificationError:
-    """The error, which begins with what is wrong with recordings and file."""
-    wrong = commands_beyond(recordings, vehicle)
-    with suppress(RecordingError):
-        wrong += [finding.text for finding in check_each_recording(recordings, vehicle).findings]
-    return IdentificationError("; ".join([*wrong, str(error)]))
+@contextmanager
+def explained(recordings: Sequence[Recording], vehicle: Vehicle) -> Iterator[None]:
+    """Where no solution is found inside, the error begins with what is wrong with recordings and file."""
+    try:
+        yield
+    except IdentificationError as error:
+        wrong = commands_beyond(recordings, vehicle)
+        with suppress(RecordingError):
+            found = check_each_recording(recordings, vehicle).findings
+            wrong += [finding.text for finding in found]
+        raise IdentificationError("; ".join([*wrong, str(error)])) from None
 
 
 def _shared(a: Recording, b: Recording) -> int:

@@ -1,28 +1,31 @@
 # SPDX-License-Identifier: MIT
 """Settings of the prediction-error estimator, and what it ends with."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import msgspec
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import DELAYS_TOLD, LEVER_TOLD, Model
-from seatrial.boat.noise_parameters import OUTLIER, folded, noise_entry, noise_vector
+from seatrial.boat.noise_parameters import (
+    DISTURBANCES,
+    MEMORY,
+    NOISE_MOST,
+    OUTLIER,
+    folded,
+    noise_entry,
+    noise_vector,
+)
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.effect_noise import with_effects_as_noise
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
-from seatrial.identification.likelihood.optimiser import Point
-from seatrial.identification.likelihood.problem import (
-    DELAY_NAMES,
-    EFFECT_NAMES,
-    LEVER_NAMES,
-    FilterRuns,
-    Problem,
-)
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.parameters import DELAY_NAMES, EFFECT_NAMES, LEVER_NAMES
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.frames import Array
@@ -70,8 +73,13 @@ class Fit:
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     findings: tuple[Finding, ...]
-    horizon: float = 0.0  # [s] fit horizon under model mismatch, 0: none
-    maximum_noise: Array | None = None  # (11,) at the likelihood's maximum, before the horizon
+    horizon: float  # [s] fit horizon under model mismatch, 0: none
+    maximum_noise: Array  # (11,) at the likelihood's maximum, before the horizon
+
+    @property
+    def point(self) -> Point:
+        """Parameters, noise and filter runs."""
+        return Point(self.theta, self.noise, self.runs)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -104,10 +112,8 @@ class Fit:
             settings[LEVER_TOLD] = stated
         if self._delays() and (stated := problem.vehicle.stated_delays) is not None:
             settings[DELAYS_TOLD] = stated
-        noise = self.noise
-        if self.horizon and self.maximum_noise is not None:
-            noise = likelihood_noise(Point(theta, noise, self.runs), self.maximum_noise)
         recordings = problem.recordings
+        noise = likelihood_noise(self.point, self.maximum_noise) if self.horizon else self.noise
         noise = folded(noise, min(r.period for r in recordings))
         entries = tuple(self._entry(i) for i in range(len(recordings)))
         noise, earth = with_effects_as_noise(
@@ -191,3 +197,41 @@ def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
     if ahead == left == 0.0:
         return vehicle
     return vehicle.with_lever((vehicle.lever[0] + ahead, vehicle.lever[1] + left))
+
+
+def with_effects_as_noise(
+    noise: Array, effects: Sequence[Mapping[str, float]], vehicle: Vehicle, coefficients: Array
+) -> tuple[Array, bool | None]:
+    """The noise (11,) with the mean square of all recordings' effects as a slow disturbance force.
+
+    effects: of each recording, by name, in SI. The estimator knows them; a filter on board estimates them as its
+    disturbance. A current acts by the drag that it makes. Also whether the disturbance is then earth-fixed; None:
+    as before. Variances add, memories are weighted by them.
+    """
+    if not any(effects):
+        return noise, None
+    found = np.mean([_variances(own, vehicle, coefficients) for own in effects], axis=0)
+    linear, yaw, earth = found.tolist()
+    out = noise.copy()
+    before = noise[DISTURBANCES] ** 2
+    after = before + np.array([linear, yaw])
+    share = (linear + yaw) / max(float(after.sum()), np.finfo(float).tiny)
+    out[DISTURBANCES] = np.sqrt(after)
+    out[MEMORY] = (1.0 - share) * noise[MEMORY] + share * NOISE_MOST[MEMORY]
+    return out, True if earth > 0.5 * float(after[0]) else None
+
+
+def _variances(
+    own: Mapping[str, float], vehicle: Vehicle, coefficients: Array
+) -> tuple[float, float, float]:
+    """Mean squares: linear, of an axis [(m/s^2)^2]; yaw [(rad/s^2)^2]; earth-fixed part of the first."""
+    wind = np.hypot(own.get("wind_x", 0.0), own.get("wind_y", 0.0))
+    trim = np.hypot(own.get("trim_u", 0.0), own.get("trim_v", 0.0))
+    speed = float(np.hypot(own.get("current_x", 0.0), own.get("current_y", 0.0)))
+    earth = 0.5 * float(wind) ** 2
+    if speed > 0.0:  # a boat that rests over ground: its drag in the two axes, of any heading
+        nu = np.array([[-speed, 0.0, 0.0], [0.0, -speed, 0.0]])
+        still = np.zeros((2, len(vehicle.forces)))
+        pushed = _core.accelerations(vehicle.structure.compiled, coefficients, nu, still)
+        earth += 0.25 * float(pushed[0, 0] ** 2 + pushed[1, 1] ** 2)
+    return earth + 0.5 * float(trim) ** 2, own.get("trim_r", 0.0) ** 2, earth

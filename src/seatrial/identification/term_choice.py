@@ -8,7 +8,7 @@ from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.terms import Selection, choose_structure
 from seatrial.identification.selection.terms.candidates import with_usual_terms
@@ -16,7 +16,6 @@ from seatrial.identification.selection.thruster_layout import forces_alone, sele
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import IdentificationError
 from seatrial.util.progress import stage
 
 
@@ -49,13 +48,10 @@ def choose_terms(
     at, layout = None, None
     unknown = forces_alone(vehicle)
     if effects or unknown:
-        with stage("effects", 0.4):
+        with stage("effects", 0.4), explained(recordings, vehicle):
             usual = with_usual_terms(vehicle)
-            try:
-                at = first_maximum(recordings, usual, effects)
-                layout = select_layout(at, usual, effects) if unknown else None
-            except IdentificationError as error:
-                raise explained(error, recordings, vehicle) from None
+            at = first_maximum(recordings, usual, effects)
+            layout = select_layout(at, usual, effects) if unknown else None
     if layout is not None:
         at, vehicle = layout.at, layout.given_to(vehicle)
     choice = choose_terms_from(at if effects else None, recordings, vehicle)
@@ -67,10 +63,8 @@ def choose_terms_from(
 ) -> TermChoice:
     """The same after a solution with the effects, if any, and the terms that every boat has."""
     clean = recordings if at is None else without_effects(at)
-    try:
+    with explained(recordings, vehicle):
         found = choose_structure(clean, vehicle)
-    except IdentificationError as error:
-        raise explained(error, recordings, vehicle) from None
     first = None if at is None else start_values_of(at)
     if found is None:
         return TermChoice(with_usual_terms(vehicle), None, first)

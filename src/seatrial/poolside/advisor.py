@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import NOISE_LEAST, noise_vector
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.experiment_design.information import ReferencePoint, information_of
+from seatrial.identification.experiment_design.information import ReferencePoint
 from seatrial.identification.experiment_design.manoeuvres import SIDE_WORDS
 from seatrial.poolside.area import Area
 from seatrial.poolside.needs import Need
@@ -188,7 +188,7 @@ def _ranked(
         if not runs.by_recording[i].good:
             continue
         after = np.zeros_like(model.covariance)
-        information = trust * information_of(runs, i)
+        information = trust * runs.information_of(i)
         after[free], smaller = _added(model.covariance[free], information)
         gain = before - _excess(after, needs)
         scored.append((gain / one.pattern.seconds, smaller / one.pattern.seconds, i, after))

@@ -27,23 +27,20 @@ from seatrial.identification.estimator import fit
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
-from seatrial.identification.likelihood.optimiser import (
-    START_DAMPING,
-    Outcome,
-    Point,
-    bounded_step,
-    far_from_poses,
-    search,
-)
+from seatrial.identification.likelihood.linearised import START_DAMPING, Point, bounded_step
+from seatrial.identification.likelihood.optimiser import Outcome, far_from_poses, search
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.problem_setup import integration_step, problem_with
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import sandwich_covariance, with_enough_blocks
+from seatrial.identification.uncertainty.covariance import (
+    sandwich_covariance,
+    with_enough_blocks,
+    with_lag_by_square,
+)
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
-from seatrial.identification.uncertainty.lag import with_lag_by_square
 from seatrial.poolside.drive_log import DriveLog
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording

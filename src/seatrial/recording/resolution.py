@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""The steps in which coordinates move: numbers that were rounded on their way into the log."""
+"""The steps in which coordinates and headings move: numbers that were rounded on their way into the log."""
 
 import numpy as np
 
+from seatrial import _core
+from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
@@ -11,6 +13,7 @@ LEAST_STEPS_PERCENTILE = 10.0  # [%] of the steps between the values that occur:
 COARSE_SHARE = 0.3  # of the larger range, step of a coordinate from which nothing can be identified
 HELD_SHARE = 0.5  # of the rows that repeat a coordinate while the other moves: its step shows
 RANGE = (5.0, 95.0)  # [%] percentiles of a coordinate
+ROUNDED = 10.0 ** -np.arange(7)  # digits of degrees or of radians that a log may have
 
 
 def resolution(values: Array) -> float:
@@ -52,3 +55,30 @@ def coarse_position(name: str, position: Array) -> str:
             "rounding as noise"
         )
     return ""
+
+
+def heading_step(recording: Recording) -> float:
+    """The step [rad] to which headings were rounded, in degrees or radians; 0: none is visible.
+
+    Only a step that is less than the heading turns from pose to pose: rounding errors are white then.
+    """
+    own = recording.asynchronous
+    psi = (
+        recording.eta[recording.valid, 2]
+        if own is None
+        else own.values[own.parts == _core.HEADING_PART]
+    )
+    turned = np.diff(psi)
+    if not len(turned):
+        return 0.0
+    for step in sorted([*ROUNDED, *np.radians(ROUNDED)], reverse=True):
+        visible = step < np.median(np.abs(turned))
+        if visible and _on_grid(psi[:100], step) and _on_grid(psi, step):
+            return float(step)
+    return 0.0
+
+
+def _on_grid(values: Array, step: float) -> bool:
+    """Whether values (n,) are whole steps apart."""
+    steps = (values - values[0]) / step
+    return bool(np.abs(steps - np.round(steps)).max() < 1e-3)

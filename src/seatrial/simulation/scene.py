@@ -50,9 +50,6 @@ class Scene:
         return self.core.distance(np.ascontiguousarray(points))
 
 
-OPEN_WATER = Scene(np.zeros((0, 4)), np.zeros((0, 3)))
-
-
 def box(x: float, y: float, length: float, width: float, turn: float = 0.0) -> Array:
     """Sides (4, 4) of a box around x, y [m], turned by `turn` [rad]."""
     return _core.box(x, y, length, width, turn)

@@ -61,11 +61,6 @@ def working_on(farm: Farm) -> Iterator[None]:
         _farm.reset(token)
 
 
-def farm_at_hand() -> Farm | None:
-    """The farm of `working_on`; None: there is none."""
-    return _farm.get()
-
-
 @contextmanager
 def on_one_core() -> Iterator[None]:
     """No threads inside: this process is one of many on its computer."""

@@ -11,6 +11,9 @@ BLOCK = 10.0  # [s] blocks of errors that count as independent
 LEAST_EIGENVALUE = (
     1e-9  # of a scaled information; a smaller one has no information (only a sum is known)
 )
+# of the largest eigenvalue: a direction with less has no information
+UNSEEN_DIRECTION = 1e-9
+UNSEEN_SHARE = 1e-2  # of such a direction: a parameter with less in it still has a standard error
 
 
 def inverse_of(matrix: Array) -> Array:
@@ -22,6 +25,22 @@ def inverse_of(matrix: Array) -> Array:
     values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
     root = vectors * scale[:, None] / np.sqrt(np.maximum(values, LEAST_EIGENVALUE))
     return np.asarray(root @ root.T)
+
+
+def pseudo_inverse(information: Array) -> tuple[Array, Mask]:
+    """Inverse (p, p) over directions with information, and which parameters (p,) they determine."""
+    size = np.sqrt(np.diag(information))
+    alive = size > 0
+    out, known = np.zeros_like(information), np.zeros(len(size), dtype=bool)
+    if not alive.any():
+        return out, known
+    scale = 1.0 / size[alive]
+    spectrum, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
+    seen = spectrum > UNSEEN_DIRECTION * spectrum[-1]
+    inverse = (vectors[:, seen] / spectrum[seen]) @ vectors[:, seen].T
+    out[np.ix_(alive, alive)] = inverse * np.outer(scale, scale)
+    known[alive] = ~np.any(np.abs(vectors[:, ~seen]) > UNSEEN_SHARE, axis=1)
+    return out, known
 
 
 def kurtosis(errors: Array) -> float:

@@ -10,7 +10,8 @@ from seatrial.boat.finding_kinds import ASK_FOR_ACTION, UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, advice_of, most_important, sentence_of
 from seatrial.boat.model import Model
 from seatrial.evaluation.scores import RecordingScore, Scores
-from seatrial.identification.uncertainty.identifiability import ParameterVerdict, identifiability
+from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
 from seatrial.inspection.advice import USABLE_POSES
 from seatrial.inspection.overview import Inspection
 from seatrial.recording.excitation import EXCITED

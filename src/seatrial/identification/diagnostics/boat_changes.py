@@ -17,9 +17,10 @@ import numpy as np
 from seatrial.boat.finding_kinds import QUANTITIES
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.selection.score_information import ScoreInformation, score_information
 from seatrial.identification.selection.score_test import (
+    REPORTED_GAIN,
     ScoreTest,
     score_test,
     score_test_after_step,
@@ -27,11 +28,9 @@ from seatrial.identification.selection.score_test import (
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import AXES, Array
 
-LEAST_FACTOR_GAIN = 20.0  # expected fall of -2 log L: less is not reported
 LARGEST_FACTOR_ERROR = 0.05  # standard error, by the information: above it is not identifiable
 LEAST_FACTOR_CHANGE = 0.03  # relative difference: less is not reported
-LEAST_DELAY = 0.04  # [s] between recordings, reported: less hardly biases the latency
-DEAD_ZONE_CONSTANTS = ("edge_forward", "edge_reverse", "pair_dead_zone")
+LEAST_CLOCK_OFFSET = 0.04  # [s] between recordings, reported: less hardly biases the latency
 DISAGREEMENTS = (FindingKind.HOMOGENEITY, FindingKind.CLOCK_HOMOGENEITY)
 
 
@@ -57,7 +56,7 @@ _FactorTest = Callable[[int, str, Array], _Change | None]
 
 
 def _beyond_chance(test: ScoreTest) -> bool:
-    return test.likely and test.gain >= LEAST_FACTOR_GAIN
+    return test.likely and test.gain >= REPORTED_GAIN
 
 
 def change_findings(at: Point) -> list[Finding]:
@@ -206,7 +205,7 @@ def _clock_offset(at: Point, known: ScoreInformation) -> tuple[list[Finding], fl
     delays = delays + _further_delays(at, late, places, delays)
     early, last = int(np.argmin(delays)), int(np.argmax(delays))
     more = float(delays[last] - delays[early])
-    if more < LEAST_DELAY:
+    if more < LEAST_CLOCK_OFFSET:
         return [], 0.0
     one, other = (problem.recordings[places[i]].name for i in (last, early))
     return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
@@ -240,4 +239,4 @@ def _has_dead_zone(vehicle: Vehicle) -> bool:
     """Whether the thrusters have a dead zone, stated or estimated."""
     kinds = {name.partition(".")[0] for name in vehicle.constants.names}
     tables = any(group.table for group in vehicle.file.chain)
-    return tables or bool(kinds & set(DEAD_ZONE_CONSTANTS))
+    return tables or bool(kinds & {"edge_forward", "edge_reverse", "pair_dead_zone"})

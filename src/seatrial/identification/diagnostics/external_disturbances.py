@@ -23,18 +23,13 @@ from seatrial.evaluation.disturbed_intervals import (
     joined_intervals,
     squared_innovations,
 )
-from seatrial.identification.likelihood.optimiser import (
-    Point,
-    at_bounds,
-    by_linearisation,
-    full_pass,
-)
+from seatrial.identification.likelihood.linearised import Point, by_linearisation
+from seatrial.identification.likelihood.optimiser import at_bounds, full_pass
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array
 
-MOST_SEARCHES = 4  # of search and fit: intervals that hid others are found in two or three
 END_LENGTH = 20.0  # [s] of a recording's beginning and end, when boats are put in and taken out
 END_SHARE = 0.15  # of a short recording, instead
 LEAST_POSES_LEFT = 0.5  # share of every recording's poses: else the intervals are no exceptions
@@ -111,7 +106,7 @@ def _excluded(at: Point, about: Point) -> tuple[list[DisturbedInterval], Point |
     """
     problem, there = at.runs.problem, at
     found: list[DisturbedInterval] = []
-    for _ in range(MOST_SEARCHES):
+    for _ in range(4):  # those that hid others are found in two or three
         new = disturbed_at(there)
         if not new:
             break

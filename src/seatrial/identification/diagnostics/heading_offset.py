@@ -12,7 +12,8 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.identification.likelihood.optimiser import Point, maximise_likelihood
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_test import LARGE_GAIN
 from seatrial.recording.recording import Recording
@@ -22,8 +23,6 @@ from seatrial.util.frames import Array, Axes
 TRIAL_TURN = 0.05  # [rad] of the two runs for the parabola
 MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
 LARGEST_HEADING_ERROR = 0.05  # [rad] standard error above which the offset is not identifiable
-MOST_TURNS = 8  # steps with a fit each
-SETTLED_TURN = 0.01  # [rad] step at which it has converged
 LEAST_HEADING_OFFSET = 0.02  # [rad] reported: less hardly biases a coefficient
 
 
@@ -43,7 +42,7 @@ def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Find
     """
     vehicle, found, total = at.runs.problem.vehicle, first, first.by
     there = at
-    for _ in range(MOST_TURNS):
+    for _ in range(8):  # fits at most
         try:
             there = maximise_likelihood(found.problem, there.theta, there.noise, least=least)
         except IdentificationError:
@@ -52,7 +51,7 @@ def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Find
         if again is None:
             return []
         total, found = total + again.by, again
-        if abs(again.by) < SETTLED_TURN:
+        if abs(again.by) < 0.01:  # [rad]
             break
     if abs(total) < LEAST_HEADING_OFFSET or there.runs.cost > at.runs.cost - LARGE_GAIN:
         return []

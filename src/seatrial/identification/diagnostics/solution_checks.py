@@ -1,19 +1,43 @@
 # SPDX-License-Identifier: MIT
 """What a solution itself shows: outliers, a poor prediction, parameters at a bound, no significant coefficient."""
 
+from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.identification.likelihood.fit_horizon import prediction_findings
-from seatrial.identification.likelihood.optimiser import Point, at_bounds, far_from_poses
-from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import Array
+from seatrial.boat.noise_parameters import COLOUR, COLOUR_MEMORY, DISTURBANCES, PROCESS
+from seatrial.identification.likelihood.fit_horizon import ERROR_FLOOR, comparable, predicted_ahead
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import at_bounds, far_from_poses
+from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.whiteness import AT_LEAST, without_process_noise
+from seatrial.util.errors import IdentificationError, ModelError
+from seatrial.util.frames import AXES, Array
+from seatrial.util.statistics import inverse_of
 
 SIGNIFICANCE_LEVEL = 0.05  # that any coefficient differs from zero by chance
 REPORTED_OUTLIERS = 0.03  # share of the poses: false matches are usually rarer
 REFUSED_OUTLIERS = 0.3  # share of the poses: then the model is wrong, not the poses
+# times the squared noise floor: below it squared errors say nothing of the model
+NOISE_DOMINATED = 2.0
+POOR_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
+# of the RMS error: with smaller process noise in a second, pose noise hides a good model
+DISTURBANCE_SHARE = 0.3
+# standard errors of a force's coefficient: beyond it poses and commands belong together
+EVIDENT_THRUST = 15.0
+
+
+@dataclass(frozen=True)
+class _PredictionErrors:
+    """RMS errors of the velocities one second ahead, over all recordings."""
+
+    rms: Array  # (3,)
+    floor: Array  # (3,) that pose noise alone makes
+    constant: Array  # (3,) of a constant velocity
+    zero: Array  # (3,) of a zero velocity: the velocity itself
 
 
 def solution_findings(at: Point, horizon: float, covariance: Array) -> list[Finding]:
@@ -21,7 +45,8 @@ def solution_findings(at: Point, horizon: float, covariance: Array) -> list[Find
 
     Raises IdentificationError where no model of this structure explains the poses.
     """
-    findings = [*_outliers(at), *prediction_findings(at, horizon), *at_bound_findings(at)]
+    findings = [*_outliers(at), *_poor_prediction(at, horizon), *at_bound_findings(at)]
+    findings += _smooth_heading(at)
     if horizon:
         findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
     return [*findings, *_nothing_significant(at, covariance)]
@@ -41,6 +66,70 @@ def _outliers(at: Point) -> list[Finding]:
     if share > REPORTED_OUTLIERS:
         return [finding_of(FindingKind.OUTLIERS, share=share)]
     return []
+
+
+def _poor_prediction(at: Point, horizon: float = 0.0) -> list[Finding]:
+    """A finding if the model predicts no better one second ahead than a constant or zero velocity.
+
+    No note where pose noise hides how good the model is, unless it was fitted to a `horizon` [s].
+    """
+    if without_process_noise(at) or not comparable(at.runs.problem):
+        return []
+    ahead = _prediction_errors(at.runs.problem, at.theta, at.noise)
+    if ahead is None:
+        return [finding_of(FindingKind.NOT_PREDICTABLE)]
+    moves = ahead.zero**2 > NOISE_DOMINATED * ahead.floor**2
+    least = np.where(moves, np.minimum(ahead.constant, ahead.zero), ahead.constant)
+    ratio = ahead.rms / np.maximum(least, ERROR_FLOOR)
+    process = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
+    known = (process < DISTURBANCE_SHARE * ahead.rms) & (horizon == 0.0)
+    known |= ahead.rms**2 < NOISE_DOMINATED * ahead.floor**2
+    known |= np.array([_thrust_is_evident(at, axis) for axis in range(3)])
+    poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR_RATIO and not k]
+    if not poor:
+        return []
+    return [finding_of(FindingKind.NO_BETTER_THAN_CONSTANT, *poor)]
+
+
+def _thrust_is_evident(at: Point, axis: int) -> bool:
+    """Whether a force coefficient of an axis is so significant that poses and commands belong together."""
+    problem = at.runs.problem
+    thrust, _ = problem.vehicle.structure.thrust_and_drag(axis)
+    free = np.array(problem.free)
+    errors = np.sqrt(np.diag(inverse_of(at.runs.information)))
+    own = np.array([problem.names[i] in thrust for i in free])
+    return bool((np.abs(at.theta[free]) > EVIDENT_THRUST * errors)[own].any())
+
+
+def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> _PredictionErrors | None:
+    """Errors of the model with these parameters and this noise (11,); None where it diverges."""
+    squares, floors, constant, zero = np.zeros((4, 3))
+    count = 0
+    for i in range(len(problem.recordings)):
+        try:
+            found = predicted_ahead(problem, theta, noise, i)
+        except ModelError:
+            return None
+        if found is None:
+            continue
+        squares += np.sum(found.errors**2, axis=0)
+        floors += len(found.t) * found.floor**2
+        constant += np.sum((found.measured - found.start) ** 2, axis=0)
+        zero += np.sum(found.measured**2, axis=0)
+        count += len(found.t)
+    if count == 0:
+        return None
+    rms, floor, constant, zero = (np.sqrt(x / count) for x in (squares, floors, constant, zero))
+    return _PredictionErrors(rms + ERROR_FLOOR, floor, constant, zero)
+
+
+def _smooth_heading(at: Point) -> list[Finding]:
+    """A finding if the heading has no white errors, but some that last: no sensor is so, a filter is."""
+    white, least, lasting = at.noise[1], at.runs.problem.least_noise[1], at.noise[COLOUR[1]]
+    if white > AT_LEAST * least or lasting <= _core.NO_COLOUR:
+        return []
+    sizes = {"white": 1e3 * white, "lasting": 1e3 * lasting, "memory": at.noise[COLOUR_MEMORY]}
+    return [finding_of(FindingKind.SMOOTH_HEADING, **{k: float(v) for k, v in sizes.items()})]
 
 
 def at_bound_findings(at: Point) -> list[Finding]:

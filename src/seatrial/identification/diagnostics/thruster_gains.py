@@ -20,7 +20,6 @@ LEAST_FORCE_CHANGE = (
     1e-3  # share of the forces beyond what coefficients take up: less is not identifiable
 )
 LARGEST_GROUP_SPREAD = 0.4  # within weak or strong thrusters, over the step between them
-TRIAL_GAIN_CHANGE = 0.1  # of one gain, to see its effect on the forces
 
 
 @dataclass(frozen=True)
@@ -130,8 +129,8 @@ def _identifiable(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Re
     now, some = now[:, power > 0.0], power[power > 0.0]
     effect = np.zeros((count, now.size))
     for k in range(count):
-        gains = np.full(count, 1.0 - TRIAL_GAIN_CHANGE / (count - 1))  # their mean stays
-        gains[k] = 1.0 + TRIAL_GAIN_CHANGE
+        gains = np.full(count, 1.0 - 0.1 / (count - 1))  # their mean stays
+        gains[k] = 1.1
         change = forces(gains)[:, power > 0.0] - now
         effect[k] = ((change - (change * now).sum(axis=0) / some * now) / np.sqrt(some)).ravel()
     spread = np.linalg.eigvalsh(effect @ effect.T)

@@ -15,30 +15,27 @@ from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    has_correlated_poses,
-    linearised_optimum,
-    noise_box,
-    search,
-)
-from seatrial.identification.likelihood.problem import EFFECT_KINDS, FilterRuns, Problem
+from seatrial.identification.likelihood.linearised import Point, linearised_optimum, noise_box
+from seatrial.identification.likelihood.optimiser import Outcome, has_correlated_poses, search
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
+from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.held import Held, held_test
-from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest
+from seatrial.identification.selection.score_test import (
+    LARGE_GAIN,
+    LIKELY_DEVIATIONS,
+    REPORTED_GAIN,
+    ScoreTest,
+)
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
-LEAST_EFFECT_GAIN = 20.0  # expected fall of -2 log L: less is not tried
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
-HELD = ("delay_heading",)  # the position's delay is tested against the heading's
 MOVED_ERRORS = 0.5  # standard errors by which an effect that matters moves a coefficient
 NEGLIGIBLE_NOISE = 0.1  # of the unit of a disturbance force: less does not matter
-LEAST_DEVIATIONS = 5.0  # of the test statistic above its mean, in standard deviations of chi-square
 EFFECT_SIZES: dict[str, Callable[[Array], float]] = {  # of the effects that have one
     "lever": lambda s: float(np.hypot(*s)),  # [m]
     "current": lambda s: float(np.hypot(*s.reshape(-1, 2).T).max()),  # [m/s] the largest
@@ -53,11 +50,6 @@ class Unmodelled:
     findings: tuple[Finding, ...]
     kind: str = ""  # of `EFFECT_KINDS`; empty: no effect of that kind
     at: Point | None = None  # the likelihood's maximum with the effect
-
-
-def unmodelled_effect_findings(at: Point, horizon: float, covariance: Array) -> list[Finding]:
-    """Findings of `unmodelled_effect`."""
-    return [*unmodelled_effect(at, horizon, covariance).findings]
 
 
 def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelled:
@@ -87,7 +79,7 @@ def _best_fitted(
     least = noise_floor(at.runs.problem, horizon)
     assert most.runs is not None  # all of these have a pass
     begin = Point(most.theta, at.noise, most.runs)
-    promise = linearised_optimum(begin, noise_box(at.noise, least))
+    promise = linearised_optimum(begin, noise_box(most.problem, at.noise, least))
     matters = _removes_process_noise(at, promise.noise) or (
         most.kind == "delay" and _removes_correlation(at.noise, promise.noise)
     )
@@ -145,11 +137,11 @@ def _unequal_gains(at: Point) -> list[Held]:
 
 
 def _significant(test: ScoreTest) -> bool:
-    return test.gain > LEAST_EFFECT_GAIN and _beyond_chance(test.statistic, test.freedom)
+    return test.gain > REPORTED_GAIN and _beyond_chance(test.statistic, test.freedom)
 
 
 def _beyond_chance(statistic: float, freedom: int) -> bool:
-    return statistic > freedom + LEAST_DEVIATIONS * math.sqrt(2.0 * freedom)
+    return statistic > freedom + LIKELY_DEVIATIONS * math.sqrt(2.0 * freedom)
 
 
 def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
@@ -189,10 +181,10 @@ def _moves_a_coefficient(at: Point, covariance: Array, move: Array) -> bool:
 
 
 def effect_places(problem: Problem, kind: str) -> tuple[int, ...]:
-    """Where effects of a kind stand among all parameters."""
+    """Where effects of a kind stand among all parameters; the heading's delay is held for the position's."""
     first = problem.n_coefficients + problem.n_constants
     return tuple(
         i
         for i, n in enumerate(problem.names)
-        if i >= first and n.partition("_")[0] == kind and n not in HELD
+        if i >= first and n.partition("_")[0] == kind and n != "delay_heading"
     )

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The expected Fisher information of simulated manoeuvres, and the time in which each halves an error."""
+"""Expected Fisher information of simulated manoeuvres: the time in which each halves an error, and sentences."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,23 +11,28 @@ from seatrial.boat.model import Model
 from seatrial.identification.experiment_design.information import (
     RecordingInformation,
     ReferencePoint,
-    information_of,
 )
 from seatrial.identification.experiment_design.manoeuvres import (
     MANOEUVRE_LENGTH,
     Manoeuvre,
     manoeuvres,
 )
+from seatrial.identification.uncertainty.identifiability import Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
 from seatrial.recording.recording import Recording, Signal
+from seatrial.util.format import joined
 from seatrial.util.frames import Array
+from seatrial.util.statistics import NORMAL_95
 
 # times the shortest time: a simpler manoeuvre that takes no longer is preferred
 NEARLY_SHORTEST = 1.25
 LONGEST_TIME = 24 * 3600.0  # [s] up to which the time for half the error is sought
 REST_BEFORE = 1.0  # [s] at rest before a manoeuvre
-ONE_MINUTE = 60.0  # [s]
-TIME_BISECTIONS = 40
 DIVERGED_SPEED = 10.0  # [m/s, rad/s] a simulation beyond it diverges
+MOST_SENTENCES = 4
+LONGEST_DRIVE = 1800.0  # [s] a longer one for one parameter is not proposed
+# times a sentence's time: parameters of the same manoeuvre within it share the sentence
+SIMILAR_TIME = 2.0
 
 
 @dataclass(frozen=True)
@@ -70,7 +75,7 @@ def manoeuvre_gains(
         return []
     runs = point.run_filter([run for run in trials if run is not None])
     rates = [
-        trust * information_of(runs, i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
+        trust * runs.information_of(i) / (MANOEUVRE_LENGTH + REST_BEFORE) for i in range(len(good))
     ]
     return _best_for_each(point, covariance, rates, [tried[i] for i in good])
 
@@ -82,7 +87,7 @@ def _best_for_each(
     errors = np.sqrt(np.diag(covariance))
     curves = [ErrorDecay.of(covariance, rate) for rate in rates]
     times = np.array([curve.halved() for curve in curves])
-    after = np.array([curve.errors(np.full(len(errors), ONE_MINUTE)) for curve in curves])
+    after = np.array([curve.errors(np.full(len(errors), 60.0)) for curve in curves])
     found = []
     for k, name in enumerate(point.names):
         best = _best(times[:, k], after[:, k], [one.effort for one in tried])
@@ -132,7 +137,7 @@ class ErrorDecay:
         never = self.errors(np.full(len(goal), LONGEST_TIME)) > goal
         while (later := ~never & (self.errors(high) > goal)).any():
             low, high = np.where(later, high, low), np.where(later, 2.0 * high, high)
-        for _ in range(TIME_BISECTIONS):
+        for _ in range(40):
             middle = 0.5 * (low + high)
             later = self.errors(middle) > goal
             low, high = np.where(later, middle, low), np.where(later, high, middle)
@@ -173,3 +178,67 @@ def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
         Signal(model.vehicle.inputs, held, commands),
         Signal(model.vehicle.scales, held[:1], scales) if signals else None,
     )  # fmt: skip
+
+
+def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[str]:
+    """The manoeuvres that halve the errors of the least known parameters, the worst first."""
+    helped = {n for c in found.combinations if c.verdict is ParameterVerdict.SHARP for n in c.names}
+    loose = {
+        ParameterVerdict.USABLE,
+        ParameterVerdict.WEAK,
+        ParameterVerdict.ZERO,
+        ParameterVerdict.LOST,
+    }
+    wanted = [
+        g for g in gained if found[g.parameter].verdict in loose and g.parameter not in helped
+    ]
+    wanted.sort(key=lambda g: -found[g.parameter].relative)
+    sentences: list[str] = []
+    never: list[ManoeuvreGain] = []
+    done: set[str] = set()
+    for gain in wanted:
+        if gain.seconds > LONGEST_DRIVE:
+            never.append(gain)
+            continue
+        if gain.parameter in done or len(sentences) == MOST_SENTENCES:
+            continue
+        same = [
+            g for g in wanted
+            if g.manoeuvre == gain.manoeuvre and g.parameter not in done
+            and g.seconds <= SIMILAR_TIME * gain.seconds
+        ]  # fmt: skip
+        done |= {g.parameter for g in same}
+        sentences.append(_halves(gain.manoeuvre, same))
+    if never:
+        sentences.append(
+            f"No manoeuvre that was tried halves within {LONGEST_DRIVE / 60:.0f} minutes the "
+            f"interval{'s' * (len(never) > 1)} of {_listed(never)}: fix a value that you know "
+            "otherwise, or take a term out that is not distinguishable from zero."
+        )
+    return sentences
+
+
+def _halves(manoeuvre: str, gains: Sequence[ManoeuvreGain]) -> str:
+    """One manoeuvre for one or more parameters."""
+    time = drive_time(max(g.seconds for g in gains))
+    many = "s" if len(gains) > 1 else ""
+    return f"{time} more of {manoeuvre} would halve the 95 % interval{many} of {_listed(gains)}."
+
+
+def _listed(found: Sequence[ManoeuvreGain]) -> str:
+    return joined([f"{g.parameter} ({_interval(g)})" for g in found])
+
+
+def drive_time(seconds: float) -> str:
+    """A driving time, rounded up to 5 s, or half a minute."""
+    if not np.isfinite(seconds):
+        return "no time"
+    if seconds <= 90:
+        return f"{max(1, int(np.ceil(seconds / 5))) * 5} s"
+    if seconds <= 3600:
+        return f"{np.ceil(seconds / 30) * 30 / 60:g} min"
+    return f"{seconds / 3600:.1f} h"
+
+
+def _interval(gain: ManoeuvreGain) -> str:
+    return f"{gain.value:.3g} ± {NORMAL_95 * gain.error:.2g}"

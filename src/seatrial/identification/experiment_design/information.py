@@ -15,21 +15,15 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
 from seatrial.evaluation.filtering import filter_noise
 from seatrial.identification.likelihood.fit_horizon import noise_floor
+from seatrial.identification.likelihood.parameters import typical_size
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
-from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
-from seatrial.util.statistics import BLOCK
+from seatrial.util.statistics import BLOCK, pseudo_inverse
 
-ALONE_UNSEEN_DIRECTION = 1e-9  # of the largest eigenvalue: a direction with less has no information
-# of such a direction: a parameter with less in it still has a standard error
-ALONE_UNSEEN_SHARE = 1e-2
-SCORING_STEPS = 6
 SCORING_CONVERGED = 0.1  # fall of -2 log likelihood: a step that gains less is the last
-SCORING_STEP_SHARES = (1.0, 0.3, 0.05)  # of a step that are tried
-LEAST_PRIOR_WIDTH = 1e-3  # of a parameter, for the width of its weak prior
 
 
 @dataclass(frozen=True)
@@ -98,7 +92,7 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
     free = list(here.problem.free)
     # keeps undetermined parameters near the model's
     weak_prior = np.diag(1.0 / np.square(_sizes(point)))
-    for _ in range(SCORING_STEPS):
+    for _ in range(6):  # steps at most
         off = here.theta[free] - point.theta
         move = np.asarray(
             np.linalg.solve(here.information + weak_prior, here.gradient - weak_prior @ off)
@@ -107,7 +101,7 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
         if better is None:
             break
         here = better
-    information = information_of(here, 0)
+    information = here.information_of(0)
     inverse, known = pseudo_inverse(information)
     excess = _excess(information, here.scores)
     return RecordingInformation(
@@ -126,7 +120,7 @@ def _better(
         off = runs.theta[free] - point.theta
         return runs.cost + float(off @ weak_prior @ off)
 
-    for part in SCORING_STEP_SHARES:
+    for part in (1.0, 0.3, 0.05):  # of the step
         theta = here.theta.copy()
         theta[free] += part * np.clip(move, -problem.step_limits, problem.step_limits)
         found = problem.run_filter(problem.clipped(theta), point.noise, repeatable=False)
@@ -137,34 +131,8 @@ def _better(
 
 def _sizes(point: ReferencePoint) -> Array:
     """Widths (p,) of the weak prior: a parameter's own size, or the typical one of such a constant."""
-    typical = [TYPICAL_SIZES.get(name.partition(".")[0], 0.0) for name in point.names]
-    return np.maximum(np.maximum(np.abs(point.theta), typical), LEAST_PRIOR_WIDTH)
-
-
-def information_of(runs: FilterRuns, recording: int) -> Array:
-    """Fisher information (p, p) of one recording about the free parameters."""
-    problem, own = runs.problem, np.asarray(runs.by_recording[recording].information)
-    to = problem.free_columns(recording)
-    use = to >= 0
-    out = np.zeros((len(problem.free),) * 2)
-    out[np.ix_(to[use], to[use])] = own[np.ix_(use, use)]
-    return out
-
-
-def pseudo_inverse(information: Array) -> tuple[Array, Array]:
-    """Inverse (p, p) over directions with information, and which parameters (p,) they determine."""
-    size = np.sqrt(np.diag(information))
-    alive = size > 0
-    out, known = np.zeros_like(information), np.zeros(len(size), dtype=bool)
-    if not alive.any():
-        return out, known
-    scale = 1.0 / size[alive]
-    spectrum, vectors = np.linalg.eigh(information[np.ix_(alive, alive)] * np.outer(scale, scale))
-    seen = spectrum > ALONE_UNSEEN_DIRECTION * spectrum[-1]
-    inverse = (vectors[:, seen] / spectrum[seen]) @ vectors[:, seen].T
-    out[np.ix_(alive, alive)] = inverse * np.outer(scale, scale)
-    known[alive] = ~np.any(np.abs(vectors[:, ~seen]) > ALONE_UNSEEN_SHARE, axis=1)
-    return out, known
+    typical = [typical_size(name) for name in point.names]
+    return np.maximum(np.maximum(np.abs(point.theta), typical), 1e-3)
 
 
 def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:

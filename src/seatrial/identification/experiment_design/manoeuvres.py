@@ -11,8 +11,6 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import AXES, Array
 
 MANOEUVRE_LENGTH = 60.0  # [s]
-COMMAND_PERIOD = 0.1  # [s]
-COMMAND_SHARES = (1 / 3, 2 / 3, 1.0)  # of the largest recorded command
 SIDE_WORDS = {  # of a positive and a negative force of an axis, forward-left-up
     0: ("ahead", "astern"),
     1: ("to the left", "to the right"),
@@ -20,7 +18,6 @@ SIDE_WORDS = {  # of a positive and a negative force of an axis, forward-left-up
 }
 PULSE_LENGTH, PAUSE_LENGTH = 3.0, 2.0  # [s]
 QUICK_PULSE_LENGTH = 0.8  # [s]
-TURN_SHARE = 0.5  # of the largest yaw command, beside pulses of another axis
 
 
 @dataclass(frozen=True)
@@ -36,10 +33,10 @@ class Manoeuvre:
 def manoeuvres(model: Model) -> list[Manoeuvre]:
     """Pulses of every axis, to one side, to both, quick ones; then two axes at a time."""
     directions = list(_directions(model))
-    t = np.arange(0.0, MANOEUVRE_LENGTH, COMMAND_PERIOD)
+    t = np.arange(0.0, MANOEUVRE_LENGTH, 0.1)  # [s]
     found = []
     for axis, name, direction in directions:
-        for size in COMMAND_SHARES:
+        for size in (1 / 3, 2 / 3, 1.0):  # of the largest recorded command
             much = f"at {100 * size * float(np.abs(direction).max()):.0f} % command"
             command = size * direction
             for side, word in zip((1.0, -1.0), SIDE_WORDS[axis], strict=True):
@@ -54,7 +51,7 @@ def manoeuvres(model: Model) -> list[Manoeuvre]:
     for axis, name, direction in directions if turns else []:
         if axis == 2:
             continue
-        turn = np.outer(np.ones(len(t)), TURN_SHARE * turns[0])
+        turn = np.outer(np.ones(len(t)), 0.5 * turns[0])
         for wave, word in (
             (_pulses(t, PULSE_LENGTH, PAUSE_LENGTH), SIDE_WORDS[axis][0]),
             (_both(t, PULSE_LENGTH, PAUSE_LENGTH), "both ways"),

@@ -10,70 +10,38 @@ explain the poses, and the maximum of the likelihood stays.
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import (
-    DISTURBANCES,
-    NOISE_LEAST,
-    PROCESS,
     noise_entry,
 )
 from seatrial.boat.noise_scoring import fitted_noise
-from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.identification.likelihood.linearised import Point, boxed_step
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
-    priced,
     refined,
     screened,
     searched,
 )
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
-    Point,
-    boxed_step,
-    continued,
-    search,
-)
+from seatrial.identification.likelihood.optimiser import Outcome, continued, search
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import (
     is_white,
     without_process_noise,
 )
 from seatrial.recording.velocity import motion
-from seatrial.util.errors import ModelError, RecordingError
-from seatrial.util.frames import AXES, Array
-from seatrial.util.statistics import inverse_of
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 FIT_HORIZONS = (
     0.4,
     0.8,
 )  # [s] under model mismatch: pose noise of so many seconds at the RMS speed
 FOLDS = 4  # of the cross-validation
-# times the squared noise floor: below it squared errors say nothing of the model
-NOISE_DOMINATED = 2.0
-POOR_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
-# of the RMS error: with smaller process noise in a second, pose noise hides a good model
-DISTURBANCE_SHARE = 0.3
-# standard errors of a force's coefficient: beyond it poses and commands belong together
-EVIDENT_THRUST = 15.0
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
-# filter runs, and fall of -2 log likelihood that ends them
-REFINED_NOISE_STEPS, REFINED_NOISE_GAIN = 3, 2.0
-
-
-@dataclass(frozen=True)
-class PredictionErrors:
-    """RMS errors of the velocities one second ahead, over all recordings."""
-
-    rms: Array  # (3,)
-    floor: Array  # (3,) that pose noise alone makes
-    constant: Array  # (3,) of a constant velocity
-    zero: Array  # (3,) of a zero velocity: the velocity itself
 
 
 def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
@@ -84,7 +52,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     `at` need not have converged. Raises IdentificationError where the likelihood's search does not.
     """
     if not is_white(at):
-        structures = screened(at, priced(at), poses_only=False)
+        structures = screened(at, poses_only=False)
         at = searched(at, [s for s in structures if s.explains(at)])
     if is_white(at):
         at = refined(continued(at))
@@ -93,7 +61,7 @@ def with_noise_or_horizon(at: Point) -> tuple[Point, Point, float]:
     fits = _fits(at)
     if fits:
         _, simulating = fits[-1]
-        simulated = screened(simulating, priced(at), poses_only=True)
+        simulated = screened(simulating, poses_only=True)
         by_poses = searched(at, [s for s in simulated if s.explains(at)])
         if by_poses is at and (best := _best_predicting(at, fits)) is not None:
             horizon, fitted = best
@@ -123,12 +91,14 @@ def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[fl
     As the model is at fault, the first must only be better; a longer one must be by a standard error. None where
     none is better than `at`.
     """
-    if not _comparable(at.runs.problem) or without_process_noise(at):
+    if not comparable(at.runs.problem) or without_process_noise(at):
         return None
     chosen, least = None, _held_out_errors(at, at.noise)
+    if least is None:
+        return None
     for horizon, fitted in fits:
-        errors = None if least is None else _held_out_errors(fitted, at.noise)
-        if errors is None or least is None:
+        errors = _held_out_errors(fitted, at.noise)
+        if errors is None:
             continue
         worse, error = _worse(errors, least)
         if worse < (0.0 if chosen is None else -error):
@@ -163,7 +133,7 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
             if poses.sum() < 2:
                 continue
             times = recording.t[poses]
-            ahead = _ahead(problem, theta, noise, i, (times[0], times[-1]))
+            ahead = predicted_ahead(problem, theta, noise, i, (times[0], times[-1]))
             if ahead is not None:
                 found += _by_block(ahead, problem.block)
     errors = np.array(found).reshape(-1, 3)
@@ -179,42 +149,9 @@ def _by_block(ahead: Prediction, block: float) -> list[Array]:
     ]
 
 
-def prediction_findings(at: Point, horizon: float = 0.0) -> list[Finding]:
-    """A finding if the model predicts no better one second ahead than a constant or zero velocity.
-
-    No note where pose noise hides how good the model is, unless it was fitted to a `horizon` [s].
-    """
-    if without_process_noise(at) or not _comparable(at.runs.problem):
-        return []
-    ahead = _prediction_errors(at.runs.problem, at.theta, at.noise)
-    if ahead is None:
-        return [finding_of(FindingKind.NOT_PREDICTABLE)]
-    moves = ahead.zero**2 > NOISE_DOMINATED * ahead.floor**2
-    least = np.where(moves, np.minimum(ahead.constant, ahead.zero), ahead.constant)
-    ratio = ahead.rms / np.maximum(least, ERROR_FLOOR)
-    process = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
-    known = (process < DISTURBANCE_SHARE * ahead.rms) & (horizon == 0.0)
-    known |= ahead.rms**2 < NOISE_DOMINATED * ahead.floor**2
-    known |= np.array([_thrust_is_evident(at, axis) for axis in range(3)])
-    poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR_RATIO and not k]
-    if not poor:
-        return []
-    return [finding_of(FindingKind.NO_BETTER_THAN_CONSTANT, *poor)]
-
-
-def _thrust_is_evident(at: Point, axis: int) -> bool:
-    """Whether a force coefficient of an axis is so significant that poses and commands belong together."""
-    problem = at.runs.problem
-    thrust, _ = problem.vehicle.structure.thrust_and_drag(axis)
-    free = np.array(problem.free)
-    errors = np.sqrt(np.diag(inverse_of(at.runs.information)))
-    own = np.array([problem.names[i] in thrust for i in free])
-    return bool((np.abs(at.theta[free]) > EVIDENT_THRUST * errors)[own].any())
-
-
 def noise_floor(problem: Problem, horizon: float) -> Array:
     """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed."""
-    least = NOISE_LEAST.copy()
+    least = problem.least_noise.copy()
     if horizon > 0.0:
         nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
         rms = np.sqrt(np.mean(nu**2, axis=0))
@@ -230,17 +167,18 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
     """
     problem = at.runs.problem
     held = replace(problem, free=problem.free_effects)  # the filter needs the effects
-    for _ in range(REFINED_NOISE_STEPS):
+    least_gain = 2.0  # of -2 log L
+    for _ in range(3):  # filter runs
         runs = held.run_filter(at.theta, noise)
         if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
-        noise, cost = fitted_noise(runs.linearised(), noise, REFINED_NOISE_GAIN / 2.0)
-        if runs.cost - cost < REFINED_NOISE_GAIN:
+        noise, cost = fitted_noise(runs.linearised(), noise, 0.5 * least_gain)
+        if runs.cost - cost < least_gain:
             break
     return noise
 
 
-def _ahead(
+def predicted_ahead(
     problem: Problem,
     theta: Array,
     noise: Array,
@@ -251,39 +189,13 @@ def _ahead(
 
     None where it is too short. Raises ModelError where the model diverges.
     """
-    n, m = problem.n_coefficients, problem.n_constants
-    model = Model(
-        problem.vehicle, theta[:n], np.zeros((n, n)), theta[n : n + m],
-        Integration("runge-kutta", problem.step), noise_entry(noise), EnvelopeEntry({}, {}),
-    )  # fmt: skip
+    model = problem.model(theta, noise_entry(noise))
     with suppress(RecordingError):
         return predict(model, problem.origin_poses(recording, theta, span), DEFAULT_HORIZON)
     return None
 
 
-def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> PredictionErrors | None:
-    """Errors of the model with these parameters and this noise (11,); None where it diverges."""
-    squares, floors, constant, zero = np.zeros((4, 3))
-    count = 0
-    for i in range(len(problem.recordings)):
-        try:
-            found = _ahead(problem, theta, noise, i)
-        except ModelError:
-            return None
-        if found is None:
-            continue
-        squares += np.sum(found.errors**2, axis=0)
-        floors += len(found.t) * found.floor**2
-        constant += np.sum((found.measured - found.start) ** 2, axis=0)
-        zero += np.sum(found.measured**2, axis=0)
-        count += len(found.t)
-    if count == 0:
-        return None
-    rms, floor, constant, zero = (np.sqrt(x / count) for x in (squares, floors, constant, zero))
-    return PredictionErrors(rms + ERROR_FLOOR, floor, constant, zero)
-
-
-def _comparable(problem: Problem) -> bool:
+def comparable(problem: Problem) -> bool:
     """Whether a prediction has all estimated effects: it has no trim and no wind."""
     missing = ("trim", "wind")
     return not any(problem.names[i].startswith(missing) for i in problem.free_effects)

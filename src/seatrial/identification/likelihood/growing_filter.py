@@ -5,7 +5,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.evaluation.filtering import filter_series
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array

@@ -23,14 +23,16 @@ from seatrial.boat.noise_parameters import (
     noise_units,
     oscillates,
 )
-from seatrial.identification.likelihood.optimiser import (
-    Outcome,
+from seatrial.identification.likelihood.linearised import (
     Point,
     Promise,
-    full_pass,
-    has_correlated_poses,
     linearised_optimum,
     noise_box,
+)
+from seatrial.identification.likelihood.optimiser import (
+    Outcome,
+    full_pass,
+    has_correlated_poses,
     search,
 )
 from seatrial.identification.likelihood.problem import Problem
@@ -46,16 +48,11 @@ SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from its optimum
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
-WHITE_REMAINDER = 0.1  # of the white errors that stays beside correlated ones, which stand for them
 LONGER = 6.0  # times the memory of correlated pose errors, that is tried
-SCREENING_SHARE = 0.4  # of the time left for the noise structure, for the progress
 SEARCHED = 2  # structures that are searched in full after the screening, at most
-NEGLIGIBLE_NOISE = 0.01  # of the unit of a noise source: less is as good as none
 DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
 POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
 TRIED_WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
-WAVE_SIZES = (3.0, 10.0, 30.0)  # times the white errors, that are tried
-WAVE_MEMORY = 2.0  # of oscillating errors, in periods
 
 
 @dataclass(frozen=True)
@@ -112,23 +109,22 @@ class Screened:
         return self.white or self.cost < priced(at) - MUCH_LIKELIER * poses
 
 
-def screened(at: Point, rival: float, *, poses_only: bool) -> list[Screened]:
+def screened(at: Point, *, poses_only: bool) -> list[Screened]:
     """Noise structures by the linearisation of a pass, the likeliest first.
 
-    rival: cost with prices that they have to beat; poses_only: those without process noise, else the others.
+    poses_only: those without process noise, else the others.
     """
     frames = {at.runs.problem.earth_fixed: at}
     found: list[Screened] = []
     tried = [structure for structure in STRUCTURES if structure.poses_only == poses_only]
-    with stage("", SCREENING_SHARE):
+    with stage("", 0.4):
         for structure in over(tried):
             begin = _in_frame(at, structure, frames)
             if begin is None:
                 continue
             for noise in _start_noises(structure, at, begin.runs.problem):
-                beat = begin.runs.cost - min([rival, *(s.cost for s in found)])
-                box = noise_box(noise, NOISE_LEAST)
-                promise = linearised_optimum(begin, box, noise=noise, beat=beat)
+                box = noise_box(begin.runs.problem, noise)
+                promise = linearised_optimum(begin, box, noise=noise)
                 runs = begin.runs.relinearised(promise.noise, promise.move)
                 there = Point(begin.theta + promise.move, promise.noise, runs)
                 found.append(Screened(begin, promise, is_white(there)))
@@ -139,7 +135,7 @@ def searched(at: Point, candidates: Sequence[Screened]) -> Point:
     """The likeliest of a solution and those of the best of some structures, searched in full."""
     for one in candidates[:SEARCHED]:
         if one.cost < priced(at) - SWITCH_GAIN:
-            at = _likelier(at, one.begin, one.promise, NOISE_LEAST)
+            at = _likelier(at, one.begin, one.promise)
     return at
 
 
@@ -148,7 +144,7 @@ def refined(at: Point) -> Point:
     return simplified(with_longer_memory(in_likelier_frame(at)))
 
 
-def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
+def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
     """The likelier of `at` and the solution with the disturbance force in the other frame, earth or body."""
     if not has_disturbance(at):
         return at
@@ -156,8 +152,7 @@ def in_likelier_frame(at: Point, least: Array = NOISE_LEAST) -> Point:
     other = full_pass(replace(problem, earth_fixed=not problem.earth_fixed), at.theta, at.noise)
     if not np.isfinite(other.runs.cost):
         return at
-    beat = other.runs.cost - at.runs.cost + SWITCH_GAIN
-    promise = linearised_optimum(other, noise_box(at.noise, least), beat=beat)
+    promise = linearised_optimum(other, noise_box(problem, at.noise, least))
     if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
         return at
     return _likelier(at, other, promise, least)
@@ -169,9 +164,9 @@ def with_longer_memory(at: Point) -> Point:
         return at
     noise = at.noise.copy()
     _lengthen(noise)
-    box = noise_box(noise, NOISE_LEAST)
-    promise = linearised_optimum(at, box, noise=noise, beat=SWITCH_GAIN)
-    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise, NOISE_LEAST)
+    box = noise_box(at.runs.problem, noise)
+    promise = linearised_optimum(at, box, noise=noise)
+    return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise)
 
 
 def _lengthen(noise: Array) -> None:
@@ -183,10 +178,10 @@ def _lengthen(noise: Array) -> None:
 def has_disturbance(at: Point) -> bool:
     """Whether there is a disturbance force, which has a frame."""
     units = noise_units(at.noise, at.runs.problem.period)
-    return bool((at.noise > NEGLIGIBLE_NOISE * units)[DISTURBANCES].any())
+    return bool((at.noise > 0.01 * units)[DISTURBANCES].any())
 
 
-def _likelier(at: Point, begin: Point, promise: Promise, least: Array) -> Point:
+def _likelier(at: Point, begin: Point, promise: Promise, least: Array | None = None) -> Point:
     """The likelier, with prices, of a solution and that of a search from a promise."""
     found, outcome = search(
         begin.runs.problem, begin.theta + promise.move, promise.noise, least=least
@@ -220,8 +215,8 @@ def simplified(at: Point) -> Point:
             _lengthen(noise)  # pose errors take the place of motion
         free = np.ones(len(noise), dtype=bool)
         free[list(sources)] = False
-        box = noise_box(noise, NOISE_LEAST, free)
-        promise = linearised_optimum(at, box, noise=noise, beat=-SCREENED_SLACK * price)
+        box = noise_box(at.runs.problem, noise, free=free)
+        promise = linearised_optimum(at, box, noise=noise)
         if promise.fall < -SCREENED_SLACK * price:
             continue
         theta = at.theta + promise.move
@@ -258,7 +253,7 @@ def _start_noises(structure: NoiseStructure, at: Point, problem: Problem) -> Ite
         noise[COLOUR] = white * (own if structure.size is None else structure.size)
         noise[COLOUR_MEMORY] = structure.memory
         if structure.size is None:
-            noise[:2] *= WHITE_REMAINDER
+            noise[:2] *= 0.1  # correlated errors stand for the rest
     yield noise
 
 
@@ -278,10 +273,10 @@ def _likeliest_wave(at: Point, noise: Array, problem: Problem) -> Sequence[Array
     """The noise with the oscillating errors that are likeliest at these parameters."""
     tried = []
     for period in wave_periods(problem.period):
-        for times in WAVE_SIZES:
+        for times in (3.0, 10.0, 30.0):  # the white errors
             waves = noise.copy()
             waves[COLOUR] = times * noise[:2]
-            waves[COLOUR_MEMORY], waves[COLOUR_TURN] = WAVE_MEMORY * period, 2.0 * np.pi / period
+            waves[COLOUR_MEMORY], waves[COLOUR_TURN] = 2.0 * period, 2.0 * np.pi / period
             tried.append((at.runs.linearised().cost(waves), waves))
     return [min(tried, key=lambda t: t[0])[1]] if tried else []
 

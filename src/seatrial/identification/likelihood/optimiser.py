@@ -8,16 +8,22 @@ parameters. Levenberg-Marquardt damping is the trust region (Nocedal and Wright,
 section 10.3).
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.noise_parameters import COLOUR, NOISE_LEAST, PROCESS, loosened, most_noise
-from seatrial.boat.noise_scoring import NoiseBox, Value, scored
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
-from seatrial.util.box import box_minimum
+from seatrial.boat.noise_parameters import COLOUR, loosened
+from seatrial.boat.noise_scoring import NoiseBox
+from seatrial.identification.likelihood.linearised import (
+    START_DAMPING,
+    Point,
+    bounded_step,
+    linearised_optimum,
+    noise_box,
+)
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
 from seatrial.util.progress import step
@@ -26,28 +32,12 @@ from seatrial.util.progress import step
 CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at convergence
 EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
 UNSETTLING_FALL = 10.0  # by the parameters: then other noise may be likelier, too
-IN_VAIN_GAIN = 0.5  # promised, and the trial does not fall: the search is at its maximum
-INNER_GAIN = 0.05  # of one round of the inner loop, at its end
-INNER_SHARE = (
-    0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
-)
-RACE_ROUNDS = 3.0  # like the last one that a noise structure may still win a race by
-INNER_ROUNDS = 6  # of the inner loop, at most
+LITTLE_GAIN = 0.5  # of a pass, or promised to one: the search may be at its maximum
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
-USUAL_PASSES = 8.0  # of a search, for the progress
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
-START_DAMPING, LEAST_RETRY_DAMPING = 1e-6, 1e-3  # Levenberg-Marquardt, relative to the diagonal
-SHRINKAGE, FIRST_GROWTH = (
-    1.0 / 3.0,
-    2.0,
-)  # of the damping: least factor after a fall, first after none
-FLAT_FALL, FLAT_PASSES = 0.5, 2  # passes in a row that gain less: the search is at its end
-FAILED_PASSES = 6  # in a row that do not fall: the same
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
-LEAST_DAMPING = 1e-12  # keeps the step unique where two terms are the same
-INFORMATION_FLOOR = 1e-12  # on the diagonal, for parameters without any information
 
 
 class Outcome(Enum):
@@ -59,35 +49,18 @@ class Outcome(Enum):
     DIVERGED = "the boat diverges from the start values"
 
 
-@dataclass(frozen=True)
-class Point:
-    """Parameters, noise, and the filter run with them."""
-
-    theta: Array  # (p,) all parameters
-    noise: Array  # (11,)
-    runs: FilterRuns
-
-
-@dataclass(frozen=True)
-class Promise:
-    """The optimum of a linearised problem."""
-
-    move: Array  # (names,) of the parameters
-    noise: Array  # (11,)
-    fall: float  # of the cost
-
-
 def maximise_likelihood(
     problem: Problem,
     theta: Array,
     noise: Array,
     *,
     hold: bool = False,
-    least: Array = NOISE_LEAST,
+    least: Array | None = None,
 ) -> Point:
     """The maximum-likelihood parameters and, unless `hold`, noise levels not below `least` (11,).
 
-    Raises IdentificationError where the model diverges, or where the search does not converge.
+    least: by default the problem's own. Raises IdentificationError where the model diverges, or where the search
+    does not converge.
     """
     return converged(search(problem, theta, noise, hold=hold, least=least))
 
@@ -112,7 +85,7 @@ def search(
     noise: Array,
     *,
     hold: bool = False,
-    least: Array = NOISE_LEAST,
+    least: Array | None = None,
     free: Mask | None = None,
     passes: int = MOST_PASSES,
 ) -> tuple[Point, Outcome]:
@@ -120,7 +93,7 @@ def search(
 
     free: (11,) noise parameters that are scored, by default all; passes: full ones, at most.
     """
-    box = noise_box(noise, least, free)
+    box = noise_box(problem, noise, least, free)
     # start inside the bounds; with much process noise where the model is far from the poses
     begin = _within_bounds(full_pass(problem, theta, np.clip(noise, box.least, box.most)))
     if far_from_poses(begin):
@@ -130,13 +103,7 @@ def search(
 
 def continued(at: Point) -> Point:
     """The end of a search that goes on from a point. Raises IdentificationError where it does not converge."""
-    return converged(_descent(at, noise_box(at.noise, NOISE_LEAST), hold=False))
-
-
-def noise_box(noise: Array, least: Array, free: Mask | None = None) -> NoiseBox:
-    """The box of a search that begins with this noise (11,). `free` (11,): parameters that are scored, or all."""
-    every = np.ones(len(noise), dtype=bool)
-    return NoiseBox(least, np.maximum(most_noise(noise), least), every if free is None else free)
+    return converged(_descent(at, noise_box(at.runs.problem, at.noise), hold=False))
 
 
 def full_pass(problem: Problem, theta: Array, noise: Array) -> Point:
@@ -190,162 +157,67 @@ def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
     return full_pass(problem, theta, at.noise)
 
 
+@dataclass
+class _Damping:
+    """Levenberg-Marquardt damping, relative to the diagonal (Nielsen, IMM-REP-1999-05, eq. 2.3)."""
+
+    value: float = START_DAMPING
+    growth: float = 2.0
+
+    def after_a_fall(self, ratio: float) -> None:
+        """By how well the fall was foretold: ratio of the real one to the promised one."""
+        self.value *= max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3)
+        self.growth = 2.0
+
+    def after_none(self) -> None:
+        """After a pass without a fall."""
+        self.value, self.growth = self.growth * max(self.value, 1e-3), 2.0 * self.growth
+
+
+@dataclass
+class _Patience:
+    """When a search is at its end although its linearised problem promises more."""
+
+    flat: int = 0  # passes in a row that gain little
+    failed: int = 0  # passes in a row that do not fall
+
+    def ends(self, fall: float, promised: float) -> bool:
+        """After a pass: two little gains in a row, six failures in a row, or one where little was promised."""
+        if fall > 0.0:
+            self.flat, self.failed = self.flat + 1 if fall < LITTLE_GAIN else 0, 0
+        else:
+            self.failed += 1
+        in_vain = self.failed > 0 and promised < LITTLE_GAIN
+        return self.flat == 2 or self.failed == 6 or in_vain
+
+
 def _descent(
     at: Point, box: NoiseBox, *, hold: bool, passes: int = MOST_PASSES
 ) -> tuple[Point, Outcome]:
     """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
         return at, Outcome.DIVERGED
-    damping, growth = START_DAMPING, FIRST_GROWTH
-    flat = failed = 0
+    damping, patience = _Damping(), _Patience()
     settled = hold  # the noise is, until the parameters are
-    trusted = box  # which noise the linearisation is good for
     for _ in range(passes):
-        promise = linearised_optimum(at, trusted, damping, hold=settled)
+        promise = linearised_optimum(at, box, damping.value, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
-            promise = linearised_optimum(at, trusted, damping)
+            promise = linearised_optimum(at, box, damping.value)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         theta = at.runs.problem.clipped(at.theta + promise.move)  # rounding may leave the bounds
         tried = full_pass(at.runs.problem, theta, promise.noise)
-        step(USUAL_PASSES)
+        step(8.0)  # passes, usually
         fall = at.runs.cost - tried.runs.cost
-        ratio = fall / promise.fall
-        # the trust region by how well the fall was foretold (Nielsen, IMM-REP-1999-05, eq. 2.3)
         if fall > 0.0:
             kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
-            settled, trusted = hold or (kept and fall < UNSETTLING_FALL), box
+            settled = hold or (kept and fall < UNSETTLING_FALL)
             at.runs.drop_poses()
-            at, failed, flat = tried, 0, flat + 1 if fall < FLAT_FALL else 0
-            damping *= max(SHRINKAGE, 1.0 - (2.0 * ratio - 1.0) ** 3)
-            growth = FIRST_GROWTH
+            at = tried
+            damping.after_a_fall(fall / promise.fall)
         else:
             tried.runs.drop_poses()
-            trusted = replace(box, least=_halfway(at.noise, promise.noise, box.least))
-            damping, growth = growth * max(damping, LEAST_RETRY_DAMPING), 2.0 * growth
-            failed += 1
-        in_vain = failed > 0 and promise.fall < IN_VAIN_GAIN
-        if flat == FLAT_PASSES or failed == FAILED_PASSES or in_vain:
+            damping.after_none()
+        if patience.ends(fall, promise.fall):
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
     return at, Outcome.OUT_OF_STEPS
-
-
-def _halfway(noise: Array, tried: Array, least: Array) -> Array:
-    """Lower bounds (11,) of noise that falls half as far, in its logarithm, as a trial that did not gain."""
-    process = np.zeros(len(noise), dtype=bool)
-    process[PROCESS] = True
-    return np.where(process, np.maximum(least, np.sqrt(noise * np.minimum(tried, noise))), least)
-
-
-def linearised_optimum(
-    at: Point,
-    box: NoiseBox,
-    damping: float = START_DAMPING,
-    *,
-    noise: Array | None = None,
-    hold: bool = False,
-    beat: float = -np.inf,
-) -> Promise:
-    """Parameters and noise that are likeliest by the linearisation of a point's full pass.
-
-    damping: of the parameters' steps, relative to the diagonal of their information; noise: (11,) where the search
-    of the noise begins, by default the point's own; beat: the fall of a rival, that as many rounds again as they
-    gain now must reach. Every noise is valued with the parameters a step on from it.
-    """
-    profile = _Profile(at, damping)
-    best = profile.begin() if noise is None else profile.at(noise)
-    if hold:
-        return best
-    for round_ in range(INNER_ROUNDS):
-        before = best.fall
-        here, value = at.runs.linearised(best.move), Value(profile.value, -best.fall)
-        scored(here, best.noise, box, value, absent=round_ == 0)
-        best = profile.best
-        gain = best.fall - before
-        if (
-            not gain > max(INNER_GAIN, INNER_SHARE * best.fall)
-            or best.fall + RACE_ROUNDS * gain < beat
-        ):
-            break
-    return best
-
-
-def by_linearisation(at: Point, least: Array = NOISE_LEAST, noise: Array | None = None) -> Point:
-    """The likeliest point by the linearisation of a full pass, with its relinearised runs.
-
-    least: (11,) lower bounds of the noise; noise: (11,) where its search begins, by default the point's own.
-    """
-    promise = linearised_optimum(at, noise_box(at.noise, least), noise=noise)
-    runs = at.runs.relinearised(promise.noise, promise.move)
-    return Point(at.theta + promise.move, promise.noise, runs)
-
-
-@dataclass
-class _Profile:
-    """The likelihood of the noise by a linearisation, the parameters being at their best for it."""
-
-    about: Point
-    damping: float
-    best: Promise = field(init=False)
-
-    def begin(self) -> Promise:
-        """With the point's own noise."""
-        move, fall = bounded_step(self.about, self.damping)
-        self.best = Promise(move, self.about.noise, fall)
-        return self.best
-
-    def at(self, noise: Array) -> Promise:
-        """With another noise (11,), from the point's parameters."""
-        self.best = self._promise(noise, np.zeros(len(self.about.theta)))
-        return self.best
-
-    def value(self, noise: Array) -> float:
-        """Cost, less the point's own, with the parameters a step on from the best so far."""
-        found = self._promise(noise, self.best.move)
-        if found.fall > self.best.fall:
-            self.best = found
-        return -found.fall
-
-    def _promise(self, noise: Array, move: Array) -> Promise:
-        at = self.about
-        there = Point(at.theta + move, noise, at.runs.relinearised(noise, move))
-        if not np.isfinite(there.runs.cost):
-            return Promise(move, noise, -np.inf)
-        further, promised = bounded_step(there, self.damping, at)
-        return Promise(move + further, noise, at.runs.cost - there.runs.cost + promised)
-
-
-def bounded_step(at: Point, damping: float, origin: Point | None = None) -> tuple[Array, float]:
-    """A Gauss-Newton step (names,) within bounds and step limits, and the fall of the cost that it promises.
-
-    origin: where the limits and the damping count from; by default `at`.
-    """
-    begin = at if origin is None else origin
-    gradient, information = at.runs.gradient, at.runs.information
-    free = list(at.runs.problem.free)
-    moved = (at.theta - begin.theta)[free]
-    trust = damping * (np.diag(begin.runs.information) + INFORMATION_FLOOR)
-    move = boxed_step(at, gradient - trust * moved, information + np.diag(trust), moved)
-    taken = move[free]
-    return move, float(2.0 * taken @ gradient - taken @ information @ taken)
-
-
-def boxed_step(at: Point, gradient: Array, information: Array, moved: Array | None = None) -> Array:
-    """The step (names,) from a point to the optimum of a quadratic likelihood, within bounds and step limits.
-
-    gradient: (p,), information: (p, p) of the free parameters; moved: (p,) steps so far, within the limits, too.
-    """
-    problem = at.runs.problem
-    free = np.array(problem.free)
-    so_far = np.zeros(len(free)) if moved is None else moved
-    low, high = (bound - at.theta[free] for bound in problem.bounds)
-    diagonal = np.diag(information) + INFORMATION_FLOOR
-    scale = 1.0 / np.sqrt(diagonal)
-    move = np.zeros(len(at.theta))
-    move[free] = scale * box_minimum(
-        (information + np.diag(LEAST_DAMPING * diagonal)) * np.outer(scale, scale),
-        scale * gradient,
-        np.minimum(np.maximum(low, -problem.step_limits - so_far), 0.0) / scale,
-        np.maximum(np.minimum(high, problem.step_limits - so_far), 0.0) / scale,
-    )
-    return move

@@ -5,7 +5,6 @@ The parameter vector theta has the structure's coefficients, then the constants 
 then the effects: the lever arm, the delays of position and heading, and current, trim and wind of every recording.
 """
 
-from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -13,76 +12,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.boat.model import thrust_trace
+from seatrial.boat.model import Model, thrust_trace
+from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.noise_scoring import Linearised
-from seatrial.boat.structure import Structure
+from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
+from seatrial.identification.likelihood.parameters import (
+    CHAIN_CONSTANTS,
+    DELAY_NAMES,
+    DELAY_STEP,
+    EFFECT_NAMES,
+    LEVER_NAMES,
+    LONGEST_DELAY,
+    ChainConstant,
+    quadratic_drag,
+)
 from seatrial.recording.delays import at_one_time, with_delays
 from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
-from seatrial.util.frames import SYMBOLS, Array
+from seatrial.recording.resolution import heading_step
+from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
-LEVER_NAMES = ("lever_x", "lever_y")  # [m] the measured point from the origin
-DELAY_NAMES = ("delay_position", "delay_heading")  # [s] beyond what the vehicle file states
-EFFECT_NAMES = (  # of one recording, in the order of the core's Effects between lever arm and delays
-    "current_x", "current_y",  # [m/s] earth-fixed
-    "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
-    "wind_x", "wind_y",  # [m/s^2] earth-fixed
-)  # fmt: skip
-EFFECT_KINDS = ("lever", "current", "trim", "wind", "delay")
-LONGEST_DELAY = 1.0  # [s] of position or heading
-START_DELAY = 0.01  # [s] with it position and heading are two measurements from the first step on
 MANY_POSES = 100_000  # poses of all recordings: from here on, freed memory goes back to the system
-CHAIN_BOUNDS = {  # lowest and highest value of the estimated constants of the chain
-    "latency": (-1.0, 2.0),  # [s]
-    "lag": (0.002, 3.0),  # [s]
-    "edge_forward": (0.0, 0.6),
-    "edge_reverse": (0.0, 0.6),
-    "reverse_ratio": (0.1, 10.0),
-    "power": (0.3, 4.0),
-    "scale_power": (-1.0, 5.0),
-    "gain": (0.1, 10.0),
-    "pair_offset_along": (-0.5, 0.5),
-    "pair_offset_across": (-0.5, 0.5),
-    "pair_dead_zone": (0.0, 0.6),
-    "steer_angle": (3.0, 180.0),  # [deg]
-    "steer_offset": (-45.0, 45.0),  # [deg]
-    "steer_rate": (3.0, 1000.0),  # [deg/s]
-    "steer_dead_zone": (0.0, 0.6),
-}
-CHAIN_STEP_LIMITS = {  # largest change in one Gauss-Newton step: the chain is far from linear
-    "latency": 0.1,  # [s]
-    "lag": 0.1,  # [s]
-    "edge_forward": 0.1,
-    "edge_reverse": 0.1,
-    "reverse_ratio": 0.5,
-    "power": 0.5,
-    "scale_power": 0.5,
-    "gain": 0.5,
-    "steer_angle": 10.0,  # [deg]
-    "steer_offset": 10.0,  # [deg]
-    "steer_rate": 20.0,  # [deg/s]
-    "steer_dead_zone": 0.1,
-    **dict.fromkeys(DELAY_NAMES, 0.3),  # [s]
-}
-
-
-def quadratic_drag(structure: Structure) -> set[str]:
-    """Coefficients of |u| u in surge, |v| v in sway, |r| r in yaw: a positive one makes the boat unstable,
-    as no other term of the axis outgrows it."""
-    terms = [t for t in structure.terms if t.coefficient is not None]
-    used = Counter(t.coefficient for t in terms)
-    return {
-        t.coefficient
-        for t in terms
-        if t.coefficient is not None
-        and used[t.coefficient] == 1
-        and t.number > 0.0
-        and t.acceleration is None
-        and sorted(t.factors) == sorted([f"|{SYMBOLS[t.axis]}|", SYMBOLS[t.axis]])
-    }
 
 
 @dataclass(frozen=True)
@@ -172,6 +125,16 @@ class Problem:
         return tuple(i for i in self.free if i >= self.n_coefficients + self.n_constants)
 
     @cached_property
+    def least_noise(self) -> Array:
+        """Lower bounds (11,) of the noise; white heading errors are no less than those of rounded headings.
+
+        These have a deviation of step / sqrt(12), about which an estimate scatters.
+        """
+        least = NOISE_LEAST.copy()
+        least[1] = max(least[1], 0.25 * min(heading_step(r) for r in self.recordings))
+        return least
+
+    @cached_property
     def period(self) -> float:
         """Period [s] of the poses."""
         return float(np.median([r.period for r in self.recordings]))
@@ -214,38 +177,58 @@ class Problem:
         return np.array([free.get(i, -1) for i in own])
 
     @cached_property
+    def _kinds(self) -> list[tuple[str, ChainConstant | None]]:
+        """Of the free parameters: the name without its group or recording, and what is assumed of a constant."""
+        n, m = self.n_coefficients, self.n_constants
+        kinds = [self.names[i].partition(".")[0] for i in self.free]
+        return [
+            (kind, CHAIN_CONSTANTS[kind] if n <= i < n + m else None)
+            for i, kind in zip(self.free, kinds, strict=True)
+        ]
+
+    @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """Lowest and highest values (p,) of the free parameters."""
-        kinds = [self.names[i].partition(".")[0] for i in self.free]
-        is_constant = [
-            self.n_coefficients <= i < self.n_coefficients + self.n_constants for i in self.free
-        ]
         drag = quadratic_drag(self.vehicle.structure)
-        limits = CHAIN_BOUNDS | {
-            name: (-LONGEST_DELAY - known, LONGEST_DELAY - known)
-            for name, known in zip(DELAY_NAMES, self.vehicle.delays, strict=True)
-        }
-        # fmt: off
-        found = [
-            limits[kind] if own or kind in DELAY_NAMES
-            else (-np.inf, 0.0 if self.names[i] in drag else np.inf)
-            for i, kind, own in zip(self.free, kinds, is_constant, strict=True)
-        ]
-        # fmt: on
+        late = dict(zip(DELAY_NAMES, self.vehicle.delays, strict=True))
+        found = []
+        for i, (kind, constant) in zip(self.free, self._kinds, strict=True):
+            if constant is not None:
+                found.append((constant.low, constant.high))
+            elif kind in late:
+                found.append((-LONGEST_DELAY - late[kind], LONGEST_DELAY - late[kind]))
+            else:
+                found.append((-np.inf, 0.0 if self.names[i] in drag else np.inf))
         low, high = np.array(found).reshape(-1, 2).T
         return low, high
 
     @cached_property
     def step_limits(self) -> Array:
         """Largest change (p,) of the free parameters in one step."""
-        kinds = [self.names[i].partition(".")[0] for i in self.free]
-        return np.array([CHAIN_STEP_LIMITS.get(kind, np.inf) for kind in kinds])
+        return np.array(
+            [
+                constant.step
+                if constant is not None
+                else DELAY_STEP
+                if kind in DELAY_NAMES
+                else np.inf
+                for kind, constant in self._kinds
+            ]
+        )
 
     def clipped(self, theta: Array) -> Array:
         """The nearest parameters within the bounds."""
         out, free = theta.copy(), list(self.free)
         out[free] = np.clip(theta[free], *self.bounds)
         return out
+
+    def model(self, theta: Array, noise: NoiseEntry) -> Model:
+        """The model with these parameters for predictions, without uncertainty."""
+        n, m = self.n_coefficients, self.n_constants
+        return Model(
+            self.vehicle, theta[:n], np.zeros((n + m, n + m)), theta[n : n + m],
+            Integration("runge-kutta", self.step), noise, EnvelopeEntry({}, {}),
+        )  # fmt: skip
 
     def boat(self, theta: Array) -> _core.Boat:
         """The boat with these parameters, and a disturbance in every axis."""
@@ -319,25 +302,34 @@ class FilterRuns:
     @cached_property
     def information(self) -> Array:
         """Fisher information (p, p) of the free parameters."""
-        free = list(self.problem.free)
+        free, prior = list(self.problem.free), self.problem.prior
         out = np.zeros((len(free), len(free)))
-        for i, run in enumerate(self.by_recording):
-            to = self.problem.free_columns(i)
-            use = to >= 0
-            out[np.ix_(to[use], to[use])] += run.information[np.ix_(use, use)]
-        prior = self.problem.prior
+        for i in range(len(self.by_recording)):
+            out += self.information_of(i)
         return out if prior is None else out + prior.precision[np.ix_(free, free)]
+
+    def information_of(self, recording: int) -> Array:
+        """Fisher information (p, p) of one recording about the free parameters, without the prior."""
+        to, out = self.problem.free_columns(recording), np.zeros((len(self.problem.free),) * 2)
+        use = to >= 0
+        own = np.asarray(self.by_recording[recording].information)
+        out[np.ix_(to[use], to[use])] = own[np.ix_(use, use)]
+        return out
 
     @cached_property
     def gradient(self) -> Array:
         """Gradient (p,) of the log likelihood."""
-        free = list(self.problem.free)
+        free, prior = list(self.problem.free), self.problem.prior
         out = np.zeros(len(free))
-        for i, run in enumerate(self.by_recording):
-            to = self.problem.free_columns(i)
-            out[to[to >= 0]] += run.gradient[to >= 0]
-        prior = self.problem.prior
+        for i in range(len(self.by_recording)):
+            out += self.gradient_of(i)
         return out if prior is None else out - (prior.precision @ (self.theta - prior.mean))[free]
+
+    def gradient_of(self, recording: int) -> Array:
+        """Gradient (p,) of one recording's log likelihood, without the prior."""
+        to, out = self.problem.free_columns(recording), np.zeros(len(self.problem.free))
+        out[to[to >= 0]] = np.asarray(self.by_recording[recording].gradient)[to >= 0]
+        return out
 
     def _own_steps(self, move: Array) -> list[Array]:
         """A step (names,) of all parameters as that of each run's own."""

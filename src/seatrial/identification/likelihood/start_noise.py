@@ -22,8 +22,6 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
-CORRELATED_START = 0.5  # of the white errors: size of the correlated ones in a first search
-
 
 def noise_from_poses(recordings: Sequence[Recording]) -> Array:
     """White pose errors from fourth differences, and correlated ones of half their size."""
@@ -37,7 +35,7 @@ def noise_from_poses(recordings: Sequence[Recording]) -> Array:
     )
     white = np.maximum([position, heading], NOISE_FIRST)
     noise = np.array([*white, *PROCESS_START, *NOISE_START[COLOUR[0] :]])
-    noise[COLOUR] = CORRELATED_START * noise[:2]
+    noise[COLOUR] = 0.5 * noise[:2]
     return noise
 
 

@@ -4,7 +4,7 @@
 import numpy as np
 
 from seatrial.boat.noise_parameters import NOISE_LEAST, OUTLIER, PROCESS
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 
 AUTOCORRELATION_LAGS = 10  # [poses] at most
 # from here on innovations count as correlated; right models have half of it

@@ -12,7 +12,6 @@ from seatrial.util.frames import Array
 SINGULAR_CONDITION = 1e6  # of the column-scaled regressor: from here on it counts as singular
 ROWS_PER_COEFFICIENT = 20  # at the least: fewer usable samples leave the residuals no freedom
 ZERO_COLUMN_RMS = 1e-9  # of a regressor: below it the axis is not excited
-TIED_WEIGHT = 0.1  # of the largest: coefficients with less in the singular direction are not named
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def _condition(scaled: Array, names: Sequence[str], where: str) -> float:
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else float("inf")
     if condition > SINGULAR_CONDITION:
         weights = np.abs(right[-1])
-        tied = [n for n, w in zip(names, weights, strict=True) if w > TIED_WEIGHT * weights.max()]
+        tied = [n for n, w in zip(names, weights, strict=True) if w > 0.1 * weights.max()]
         raise IdentificationError(
             f"{where}: {', '.join(tied)} can't be told apart (condition number {condition:.1e}): "
             "vary speed and command independently, or take one term out"

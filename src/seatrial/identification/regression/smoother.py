@@ -10,44 +10,30 @@ the regressors contain the noise that is left in the velocities.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model, thrust_trace
-from seatrial.boat.schema import EstimatorEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.regression.start_values import (
+from seatrial.identification.regression.linear_equations import (
     LinearEquations,
-    fit_equations,
-    with_constant_columns,
 )
 from seatrial.identification.regression.weak_form import (
-    WEAK_CHAIN_STEPS,
     axes_served,
-    block_numbers,
-    checked_fit,
-    clustered_sandwich,
-    covariance_of_all,
     regression_model,
     sought_constants,
-    step_entry,
 )
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask, body_velocity
-from seatrial.util.statistics import BLOCK
 
 SMOOTHER = "smoother"
 ROUGHNESS_GRID = 10.0 ** np.arange(-7.0, 5.0)  # jerk intensity over pose noise, in pose periods
-DIFFUSE_VARIANCE = 1e8  # of unknown initial velocity and acceleration, in squares of the pose noise
-# of a prediction, in squares of the pose noise: beyond it it is still diffuse
-UNINFORMATIVE_VARIANCE = 1e4
 ROUGHNESS_POSES = 3000  # of a recording, at most, for the likelihood of the roughness
 EDGE_POSES = 3  # at either end of an interval, without a usable acceleration
-LEAST_SQUARE = 1e-300  # sum of squares, against the logarithm of 0
 
 
 @dataclass(frozen=True)
@@ -102,14 +88,8 @@ def smoother(
     tracks = smoothed([at_one_time(r) for r in recordings])
     use = [np.tile(np.array(s), (len(t.t), 1)) for s, t in zip(serves, tracks, strict=True)]
     samples = AccelerationRows(whole, tracks, np.concatenate(use))
-    found = fit_equations(samples, moved, WEAK_CHAIN_STEPS)
-    fit = checked_fit(found.design, found.weights, whole, SMOOTHER)
-    found = replace(found, theta=fit.theta)
-    blocks = block_numbers([track.t for track in tracks], BLOCK)
-    covariance = clustered_sandwich(with_constant_columns(samples, found, moved), found, blocks)
-    entry = EstimatorEntry(SMOOTHER, {"block": BLOCK}, [step_entry(fit, whole, recordings, found)])
     return regression_model(
-        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
+        recordings, samples, moved, [track.t for track in tracks], method=SMOOTHER, settings={}
     )
 
 
@@ -123,7 +103,7 @@ def smoothed(recordings: Sequence[Recording]) -> tuple[Track, ...]:
         np.sum([p.logs for p in runs], axis=0),
     )
     # at the pose noise of highest likelihood
-    cost = count * np.log(squares + LEAST_SQUARE) + logs[:, None]
+    cost = count * np.log(squares + 1e-300) + logs[:, None]
     likeliest = ROUGHNESS_GRID[[np.argmin(cost[:, :2].sum(axis=1)), np.argmin(cost[:, 2])]]
     tracks = tuple(_track(s, _forward(s, likeliest, len(s.t))) for s in series)
     if not any(len(track.t) for track in tracks):
@@ -179,7 +159,7 @@ def _forward(series: _Series, roughness: Array, most: int) -> _ForwardRun:
     """The Kalman filter with pose noise 1 over the first `most` poses."""
     c = len(roughness)
     x, P = np.zeros((c, 3, 3)), np.zeros((c, 3, 3))
-    unknown = np.diag([1.0, DIFFUSE_VARIANCE, DIFFUSE_VARIANCE])
+    unknown = np.diag([1.0, 1e8, 1e8])  # velocity and acceleration, at first
     count, logs, squares = 0, np.zeros(c), np.zeros((c, 3))
     predicted, updated = [], []
     for k in range(min(most, len(series.t))):
@@ -193,7 +173,7 @@ def _forward(series: _Series, roughness: Array, most: int) -> _ForwardRun:
         x, P = F @ x, F @ P @ F.T + roughness[:, None, None] * series.spread[k]
         predicted.append((x, P))
         variance, error = P[:, 0, 0] + 1.0, series.y[k] - x[:, 0]
-        if variance.max() < UNINFORMATIVE_VARIANCE:
+        if variance.max() < 1e4:  # not diffuse any more
             count, logs = count + 1, logs + np.log(variance)
             squares = squares + error**2 / variance[:, None]
         gain = P[:, :, 0] / variance[:, None]

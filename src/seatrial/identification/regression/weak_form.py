@@ -11,7 +11,7 @@ the velocity changes within the smoothing window. The widths keep both small (`c
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,16 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.identification.regression.equation_error import couplings
 from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
-from seatrial.identification.regression.start_values import (
+from seatrial.identification.regression.linear_equations import (
     ConstantRange,
     EquationFit,
+    Equations,
     LinearEquations,
     fit_equations,
     movable_constants,
-    window_rows,
     with_constant_columns,
 )
+from seatrial.identification.regression.start_values import window_rows
 from seatrial.identification.selection.actuator_stages import with_free_stages
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.excitation import find_roles
@@ -46,46 +47,60 @@ INTEGRATION_STEP = 1 / 60  # [s] of the model's integration
 WEAK_CHAIN_STEPS = 8  # one or two are enough near the grid's best value
 
 
-@dataclass(frozen=True)
-class WeakFormSettings:
-    """Settings of the method."""
-
-    step: float = INTEGRATION_STEP  # [s] of the integrals, at most
-    steps: int = WEAK_CHAIN_STEPS  # Gauss-Newton steps on the chain's constants, at most
-    block: float = BLOCK  # [s] length of a block for the standard errors
-
-
 def weak_form(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     *,
     roles: Mapping[str, Sequence[str]] | None = None,
-    settings: WeakFormSettings | None = None,
+    step: float = INTEGRATION_STEP,
 ) -> Model:
     """Coefficients, and the latencies, lags and dead zones that the vehicle file does not state.
 
     All recordings serve every axis; `roles` limits an axis to those it names and to those of the
-    axes that it is coupled to. Raises IdentificationError, RecordingError.
+    axes that it is coupled to. `step`: [s] of the integrals, at most. Raises IdentificationError, RecordingError.
     """
-    chosen = settings or WeakFormSettings()
     recordings = [at_one_time(r) for r in recordings]
     whole, moved = sought_constants(recordings, vehicle)
     serves = axes_served(whole, recordings, roles)
-    # equations of all windows, and their solution
-    rows = window_rows(recordings, whole, chosen.step, serves)
-    found = fit_equations(rows, moved, chosen.steps)
-    fit = checked_fit(found.design, found.weights, whole, WEAK_FORM)
-    found = replace(found, theta=fit.theta)
-    # covariance over blocks, constants of the chain included
-    blocks = block_numbers([w.centres for w in rows.each], chosen.block)
-    covariance = clustered_sandwich(with_constant_columns(rows, found, moved), found, blocks)
+    rows = window_rows(recordings, whole, step, serves)
     widths = {"state": round(rows.widths.state, 3), "test": round(rows.widths.test, 3)}
-    entry = EstimatorEntry(
-        WEAK_FORM, {**widths, "block": chosen.block}, [step_entry(fit, whole, recordings, found)]
-    )
-    return regression_model(
-        whole, recordings, found, covariance_of_all(covariance, found, moved), entry
-    )
+    centres = [w.centres for w in rows.each]
+    return regression_model(recordings, rows, moved, centres, method=WEAK_FORM, settings=widths)
+
+
+def regression_model(
+    recordings: Sequence[Recording],
+    rows: Equations,
+    moved: Mapping[int, ConstantRange],
+    times: Sequence[Array],
+    *,
+    method: str,
+    settings: Mapping[str, float],
+) -> Model:
+    """The model that solves the equations, with its covariance over blocks of time.
+
+    moved: the constants of the chain that are estimated; times: [s] of each recording's rows.
+    """
+    whole = rows.vehicle
+    found = fit_equations(rows, moved, WEAK_CHAIN_STEPS)
+    fit = _checked_fit(found.design, found.weights, whole, method)
+    found = replace(found, theta=fit.theta)
+    # covariance over blocks, constants of the chain included; 0 for what is given
+    wide = with_constant_columns(rows, found, moved)
+    n, m = len(found.theta), len(found.constants)
+    covariance, places = np.zeros((n + m, n + m)), [*range(n), *(n + i for i in moved)]
+    covariance[np.ix_(places, places)] = _clustered_sandwich(wide, found, _block_numbers(times))
+    step = StepEntry(
+        "Eq. (12)", list(whole.structure.coefficients), [r.name for r in recordings],
+        int((found.weights > 0).sum()), fit.condition, fit.explained,
+    )  # fmt: skip
+    return Model(
+        whole, found.theta, covariance, found.constants,
+        Integration("runge-kutta", INTEGRATION_STEP), pose_noise(*recordings),
+        envelope(whole, found.constants, recordings, [motion(r) for r in recordings]),
+        tuple(recording_entry(r) for r in recordings),
+        EstimatorEntry(method, {**settings, "block": BLOCK}, [step]),
+    )  # fmt: skip
 
 
 def sought_constants(
@@ -113,7 +128,7 @@ def axes_served(
     return [(i in data[0], i in data[1], i in data[2]) for i in range(len(recordings))]
 
 
-def checked_fit(
+def _checked_fit(
     design: LinearEquations, weights: Array, vehicle: Vehicle, where: str
 ) -> LeastSquares:
     """The coefficients by plain least squares, which refuses those that the data do not determine."""
@@ -124,17 +139,17 @@ def checked_fit(
     return solve_least_squares(B, a, vehicle.structure.coefficients, where, 0)
 
 
-def block_numbers(times: Sequence[Array], block: float) -> NDArray[np.int64]:
-    """The number (m,) of the block of `block` [s] of each time [s] of each recording."""
+def _block_numbers(times: Sequence[Array]) -> NDArray[np.int64]:
+    """The number (m,) of the block of `BLOCK` [s] of each time [s] of each recording."""
     numbers, first = [], 0
     for t in times:
-        mine = (t // block).astype(np.int64) + first
+        mine = (t // BLOCK).astype(np.int64) + first
         numbers.append(mine)
         first = int(mine.max(initial=first - 1)) + 1
     return np.concatenate(numbers)
 
 
-def clustered_sandwich(
+def _clustered_sandwich(
     wide: LinearEquations, found: EquationFit, blocks: NDArray[np.int64]
 ) -> Array:
     """Covariance (p, p) for residuals that are correlated within blocks: White's sandwich, clustered."""
@@ -152,44 +167,3 @@ def clustered_sandwich(
     inverse = np.linalg.pinv(flat.T @ (flat * found.weights.reshape(-1, 1)), hermitian=True)
     covariance = inverse @ (sums.T @ sums) @ inverse * count / (count - p)
     return np.asarray((covariance + covariance.T) / 2)
-
-
-def step_entry(
-    fit: LeastSquares, vehicle: Vehicle, recordings: Sequence[Recording], found: EquationFit
-) -> StepEntry:
-    """The fit as an entry of the model file."""
-    names = list(vehicle.structure.coefficients)
-    rows = int((found.weights > 0).sum())
-    return StepEntry(
-        "Eq. (12)", names, [r.name for r in recordings], rows, fit.condition, fit.explained
-    )
-
-
-def covariance_of_all(part: Array, found: EquationFit, moved: Mapping[int, ConstantRange]) -> Array:
-    """The covariance of all coefficients and constants; 0 for those that are given."""
-    n, m = len(found.theta), len(found.constants)
-    whole = np.zeros((n + m, n + m))
-    places = [*range(n), *(n + i for i in moved)]
-    whole[np.ix_(places, places)] = part
-    return whole
-
-
-def regression_model(
-    vehicle: Vehicle,
-    recordings: Sequence[Recording],
-    found: EquationFit,
-    covariance: Array,
-    estimator: EstimatorEntry,
-) -> Model:
-    """The model; `covariance` is of all coefficients and constants."""
-    return Model(
-        vehicle,
-        found.theta,
-        covariance,
-        found.constants,
-        Integration("runge-kutta", INTEGRATION_STEP),
-        pose_noise(*recordings),
-        envelope(vehicle, found.constants, recordings, [motion(r) for r in recordings]),
-        tuple(recording_entry(r) for r in recordings),
-        estimator,
-    )

@@ -35,7 +35,6 @@ LARGEST_STATE_WIDTH = 0.6  # [s]
 FEWEST_STATE_POSES = 2.0  # half-length of a local quadratic in poses, at the least
 TEST_WIDTH_RANGE = (0.4, 1.5)  # [s]
 BRIDGED_PERIODS = 2.5  # median periods between smoothed poses that interpolation may bridge
-LEAST_RMS = 1e-12  # against a division by 0
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
 
 def _rms(parts: Sequence[Array] | Sequence[Complex]) -> float:
     squares = np.concatenate([np.abs(part) ** 2 for part in parts])
-    return float(np.sqrt(np.mean(squares))) + LEAST_RMS
+    return float(np.sqrt(np.mean(squares))) + 1e-12  # against a division by 0
 
 
 def make_kernels(widths: Widths, period: float, finest: float) -> Kernels:

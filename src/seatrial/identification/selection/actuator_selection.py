@@ -11,7 +11,8 @@ from seatrial.boat.findings import Finding
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Outcome, Point, search
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import Outcome, search
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates

@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.structure import Term
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
-
-SOLVE_RIDGE = 1e-12  # relative ridge: some recordings hold no information about a parameter
 
 
 @dataclass(frozen=True)
@@ -116,11 +114,8 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
         own = run.share.reshape(-1, len(to), len(to))
         blocks = np.zeros((len(own), p, p))
         blocks[np.ix_(np.arange(len(own)), to[use], to[use])] = own[:, use][:, :, use]
-        whole, slope = np.zeros((p, p)), np.zeros(p)
-        whole[np.ix_(to[use], to[use])] = run.information[np.ix_(use, use)]
-        slope[to[use]] = run.gradient[use]
-        information.append(whole)
-        gradient.append(slope)
+        information.append(runs.information_of(i))
+        gradient.append(runs.gradient_of(i))
         shares.append(blocks)
         owner.append(np.full(len(own), i))
     return ScoreInformation(
@@ -163,7 +158,7 @@ def moved(problem: Problem, theta: Array, other: Problem) -> Array:
 def solve_scaled(matrix: Array, right: Array) -> Array:
     """matrix^-1 right of a symmetric matrix, scaled to a unit diagonal, never singular."""
     scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
-    scaled = matrix / np.outer(scale, scale) + SOLVE_RIDGE * np.eye(len(matrix))
+    scaled = matrix / np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))
     inner = right / scale if right.ndim == 1 else right / scale[:, None]
     found = np.linalg.solve(scaled, inner)
     return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])

@@ -8,10 +8,11 @@ parameters do not explain is compared with its scatter over blocks, which holds 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from seatrial.identification.likelihood.problem import FilterRuns
+from seatrial.identification.selection.score_information import ScoreInformation
 from seatrial.util.frames import Array
 
 # Standard deviations of chi-square above its mean; its tails are much longer than a normal distribution's.
@@ -19,6 +20,7 @@ SIGNIFICANT_DEVIATIONS = 10.0
 # where the likelihood gains very much: the scatter of few blocks is uncertain
 LIKELY_DEVIATIONS = 5.0
 LARGE_GAIN = 100.0  # fall of -2 log likelihood that is very much
+REPORTED_GAIN = 20.0  # the same: with less an effect or a change is not reported
 
 
 @dataclass(frozen=True)
@@ -37,27 +39,8 @@ class ScoreTest:
         return bool(self.statistic > self.freedom + deviations * np.sqrt(2.0 * self.freedom))
 
 
-class ScoreSource(Protocol):
-    """Filter runs, or anything with their information and scores."""
-
-    @property
-    def information(self) -> Array:
-        """Fisher information (p, p)."""
-
-    @property
-    def scores(self) -> Array:
-        """Contributions (blocks, p) to the gradient of the log likelihood."""
-
-
-class SourceByBlock(ScoreSource, Protocol):
-    """The same with the information of each block."""
-
-    def scores_after(self, step: Array) -> Array:
-        """Scores (blocks, p) after a step (p,) of the parameters."""
-
-
 def score_test(
-    runs: ScoreSource,
+    runs: FilterRuns | ScoreInformation,
     tested: list[int],
     together: list[int] | None = None,
     neutral: Sequence[int] = (),
@@ -89,7 +72,7 @@ def score_test(
     return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
 
 
-def score_test_after_step(runs: SourceByBlock, tested: int) -> ScoreTest:
+def score_test_after_step(runs: ScoreInformation, tested: int) -> ScoreTest:
     """The test of one parameter, by the scatter of the scores after its step: what is there is no scatter.
 
     As many blocks as there are parameters carry no information on the scatter.

@@ -11,21 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.identification.likelihood.optimiser import Point, bounded_step
+from seatrial.identification.likelihood.linearised import Point, bounded_step
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.solution import Fit
 from seatrial.util.frames import Array
 from seatrial.util.parallel import farmed
 
-BOOTSTRAP_REPLICATES = 200
-# Gauss-Newton steps at most; one or two do where the likelihood is nearly quadratic
-BOOTSTRAP_STEPS = 6
 BOOTSTRAP_CONVERGED = 0.01  # fall of -2 log likelihood that another step still promises
-STEP_HALVINGS = 4  # of a step that leads uphill
 INTERVAL_LEVEL = 95.0  # [%]
 
 
-def bootstrap(fit: Fit, replicates: int = BOOTSTRAP_REPLICATES, seed: int = 0) -> Array:
+def bootstrap(fit: Fit, replicates: int, seed: int = 0) -> Array:
     """Estimates (replicates, p) of the free parameters, the noise held; in the order of `fit.names`.
 
     A replicate ends where a step promises no more, or leads uphill however short it is.
@@ -66,11 +62,11 @@ def _refit(fit: _Optimum, draw: Array) -> Array:
     """The free parameters (p,) with these weights (blocks,) of the blocks; Gauss-Newton from the optimum."""
     counts = [draw[place] for place in fit.places]
     at = Point(fit.theta, fit.noise, fit.problem.run_filter(fit.theta, fit.noise, counts))
-    for _ in range(BOOTSTRAP_STEPS):
+    for _ in range(6):  # one or two do where the likelihood is nearly quadratic
         move, promised = bounded_step(at, 0.0)
         if promised < BOOTSTRAP_CONVERGED:
             break
-        for _ in range(STEP_HALVINGS):
+        for _ in range(4):
             theta = at.theta + move
             found = fit.problem.run_filter(theta, fit.noise, counts)
             if found.cost < at.runs.cost:

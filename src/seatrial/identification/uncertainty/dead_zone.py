@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from seatrial.identification.likelihood.optimiser import Point
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.profile_line import ProfileLine
 from seatrial.util.frames import Array

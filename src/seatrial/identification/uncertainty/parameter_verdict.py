@@ -10,20 +10,12 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.physics import SIGNIFICANT
 from seatrial.boat.structure import Term
+from seatrial.identification.likelihood.parameters import typical_size
 from seatrial.util.format import percent
 from seatrial.util.frames import AXES, Array
 
 # relative standard errors below which a parameter is sharp, usable
 SHARP_ERROR, USABLE_ERROR = 0.05, 0.2
-OTHER_AXIS = {0: 1, 1: 0}  # surge and sway: with a thrust in the same unit
-LISTED_PARTNERS = 3  # correlated parameters that are listed with one
-# A latency of 0 is as good as any other: errors of constants are relative to these, or to a larger value.
-TYPICAL_SIZES = {
-    "latency": 0.1, "lag": 0.1,  # [s]
-    "edge_forward": 0.1, "edge_reverse": 0.1, "pair_dead_zone": 0.1,
-    "pair_offset_along": 0.1, "pair_offset_across": 0.1, "steer_dead_zone": 0.1,
-    "steer_offset": 5.0,  # [deg]
-}  # fmt: skip
 
 
 class ParameterVerdict(Enum):
@@ -67,7 +59,7 @@ def verdict_of(
     name: str, value: float, error: float, thrust_share: float = 0.0
 ) -> tuple[ParameterVerdict, float]:
     """Verdict and relative error; `thrust_share`: of the error at the envelope's edge, in full thrusts."""
-    typical = TYPICAL_SIZES.get(name.partition(".")[0], 0.0)
+    typical = typical_size(name)
     size = max(abs(value), typical)
     relative = error / size if size > 0 else np.inf
     if error == 0.0:
@@ -95,7 +87,7 @@ def parameter_accuracy(
         verdict = ParameterVerdict.BOUND
     row = correlation[estimated.index(name)] if name in estimated else np.zeros(0)
     order = [int(i) for i in np.argsort(-np.abs(row)) if estimated[i] != name]
-    partners = tuple((estimated[i], float(row[i])) for i in order[:LISTED_PARTNERS])
+    partners = tuple((estimated[i], float(row[i])) for i in order[:3])
     reach = None if share is None else share * (abs(value) + SIGNIFICANT * error)
     return ParameterAccuracy(name, value, error, unit, relative, verdict, partners, reach, axis)
 
@@ -134,7 +126,7 @@ def _thrust_share(model: Model, name: str) -> tuple[float | None, str]:
         if term.coefficient != name or largest is None:
             continue
         own = full_thrust(model, term.axis, along=True)
-        axis = term.axis if own > 0 else OTHER_AXIS.get(term.axis, term.axis)
+        axis = term.axis if own > 0 else {0: 1, 1: 0}.get(term.axis, term.axis)
         thrust = full_thrust(model, axis, along=True)
         if thrust > 0:
             of = AXES[axis] if axis != term.axis else ""

@@ -13,7 +13,7 @@ import numpy as np
 
 from seatrial.boat.noise_parameters import present
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Point, at_bounds, converged, search
+from seatrial.identification.likelihood.optimiser import at_bounds, converged, search
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
@@ -22,13 +22,7 @@ from seatrial.util.parallel import spread
 from seatrial.util.statistics import NORMAL_95, inverse_of
 
 END_TOLERANCE = 0.02  # [standard deviations] of the rise at an end of the interval
-END_EVALUATIONS = 16  # maximisations for one end, at most
 OPEN_DISTANCE = 300.0  # [standard errors] an interval that reaches so far is open
-LEAST_SHARE, MOST_SHARE = 0.05, 0.95  # of a bracket, within which the secant's point is taken
-# growth of the distance while no end is bracketed
-FIRST_LEAPS, LATER_LEAP, LONGEST_LEAP = 2, 2.0, 3.0
-SHORTEST_LEAP = 1.05  # growth in the first leaps, at least
-LEAST_ROOT_RISE = 1e-6  # [standard deviations] against a division by 0
 
 
 @dataclass(frozen=True)
@@ -69,7 +63,7 @@ class _Scale:
 
 def _scale(fit: Fit, k: int) -> _Scale:
     """Other parameters at a bound stay there in both variances."""
-    at = Point(fit.theta, fit.noise, fit.runs)
+    at = fit.point
     inside = ~at_bounds(at)
     inside[k] = True
     covariance = sandwich_covariance(at, inside)
@@ -87,7 +81,7 @@ def _end(fit: Fit, k: int, scale: _Scale, side: float) -> float:
     room = (highest - best if side > 0 else best - lowest) / error
     near, far = (0.0, 0.0), (np.inf, np.inf)  # distance and rise, each in standard deviations
     distance = NORMAL_95
-    for look in range(END_EVALUATIONS):
+    for look in range(16):  # maximisations at most
         # the rise here: at the end, before it, or beyond it
         distance = min(distance, room, OPEN_DISTANCE)
         rise = _rise(fit, k, scale, side * distance)
@@ -103,15 +97,13 @@ def _end(fit: Fit, k: int, scale: _Scale, side: float) -> float:
             far = (distance, rise)
         # the next distance: secant, bisection, or a leap
         if np.isfinite(far[1]):
-            share = np.clip((NORMAL_95 - near[1]) / (far[1] - near[1]), LEAST_SHARE, MOST_SHARE)
+            share = np.clip((NORMAL_95 - near[1]) / (far[1] - near[1]), 0.05, 0.95)
             distance = near[0] + float(share) * (far[0] - near[0])
         elif np.isfinite(far[0]):
             distance = 0.5 * (near[0] + far[0])
         else:
-            least = SHORTEST_LEAP if look < FIRST_LEAPS else LATER_LEAP  # the likelihood flattens
-            distance = near[0] * float(
-                np.clip(NORMAL_95 / max(near[1], LEAST_ROOT_RISE), least, LONGEST_LEAP)
-            )
+            least = 1.05 if look < 2 else 2.0  # then the likelihood flattens
+            distance = near[0] * float(np.clip(NORMAL_95 / max(near[1], 1e-6), least, 3.0))
     return best + side * distance * error
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.identification.console import minutes as spelled
-from seatrial.identification.likelihood.optimiser import Point, at_bounds
+from seatrial.identification.likelihood.optimiser import at_bounds
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.parameter_verdict import (
     SHARP_ERROR,
@@ -20,13 +20,11 @@ from seatrial.identification.uncertainty.parameter_verdict import (
 )
 from seatrial.util.format import table
 from seatrial.util.frames import Array
+from seatrial.util.statistics import pseudo_inverse
 
 LENGTH_SHARES = (0.25, 0.5, 0.75, 1.0)  # of every recording, from its start
 # [min] between which the length for half the error is sought
 SHORTEST_MORE, LONGEST_MORE = 0.1, 1e4
-MORE_BISECTIONS = 20
-UNSEEN_DIRECTION = 1e-10  # of the largest eigenvalue: a direction with less has no information
-UNSEEN_SHARE = 1e-3  # of such a direction: a parameter with less in it still has a standard error
 ALONE_BETTER = 0.8  # times the length of all recordings: with less, one of them alone is proposed
 
 
@@ -48,7 +46,7 @@ def accuracy_by_length(fit: Fit) -> RecordLength:
     Parameters at a bound have no standard error, and are left out.
     """
     problem = fit.problem
-    inside = np.flatnonzero(~at_bounds(Point(fit.theta, fit.noise, fit.runs)))
+    inside = np.flatnonzero(~at_bounds(fit.point))
     square = np.ix_(inside, inside)
     total = sum(r.duration for r in problem.recordings) / 60.0  # [min]
     whole = [own[square] for own in _own(fit)]
@@ -101,13 +99,7 @@ def _own(fit: Fit, part: float = 1.0) -> list[Array]:
     problem = fit.problem
     counts = [(r.t <= r.t[0] + part * r.duration).astype(float) for r in problem.recordings]
     runs = fit.runs if part == 1.0 else problem.run_filter(fit.theta, fit.noise, counts)
-    found = []
-    for i, each in enumerate(runs.by_recording):
-        to = problem.free_columns(i)
-        own = np.zeros((len(problem.free),) * 2)
-        own[np.ix_(to[to >= 0], to[to >= 0])] = each.information[np.ix_(to >= 0, to >= 0)]
-        found.append(own)
-    return found
+    return [runs.information_of(i) for i in range(len(runs.by_recording))]
 
 
 def _sum(parts: Sequence[Array]) -> Array:
@@ -116,23 +108,15 @@ def _sum(parts: Sequence[Array]) -> Array:
 
 def _errors(information: Array) -> Array:
     """Standard errors (p,); infinite for parameters in a direction without information."""
-    size = np.sqrt(np.diag(information))
-    known = size > 0
-    scaled = information[np.ix_(known, known)] / np.outer(size[known], size[known])
-    spectrum, vectors = np.linalg.eigh(scaled)
-    unseen = spectrum <= UNSEEN_DIRECTION * spectrum[-1]
-    variance = np.square(vectors[:, ~unseen]) @ (1.0 / spectrum[~unseen])
-    variance[np.any(np.abs(vectors[:, unseen]) > UNSEEN_SHARE, axis=1)] = np.inf
-    errors = np.full(len(size), np.inf)
-    errors[known] = np.sqrt(variance) / size[known]
-    return errors
+    inverse, known = pseudo_inverse(information)
+    return np.where(known, np.sqrt(np.diag(inverse)), np.inf)
 
 
 def _halved(information: Array, rate: Array) -> Array:
     """Minutes (p,) until errors are half, with further information at a rate (p, p) per minute."""
     goal = _errors(information) / 2.0
     low, high = np.full(len(goal), np.log(SHORTEST_MORE)), np.full(len(goal), np.log(LONGEST_MORE))
-    for _ in range(MORE_BISECTIONS):
+    for _ in range(20):
         middle = 0.5 * (low + high)
         reached = np.array(
             [_errors(information + np.exp(m) * rate)[k] < goal[k] for k, m in enumerate(middle)]

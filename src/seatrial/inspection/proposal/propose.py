@@ -1,24 +1,29 @@
 # SPDX-License-Identifier: MIT
 """`init`: a vehicle file to start from, proposed from recordings."""
 
-import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import cos, pi, radians, sin
 from pathlib import Path
 from typing import Any
 
 from seatrial.boat.names import LONGEST_TITLE
+from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.proposal.by_name import ThrustersUnknownError
 from seatrial.inspection.proposal.from_bags import of_bag
 from seatrial.inspection.proposal.from_logs import of_log
 from seatrial.inspection.proposal.from_tables import of_tables
 from seatrial.inspection.proposal.inputs import Drive, find_drive
-from seatrial.inspection.proposal.places import driven_by_places
-from seatrial.inspection.proposal.sources import Ask, Choices, Sources, one_each
+from seatrial.inspection.proposal.sources import Ask, Choices, Place, Sources, one_each
 from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.formats import is_log
 from seatrial.io.reader import recording_name
+from seatrial.util.errors import VehicleError
+from seatrial.util.format import joined
+from seatrial.util.frames import AXES
+
+NO_ARM = 1e-6  # [m], [-] of a thruster that does not act on an axis
 
 
 @dataclass(frozen=True)
@@ -73,5 +78,40 @@ def init(
 def turned_about(pose: Mapping[str, Any]) -> dict[str, Any]:
     """The poses with the heading turned by half a turn: it was that of the stern."""
     psi = dict(pose.get("psi", {}))
-    half_turn = 180.0 if psi.get("unit") == "deg" else math.pi
+    half_turn = 180.0 if psi.get("unit") == "deg" else pi
     return {**pose, "psi": psi | {"offset": psi.get("offset", 0.0) + half_turn}}
+
+
+def driven_by_places(path: Path, drive: Drive, places: Sequence[Place]) -> Drive:
+    """The drive without forces, where `thrusters` of the file has them; with forces where an axis has none.
+
+    Raises VehicleError where places and commands do not go together.
+    """
+    names = [*drive.inputs]
+    sticks = set(names) & set(WRENCH)
+    if not sticks:
+        one_each(tuple(places), names)
+    elif len(sticks) < len(WRENCH):
+        raise VehicleError(
+            f"{path}: --thrusters: the commands are {joined(names)}. Places are used with sticks of surge, sway "
+            "and yaw (an allocation), or with one command for each thruster (--commands)"
+        )
+    else:
+        return drive
+    forces = forces_of(names, places)
+    whole = len(forces) == len(WRENCH)
+    return replace(drive, forces={} if whole else forces, undriven=())
+
+
+def forces_of(names: Sequence[str], places: Sequence[Place]) -> dict[str, dict[str, object]]:
+    """Forces on the axes that thrusters act on, as weighted sums: T of the allocation, row by row."""
+    arms = {
+        name: (cos(radians(a)), sin(radians(a)), x * sin(radians(a)) - y * cos(radians(a)))
+        for name, (x, y, a) in zip(names, places, strict=True)
+    }
+    found: dict[str, dict[str, object]] = {}
+    for i, (force, axis) in enumerate(zip(WRENCH, AXES, strict=True)):
+        of = {name: round(arm[i], 4) for name, arm in arms.items() if abs(arm[i]) > NO_ARM}
+        if of:
+            found[force] = {"axis": axis, "of": of}
+    return found

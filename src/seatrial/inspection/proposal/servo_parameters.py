@@ -11,7 +11,7 @@ FUNCTIONS = {  # SERVOn_FUNCTION of ArduPilot
     26: "steering", 70: "throttle", 73: "throttle_left", 74: "throttle_right",
     **{32 + i: f"motor_{i}" for i in range(1, 9)}, **{73 + i: f"motor_{i}" for i in range(9, 13)},
 }  # fmt: skip
-PX4_MOTOR, PX4_SERVO = 101, 201  # PWM_MAIN_FUNCn of the first motor and servo
+PX4_SERVO = 201  # PWM_MAIN_FUNCn of the first servo; motors begin at 101
 USUAL = {"MIN": 1100.0, "MAX": 1900.0, "TRIM": 1500.0, "REVERSED": 0.0}  # of ArduPilot
 OFF = 0.0  # [us] pulse of an output that is not driven
 UNEVEN = 0.02  # of the range: a trim that is further from the middle

@@ -6,16 +6,30 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from seatrial.io.bags.definitions import standard_definitions
-from seatrial.io.bags.wire import Wire, WireError, parse_definition, plain, short_type
+from seatrial.io.bags.wire import Wire, parse_definition, plain, short_type
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import RecordingError
 
-Message = tuple[str, int, bytes]  # topic, time of arrival [ns], serialised
 SALVAGE = "--salvage reads what is left"
 LATEST = (1 << 63) - 1  # [ns] of a stamp
+# not in rosbags; field lists are those of the packages' .msg files
+COMMON = {
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
+    "mavros_msgs/msg/RCOut": "std_msgs/Header header\nuint16[] channels",
+    "mavros_msgs/msg/RCIn": "std_msgs/Header header\nuint8 rssi\nuint16[] channels",
+    "mavros_msgs/msg/ManualControl": (
+        "std_msgs/Header header\nfloat32 x\nfloat32 y\nfloat32 z\nfloat32 r\nuint16 buttons\n"
+        "uint16 buttons2\nuint8 enabled_extensions\nfloat32 s\nfloat32 t\nfloat32 aux1\n"
+        "float32 aux2\nfloat32 aux3\nfloat32 aux4\nfloat32 aux5\nfloat32 aux6"
+    ),
+}
+
+
+Message = tuple[str, int, bytes]  # topic, time of arrival [ns], serialised
 
 
 class DamagedBagError(RecordingError):
@@ -148,3 +162,18 @@ def merged_topics(found: Collection[Topic]) -> dict[str, Topic]:
             others=tuple(name for name in others if name != before.type_name),
         )
     return merged
+
+
+if TYPE_CHECKING:
+    from rosbags.interfaces.typing import Typesdict
+
+
+@lru_cache(maxsize=1)
+def standard_definitions() -> "Typesdict":
+    """ROS 2's common interfaces, tf2 and mavros."""
+    from rosbags.typesys import Stores, get_typestore
+
+    known = dict(get_typestore(Stores.ROS2_HUMBLE).fielddefs)
+    for name, text in COMMON.items():
+        known.update(parse_definition(text, name))
+    return known

@@ -9,8 +9,15 @@ from struct import Struct
 from typing import IO, TYPE_CHECKING, Any
 from urllib.parse import quote
 
-from seatrial.io.bags.budget import PIECE, check_chunks, chunk_limit, file_limit, room
-from seatrial.io.bags.unpack import inflate, lz4_decompressor
+from seatrial.io.bags.unpack import (
+    PIECE,
+    check_chunks,
+    chunk_limit,
+    file_limit,
+    inflate,
+    lz4_decompressor,
+    room,
+)
 
 if TYPE_CHECKING:
     from types import ModuleType

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.tf import frame_edges
-from seatrial.io.bags.wire import WireError
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import RecordingError
 
 INSPECTED_MESSAGES = 50  # arrays have one length in nearly all logs

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.io.bags.bag import SALVAGE, Bag, Topic
-from seatrial.io.bags.wire import Shape, Wire, WireError
+from seatrial.io.bags.wire import Shape, Wire
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 from seatrial.util.progress import reach

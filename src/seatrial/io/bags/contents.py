@@ -14,7 +14,7 @@ from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.poses import orientation_paths, pose_paths
 from seatrial.io.bags.tf import is_tf
-from seatrial.io.bags.wire import WireError
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.timing import Clock, Stream, describe, rate_text
 

@@ -13,7 +13,8 @@ from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.collect import Samples
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf
-from seatrial.io.bags.wire import Wire, WireError, plain
+from seatrial.io.bags.wire import Wire, plain
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Mask, Stamps

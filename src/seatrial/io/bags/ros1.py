@@ -9,7 +9,6 @@ compare with rosbags and with ROS 1.
 import mmap
 import re
 import struct
-from bz2 import BZ2Decompressor
 from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress
@@ -18,61 +17,23 @@ from pathlib import Path
 from typing import NamedTuple
 
 from seatrial.io.bags.bag import SALVAGE, Bag, DamagedBagError, Message, Topic, merged_topics
-from seatrial.io.bags.budget import chunk_limit, file_limit
-from seatrial.io.bags.unpack import LZ4_RATIO, Decompressor, inflate, lz4_decompressor
-from seatrial.io.bags.wire import plain
+from seatrial.io.bags.ros1_records import (
+    DamagedError,
+    Record,
+    decompressed,
+    fields,
+    read_record,
+    u32_at,
+)
+from seatrial.io.bags.unpack import chunk_limit, file_limit
 from seatrial.util.errors import RecordingError
 
 MAGIC = b"#ROSBAG V2.0\n"
 MESSAGE, BAG_HEADER, INDEX, CHUNK, CHUNK_INFO, CONNECTION = 2, 3, 4, 5, 6, 7
-LARGEST_HEADER = 1 << 20  # [bytes]
 CHUNK_MARK = b"\x04\0\0\0op=\x05"
 MAPPED_BYTES = 1 << 25  # [bytes] of the file that stay in memory
 MARK_REACH = 64  # [bytes] a chunk's header starts at most this far before its mark
-Buffer = mmap.mmap | bytes
-_u32 = struct.Struct("<I").unpack_from
-_u64 = struct.Struct("<Q").unpack_from
 _time = struct.Struct("<II").unpack_from
-
-
-class DamagedError(Exception):
-    """A record that can't be read."""
-
-
-class Record(NamedTuple):
-    """A record: positions of its header's values and of its data."""
-
-    source: Buffer
-    fields: dict[bytes, tuple[int, int]]
-    begin: int
-    end: int
-
-    @property
-    def kind(self) -> int:
-        """The record's op."""
-        begin, end = self.fields.get(b"op", (0, 0))
-        return self.source[begin] if end - begin == 1 else 0
-
-    def u32(self, name: bytes) -> int:
-        """A field of four bytes."""
-        return int(_u32(self.source, self._sized(name, 4))[0])
-
-    def u64(self, name: bytes) -> int:
-        """A field of eight bytes."""
-        return int(_u64(self.source, self._sized(name, 8))[0])
-
-    def text(self, name: bytes) -> str:
-        """A field of text."""
-        if name not in self.fields:
-            raise DamagedError(f"no field {name.decode()}")
-        begin, end = self.fields[name]
-        return self.source[begin:end].decode("utf-8", "replace")
-
-    def _sized(self, name: bytes, size: int) -> int:
-        begin, end = self.fields.get(name, (0, 0))
-        if end - begin != size:
-            raise DamagedError(f"field {name.decode()} is missing or of the wrong size")
-        return begin
 
 
 class Place(NamedTuple):
@@ -155,7 +116,7 @@ class Ros1Bag(Bag):
 
     def _read_index(self) -> None:
         """Connections and chunks from the index at the file's end."""
-        head = _record(self._data, len(MAGIC), len(self._data))
+        head = read_record(self._data, len(MAGIC), len(self._data))
         if head.kind != BAG_HEADER:
             raise DamagedError("no bag header")
         if b"encryptor" in head.fields and head.text(b"encryptor"):
@@ -167,18 +128,18 @@ class Ros1Bag(Bag):
         if at > len(self._data):
             raise DamagedError(f"{len(self._data)} of at least {at} bytes are there")
         for _ in range(head.u32(b"conn_count")):
-            record = _record(self._data, at, len(self._data))
+            record = read_record(self._data, at, len(self._data))
             self._add_connection(record)
             at = record.end
         for _ in range(head.u32(b"chunk_count")):
-            record = _record(self._data, at, len(self._data))
+            record = read_record(self._data, at, len(self._data))
             self._add_chunk(record)
             at = record.end
 
     def _add_connection(self, record: Record) -> None:
         if record.kind != CONNECTION:
             raise DamagedError("a connection is missing from the index")
-        inner = Record(record.source, _fields(record.source, record.begin, record.end), 0, 0)
+        inner = Record(record.source, fields(record.source, record.begin, record.end), 0, 0)
         name = "/".join(part for part in record.text(b"topic").split("/") if part)
         package, _, kind = inner.text(b"type").partition("/")
         number = record.u32(b"conn")
@@ -213,7 +174,7 @@ class Ros1Bag(Bag):
         lost = 0
         at, end = self._next_chunk(len(MAGIC)), len(MAGIC)
         while at < len(self._data):
-            end = _record(self._data, at, len(self._data), whole=False).end
+            end = read_record(self._data, at, len(self._data), whole=False).end
             following = self._next_chunk(at + 1)
             lost += self._scan_chunk(Place(at, None, following))
             at = following
@@ -242,7 +203,7 @@ class Ros1Bag(Bag):
         """Connections after the chunks: those in a chunk may be lost."""
         try:
             while at < len(self._data):
-                record = _record(self._data, at, len(self._data))
+                record = read_record(self._data, at, len(self._data))
                 if record.kind == CONNECTION:
                     self._add_connection(record)
                 at = record.end
@@ -255,7 +216,7 @@ class Ros1Bag(Bag):
         while mark >= 0:
             for begin in range(mark - 4, max(at, mark - MARK_REACH) - 1, -1):
                 try:
-                    if _record(self._data, begin, len(self._data), whole=False).kind == CHUNK:
+                    if read_record(self._data, begin, len(self._data), whole=False).kind == CHUNK:
                         return begin
                 except DamagedError:
                     continue
@@ -272,16 +233,16 @@ class Ros1Bag(Bag):
         while at < end:
             if at + 8 > end:
                 raise DamagedError("a record is cut off")
-            (length,) = _u32(chunk, at)
+            (length,) = u32_at(chunk, at)
             begin = at + 8 + length
             layout = layouts.get(length)
             if layout is None or begin > end or chunk[at + layout[0]] != MESSAGE:
-                record = _record(chunk, at, end)
+                record = read_record(chunk, at, end)
                 if record.kind == MESSAGE:
                     layout = layouts[length] = (
                         record.fields[b"op"][0] - at,
-                        record._sized(b"conn", 4) - at,
-                        record._sized(b"time", 8) - at,
+                        record.sized(b"conn", 4) - at,
+                        record.sized(b"time", 8) - at,
                     )
                 else:
                     if learn and record.kind == CONNECTION:
@@ -289,15 +250,21 @@ class Ros1Bag(Bag):
                             self._add_connection(record)
                     at = record.end
                     continue
-            stop = begin + _u32(chunk, begin - 4)[0]
+            stop = begin + u32_at(chunk, begin - 4)[0]
             if stop > end:
                 raise DamagedError("a message is cut off")
             seconds, nanoseconds = _time(chunk, at + layout[2])
-            yield _u32(chunk, at + layout[1])[0], seconds * 10**9 + nanoseconds, begin, stop, chunk
+            yield (
+                u32_at(chunk, at + layout[1])[0],
+                seconds * 10**9 + nanoseconds,
+                begin,
+                stop,
+                chunk,
+            )
             at = stop
 
     def _chunk(self, position: int) -> bytes:
-        record = _record(self._data, position, len(self._data))
+        record = read_record(self._data, position, len(self._data))
         if record.kind != CHUNK:
             raise DamagedError("no chunk there")
         size, how = record.u32(b"size"), record.text(b"compression")
@@ -308,18 +275,18 @@ class Ros1Bag(Bag):
         self._unpacked[position] = size
         if self._total > file_limit(len(self._data)):
             raise DamagedError("its chunks would become far more than recordings do")
-        content = _decompressed(self._data[record.begin : record.end], how, size)
+        content = decompressed(self._data[record.begin : record.end], how, size)
         if len(content) != size:
             raise DamagedError(f"a chunk has {len(content)} of {size} bytes")
         return content
 
     def _part(self, place: "Place") -> bytes:
         """The readable part of a chunk; an unfinished chunk has no lengths."""
-        record = _record(self._data, place.position, len(self._data), whole=False)
+        record = read_record(self._data, place.position, len(self._data), whole=False)
         limit = chunk_limit(record.end - record.begin)
         size = min(record.u32(b"size"), limit) or limit
         raw = self._data[record.begin : place.until]
-        return _decompressed(raw, record.text(b"compression"), size, part=True)[:size]
+        return decompressed(raw, record.text(b"compression"), size, part=True)[:size]
 
 
 def _mapped(path: Path) -> mmap.mmap:
@@ -339,51 +306,3 @@ def _mapped(path: Path) -> mmap.mmap:
             return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except OSError as error:
         raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
-
-
-def _record(source: Buffer, at: int, end: int, *, whole: bool = True) -> Record:
-    """The record at a position; without `whole` its data may be cut off. Raises DamagedError."""
-    if at + 8 > end:
-        raise DamagedError("a record is cut off")
-    (length,) = _u32(source, at)
-    begin = at + 8 + length
-    if length > LARGEST_HEADER or begin > end:
-        raise DamagedError("a record's header is cut off")
-    stop = begin + _u32(source, begin - 4)[0]
-    if stop > end and whole:
-        raise DamagedError("a record is cut off")
-    return Record(source, _fields(source, at + 4, begin - 4), begin, stop)
-
-
-def _fields(source: Buffer, at: int, end: int) -> dict[bytes, tuple[int, int]]:
-    """name=value fields: start and end of each value."""
-    found: dict[bytes, tuple[int, int]] = {}
-    while at < end:
-        if at + 4 > end:
-            raise DamagedError("a header's field is cut off")
-        stop = at + 4 + _u32(source, at)[0]
-        if stop > end:
-            raise DamagedError("a header's field is cut off")
-        name, sign, _ = source[at + 4 : min(stop, at + 68)].partition(b"=")
-        if not sign:
-            raise DamagedError("a header's field has no name")
-        found[name] = (at + 5 + len(name), stop)
-        at = stop
-    return found
-
-
-def _decompressed(raw: bytes, how: str, size: int, *, part: bool = False) -> bytes:
-    """A chunk's content; never more than its stated size. Raises DamagedError."""
-    packed: Decompressor
-    if how == "none":
-        return raw
-    if how == "bz2":
-        packed = BZ2Decompressor()
-    elif how == "lz4":
-        packed, size = lz4_decompressor(), min(size, LZ4_RATIO * len(raw) + LZ4_RATIO)
-    else:
-        raise DamagedError(f"a chunk is compressed with '{plain(how)}'; expected none, bz2, lz4")
-    try:
-        return inflate(packed, raw, size, part=part)
-    except ValueError as error:
-        raise DamagedError(f"a chunk {error}") from None

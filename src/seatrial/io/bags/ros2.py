@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from seatrial.io.bags.bag import LATEST, SALVAGE, Bag, Message, Topic, merged_topics
 from seatrial.io.bags.bounded_rosbags import UriPath, bound_rosbags
-from seatrial.io.bags.budget import check_chunks, check_database
+from seatrial.io.bags.unpack import check_chunks, check_database
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import read_yaml, yaml_text

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
-from seatrial.io.bags.budget import check_database
-from seatrial.io.bags.unpack import unpacked
+from seatrial.io.bags.unpack import check_database, unpacked
 from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 

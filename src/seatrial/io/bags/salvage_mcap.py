@@ -11,12 +11,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from seatrial.io.bags.bag import LATEST, Bag, Message, Topic, merged_topics
-from seatrial.io.bags.budget import PIECE, chunk_limit, file_limit, too_large
 from seatrial.io.bags.unpack import (
     LARGEST_MESSAGE,
     LZ4_RATIO,
+    PIECE,
+    chunk_limit,
+    file_limit,
     inflate,
     lz4_decompressor,
+    too_large,
     unpacked,
     zstd_decompressor,
 )

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.io.bags.bag import SALVAGE, Bag, Topic
-from seatrial.io.bags.wire import Shape, WireError, plain
+from seatrial.io.bags.wire import Shape, plain
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 from seatrial.util.progress import reach, stage

@@ -7,7 +7,6 @@ array of bytes.
 """
 
 import re
-import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -17,6 +16,17 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.io.bags.wire_walk import (
+    BASE,
+    MOST_NESTING,
+    NAME,
+    PRIMITIVES,
+    Kind,
+    Leaf,
+    Walk,
+    WireError,
+    described,
+)
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
@@ -24,20 +34,11 @@ if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
 
 Bytes = NDArray[np.uint8]
-Kind = tuple[int, Any]  # a field's description, as rosbags parses it
-PRIMITIVES = {
-    "bool": "u1", "byte": "u1", "char": "u1", "octet": "u1", "int8": "i1", "uint8": "u1",
-    "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4", "int64": "i8", "uint64": "u8",
-    "float32": "f4", "float64": "f8",
-}  # fmt: skip
-BASE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype, without the import
 _STAMP = [("sec", (BASE, ("int32", 0))), ("nanosec", (BASE, ("uint32", 0)))]
 BUILT_IN: dict[str, Any] = {  # types that definitions use without defining them
     "builtin_interfaces/msg/Time": ([], _STAMP),
     "builtin_interfaces/msg/Duration": ([], _STAMP),
 }
-MOST_ELEMENTS = 4096  # of a sequence of messages; a longer one is not a pose or a command
-MOST_NESTING = 20  # of messages within messages
 MOST_FIELDS = (
     10_000  # of a type, its messages' fields included: the usual ones have up to some hundred
 )
@@ -45,19 +46,6 @@ LONGEST_DEFINITION = (
     1 << 20
 )  # [characters] of a type and all that it uses: the usual ones have some thousand
 PATH = re.compile(r"[A-Za-z_]\w*(?:\[\d+\])*(?:\.[A-Za-z_]\w*(?:\[\d+\])*)*")
-
-
-class WireError(Exception):
-    """Bytes that are not a message of their type."""
-
-
-@dataclass(frozen=True)
-class Leaf:
-    """Position of a number, an array of numbers or a text in a message."""
-
-    offset: int
-    dtype: str  # of numpy; "S" for text
-    count: int  # elements, or bytes of the text
 
 
 @dataclass(frozen=True)
@@ -139,7 +127,7 @@ class Wire:
             joined = b"".join([messages[i] for i in rows.tolist()])
             data = np.frombuffer(joined, dtype=np.uint8).reshape(len(rows), int(length))
             while len(rows):
-                walk = _Walk(bytes(data[0]), self)
+                walk = Walk(bytes(data[0]), self.type_name, self.definitions, cdr=self.cdr)
                 leaves = walk.leaves()
                 same = np.ones(len(rows), dtype=bool)
                 for at in walk.guards:
@@ -224,16 +212,6 @@ def _root(type_name: str) -> Kind:
     return (NAME, type_name)
 
 
-def described(kind: Kind) -> tuple[str, Any]:
-    """A field's kind: ("base", primitive), ("name", type), ("many", (element, n, is sequence))."""
-    tag, detail = int(kind[0]), kind[1]
-    if tag == BASE:
-        return "base", detail[0]
-    if tag == NAME:
-        return "name", detail
-    return "many", (detail[0], detail[1], tag == SEQUENCE)
-
-
 def _numbers(kind: Kind, seen: str, definitions: "Typesdict") -> Iterator[str]:
     """Paths of the numbers, depth first; of the first `MOST_FIELDS` fields, as each level may double them."""
     pending, left = [(kind, seen, 0)], MOST_FIELDS
@@ -249,101 +227,6 @@ def _numbers(kind: Kind, seen: str, definitions: "Typesdict") -> Iterator[str]:
                 (inner, f"{path}.{name}".lstrip("."), depth + 1)
                 for name, inner in reversed(definitions[detail][1][:left])
             ]
-
-
-class _Walk:
-    """One message, walked from its first byte to its last."""
-
-    def __init__(self, data: bytes, wire: Wire) -> None:
-        self.data = data
-        self.wire = wire
-        self.guards: list[int] = []  # positions of lengths
-        self.fields_left = 2 * len(data) + MOST_ELEMENTS  # most fields take bytes
-        self.found: dict[str, Leaf] = {}
-        self.origin, self.order = 0, "<"
-        if wire.cdr:
-            if len(data) < 4 or data[0] != 0 or data[1] > 1:
-                raise WireError("is not plain CDR")
-            self.origin, self.order = 4, "<" if data[1] else ">"
-            self.guards.append(0)  # the byte order is part of the shape
-        self.at = self.origin
-
-    def leaves(self) -> Mapping[str, Leaf]:
-        """Every field's place."""
-        self._message(self.wire.type_name, "", 0)
-        left = len(self.data) - self.at
-        if left < 0 or left > (3 if self.wire.cdr else 0):
-            raise WireError(f"has {left} bytes more than its definition")
-        return self.found
-
-    def _message(self, name: str, path: str, depth: int) -> None:
-        if name not in self.wire.definitions or depth > MOST_NESTING:
-            raise WireError(f"uses {name}, which is not defined")
-        for field, kind in self.wire.definitions[name][1]:
-            self._field(kind, f"{path}.{field}" if path else field, depth)
-
-    def _field(self, kind: Kind, path: str, depth: int) -> None:
-        self.fields_left -= 1
-        if self.fields_left < 0:
-            raise WireError("has more fields than bytes")
-        tag, detail = described(kind)
-        if tag == "name":
-            self._message(detail, path, depth + 1)
-        elif tag == "base":
-            self._base(detail, path)
-        else:
-            element, size, is_sequence = detail
-            self._many(element, self._length() if is_sequence else size, path, depth)
-
-    def _many(self, element: Kind, count: int, path: str, depth: int) -> None:
-        tag, detail = described(element)
-        if count < 0:
-            raise WireError(f"states {count} elements in '{path}'")
-        if tag == "base" and detail in PRIMITIVES:
-            self._leaf(self._code(detail), count, path)
-            return
-        if count > MOST_ELEMENTS:
-            raise WireError(f"states {count} elements in '{path}'")
-        for i in range(count):
-            self._field(element, f"{path}[{i}]", depth + 1)
-
-    def _base(self, primitive: str, path: str) -> None:
-        if primitive in PRIMITIVES:
-            self._leaf(self._code(primitive), 1, path)
-        elif primitive == "string":
-            count = self._length()
-            self._take(path, Leaf(self.at, "S", count), count)
-        else:
-            raise WireError(f"has a field '{path}' of type {primitive}, which is not read")
-
-    def _code(self, primitive: str) -> str:
-        """numpy's code; ROS 1's byte has a sign."""
-        return "i1" if primitive == "byte" and not self.wire.cdr else PRIMITIVES[primitive]
-
-    def _leaf(self, code: str, count: int, path: str) -> None:
-        size = int(code[1])
-        if count:
-            self._align(size)
-        self._take(path, Leaf(self.at, self.order + code, count), size * count)
-
-    def _take(self, path: str, leaf: Leaf, size: int) -> None:
-        if self.at + size > len(self.data):
-            raise WireError(f"ends inside '{path}'")
-        self.found[path] = leaf
-        self.at += size
-
-    def _length(self) -> int:
-        self._align(4)
-        if self.at + 4 > len(self.data):
-            raise WireError("ends before a length")
-        self.guards.append(self.at)
-        (count,) = struct.unpack_from(f"{self.order}I", self.data, self.at)
-        self.at += 4
-        return int(count)
-
-    def _align(self, size: int) -> None:
-        if self.wire.cdr:
-            self.at += -(self.at - self.origin) % size
 
 
 @lru_cache(maxsize=256)

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seatrial.io.bags.definitions import standard_definitions
-from seatrial.io.bags.wire import Shape, Wire, described, short_type
+from seatrial.io.bags.bag import standard_definitions
+from seatrial.io.bags.wire import Shape, Wire, short_type
+from seatrial.io.bags.wire_walk import described
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import sync_folder
 from seatrial.util.frames import Array, Stamps

@@ -69,6 +69,17 @@ class Table(ABC):
         """A row as an error names it."""
         return f"{self.path} row {row + 1}"
 
+    def number_of(self, name: str, row: int, text: str, strict: bool) -> float:
+        """A cell as a number; NaN: empty, or no number and not `strict`. Raises RecordingError."""
+        try:
+            return float(text) if text.strip() else float("nan")
+        except ValueError:
+            if not strict:
+                return float("nan")
+            raise RecordingError(
+                f"{self.place(row)}: column '{name}' has '{text[:40]}', expected a number"
+            ) from None
+
     def stamps(self, column: Column, rows: Mask | None = None) -> Stamps:
         """Stamps [ns] of the rows (all of them by default). Raises RecordingError.
 

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
 UNNAMED_INDEX = "index"
-SHOWN = 40  # [characters] of a cell in a message
 
 
 class FrameTable(Table):
@@ -114,22 +113,12 @@ class FrameTable(Table):
             return np.asarray(np.where(stamps == self.EMPTY_STAMP, np.nan, stamps * 1e-9))
         texts = self.texts(name)
         if texts is not None:
-            return np.array([self._number(name, i, one, strict) for i, one in enumerate(texts)])
+            return np.array([self.number_of(name, i, one, strict) for i, one in enumerate(texts)])
         if column.dtype.kind == "c":
             raise RecordingError(
                 f"{self.path}: column '{name}' has complex numbers, expected real ones"
             )
         return np.asarray(column.to_numpy(dtype=float, na_value=np.nan))
-
-    def _number(self, name: str, row: int, text: str, strict: bool) -> float:
-        try:
-            return float(text) if text.strip() else float("nan")
-        except ValueError:
-            if not strict:
-                return float("nan")
-            raise RecordingError(
-                f"{self.place(row)}: column '{name}' has '{text[:SHOWN]}', expected a number"
-            ) from None
 
 
 def pandas_for(what: str) -> Any:  # noqa: ANN401

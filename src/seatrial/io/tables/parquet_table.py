@@ -85,20 +85,10 @@ class ParquetTable(Table):
     def _as_numbers(self, name: str, *, strict: bool) -> Array:
         found = self._read_columns[name]
         if isinstance(found, list):
-            return np.array([self._number(name, i, text, strict) for i, text in enumerate(found)])
+            return np.array([self.number_of(name, i, text, strict) for i, text in enumerate(found)])
         if found.dtype == np.int64:  # times
             return np.asarray(np.where(found == self.EMPTY_STAMP, np.nan, found * 1e-9))
         return np.asarray(found, dtype=float)
-
-    def _number(self, name: str, row: int, text: str, strict: bool) -> float:
-        try:
-            return float(text) if text.strip() else float("nan")
-        except ValueError:
-            if not strict:
-                return float("nan")
-            raise RecordingError(
-                f"{self.place(row)}: column '{name}' has '{text[:40]}', expected a number"
-            ) from None
 
     def _read(self, names: Sequence[str]) -> None:
         """Read columns in batches, with the rows counted."""

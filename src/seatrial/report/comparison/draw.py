@@ -10,8 +10,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.physics import driven
 from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.evaluation.scores import Scored
-from seatrial.identification.uncertainty.identifiability import SHARP_ERROR, Identifiability
-from seatrial.identification.uncertainty.parameter_verdict import USABLE_ERROR
+from seatrial.identification.uncertainty.identifiability import Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import SHARP_ERROR, USABLE_ERROR
 from seatrial.report.comparison.two_models import LETTERS, MODEL_COLOURS, MODEL_DASHES, MODEL_SIGNS
 from seatrial.report.evidence.actuators import Curve
 from seatrial.report.evidence.runs import Run
@@ -40,7 +40,6 @@ from seatrial.util.statistics import NORMAL_95
 
 COMMAND_COLOURS = (GREEN, PURPLE, ORANGE, BLACK)  # other than those of the models
 LARGEST_CHANGE_SHOWN = 120.0  # [%]
-CURVES = (BLACK, PURPLE, GREEN, ORANGE)  # of forces, other than those of A and B
 
 
 class Rows(NamedTuple):

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
+from seatrial.identification.uncertainty.identifiability import Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
 from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.numbers import floors, resolved_ratio, rms_and_ratio
 from seatrial.util.frames import Array

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.uncertainty.parameter_verdict import TYPICAL_SIZES
+from seatrial.identification.likelihood.parameters import typical_size
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.util.distributions import chi2_sf, holm
 from seatrial.util.frames import Array
@@ -57,7 +57,7 @@ def homogeneity(evidence: Evidence) -> Homogeneity | None:
 
 
 def _row(name: str, value: float, steps: Array, errors: Array) -> Row:
-    size = max(abs(value), TYPICAL_SIZES.get(name.partition(".")[0], 0.0)) or 1.0
+    size = max(abs(value), typical_size(name)) or 1.0
     shift, width = steps / size, errors / size
     shown = np.isfinite(shift) & (width < LARGEST_RELATIVE_ERROR) & (width > 0)
     shift, width = np.where(shown, shift, np.nan), np.where(shown, width, np.inf)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION
 from seatrial.boat.findings import finding_text, most_important
 from seatrial.boat.physics import implausible_coefficients
-from seatrial.identification.uncertainty.identifiability import Identifiability, ParameterVerdict
+from seatrial.identification.uncertainty.identifiability import Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged

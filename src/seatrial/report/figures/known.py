@@ -3,12 +3,12 @@
 
 import numpy as np
 
-from seatrial.identification.uncertainty.identifiability import (
+from seatrial.identification.uncertainty.identifiability import Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import (
     SHARP_ERROR,
-    Identifiability,
+    USABLE_ERROR,
     ParameterVerdict,
 )
-from seatrial.identification.uncertainty.parameter_verdict import USABLE_ERROR
 from seatrial.report.figures.base import (
     BLACK,
     BLUE,

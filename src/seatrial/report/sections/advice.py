@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from seatrial.identification.experiment_design.sentences import drive_time
+from seatrial.identification.experiment_design.gain import drive_time
 from seatrial.identification.solution import OUTPUT_ERROR
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence

@@ -7,11 +7,8 @@ from seatrial.boat.findings import finding_text
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.identification.console import combined, condition_said
 from seatrial.identification.methods import caution
-from seatrial.identification.uncertainty.identifiability import (
-    Identifiability,
-    ParameterAccuracy,
-    reach_text,
-)
+from seatrial.identification.uncertainty.identifiability import Identifiability
+from seatrial.identification.uncertainty.parameter_verdict import ParameterAccuracy, reach_text
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import known as draw
 from seatrial.report.sections.base import ALL, Section, fine, plot

@@ -8,9 +8,9 @@ from seatrial.identification.selection.terms.console import (
     selection_json,
     selection_text,
 )
+from seatrial.identification.selection.terms.decisions import Selection
 from seatrial.identification.selection.terms.missing_term import missing_term_findings
 from seatrial.identification.selection.terms.select_terms import choose_structure, select
-from seatrial.identification.selection.terms.selection import Selection
 
 __all__ = [
     "SELECTION_FORMAT",

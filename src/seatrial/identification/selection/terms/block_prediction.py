@@ -22,7 +22,6 @@ BLOCK_FOLDS = 4
 FOLD_BLOCKS = 6  # in a row
 LEAST_GAIN = 0.002  # of the log RMS errors, summed over the axes
 LEAST_GAIN_Z = 2.0  # standard errors of the gain
-LEAST_SQUARE = 1e-24  # [m^2/s^2, rad^2/s^2] against a division by 0 where nothing moves
 
 
 @dataclass(frozen=True)
@@ -70,7 +69,7 @@ class BlockPrediction:
         """The gain from squared errors (blocks, 3) to others."""
         if not np.isfinite(after).all():
             return Gain(-np.inf, 0.0)
-        falls = 0.5 * np.log((before + LEAST_SQUARE) / (after + LEAST_SQUARE)).sum(axis=1)
+        falls = 0.5 * np.log((before + 1e-24) / (after + 1e-24)).sum(axis=1)
         error = float(falls.std(ddof=1) / np.sqrt(len(falls))) if len(falls) > 1 else np.inf
         return Gain(float(falls.mean()), float(falls.mean()) / error if error > 0.0 else 0.0)
 

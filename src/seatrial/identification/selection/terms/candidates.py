@@ -1,16 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Candidate terms: a default list, or the user's own."""
+"""Candidate terms: a default list, or the user's own; and exact aliases among terms.
+
+An alias is a linear combination of other terms for any data. N_ud u_dot, with u_dot = v r + X_u u + X_uu |u| u +
+X_F F_u put in, is a combination of v r, u, |u| u and F_u: with all of these in the yaw equation one of the five is
+too many.
+"""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
+from seatrial import _core
 from seatrial.boat.physical_library import library_tiers
 from seatrial.boat.structure import Force, Structure, Term, parse
 from seatrial.boat.vehicle import Vehicle
 from seatrial.util.errors import StructureError
 from seatrial.util.files import read_yaml
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 COEFFICIENT_LETTERS = ("X", "Y", "N")
 ASYMMETRY_TERMS = {  # further terms of a hull that is symmetric port to starboard, not fore to aft
@@ -18,6 +26,8 @@ ASYMMETRY_TERMS = {  # further terms of a hull that is symmetric port to starboa
     1: (("uv", ("u", "v")),),
     2: (("ur", ("u", "r")), ("vr", ("v", "r"))),
 }
+ALIAS_SAMPLES = 400  # random states and forces: ten times the columns of the largest structure
+ALIAS_TOLERANCE = 1e-8  # relative remainder of a column that others reproduce
 
 
 def default_candidates(vehicle: Vehicle) -> tuple[Term, ...]:
@@ -146,14 +156,9 @@ def is_essential(term: Term, forces: Sequence[Force]) -> bool:
     return term.coefficient is None or thrust
 
 
-def with_terms(vehicle: Vehicle, terms: Sequence[Term]) -> Vehicle:
-    """The vehicle with other terms, given forward-left-up, written in the axes of its file."""
-    return vehicle.with_terms(terms)
-
-
 def with_usual_terms(vehicle: Vehicle) -> Vehicle:
     """A vehicle with `structure: auto` and the terms that every boat has: drag, thrust and free added mass."""
-    return with_terms(vehicle, (*vehicle.structure.terms, *candidate_tiers(vehicle)[0]))
+    return vehicle.with_terms((*vehicle.structure.terms, *candidate_tiers(vehicle)[0]))
 
 
 def candidate_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:
@@ -162,3 +167,63 @@ def candidate_tiers(vehicle: Vehicle) -> tuple[tuple[Term, ...], ...]:
         tiers = library_tiers(vehicle.forces, explicit=bool(vehicle.file.forces))
         return tuple(tuple(new_to(vehicle.structure, tier)) for tier in tiers)
     return (default_candidates(vehicle),)
+
+
+@dataclass(frozen=True)
+class Alias:
+    """A coefficient that no data can separate from others."""
+
+    coefficient: str
+    made_by: tuple[str, ...]  # coefficients whose terms add up to its term
+
+
+def aliases(
+    own: Sequence[Term], candidates: Sequence[Term], forces: Sequence[Force]
+) -> tuple[Alias, ...]:
+    """Exact linear dependencies among the free terms of every axis, own terms first.
+
+    Of terms that depend on each other the last one is the alias. Accelerations are those of the structure
+    itself, with random coefficients.
+    """
+    rng = np.random.default_rng(0)
+    base = Structure("own", tuple(own), tuple(forces))
+    nu = rng.normal(size=(ALIAS_SAMPLES, 3))
+    force = rng.normal(size=(ALIAS_SAMPLES, len(forces)))
+    theta = rng.uniform(0.2, 0.8, len(base.coefficients))  # none near 0, none dominates
+    nu_dot = _core.accelerations(base.compiled, theta, nu, force)
+    found = []
+    for axis in range(3):
+        terms = [t for t in (*own, *candidates) if t.axis == axis and t.coefficient]
+        if terms:
+            names, columns = _columns(terms, forces, nu, nu_dot, force)
+            found += _dependent(names, columns)
+    return tuple(found)
+
+
+def _columns(
+    terms: Sequence[Term], forces: Sequence[Force], nu: Array, nu_dot: Array, force: Array
+) -> tuple[list[str], Array]:
+    """Coefficients of one axis and their columns (samples, coefficients), of length 1."""
+    parts = Structure("axis", tuple(terms), tuple(forces))
+    each = _core.regressors(parts.compiled, nu, nu_dot, force)
+    names = list(dict.fromkeys(str(t.coefficient) for t in terms))
+    columns = np.zeros((len(nu), len(names)))
+    for term, column in zip(terms, each.T, strict=True):
+        columns[:, names.index(str(term.coefficient))] += column
+    return names, np.asarray(columns / np.linalg.norm(columns, axis=0))
+
+
+def _dependent(names: list[str], columns: Array) -> list[Alias]:
+    kept: list[int] = []
+    found = []
+    for j, name in enumerate(names):
+        weights = np.linalg.lstsq(columns[:, kept], columns[:, j], rcond=None)[0]
+        left = columns[:, j] - columns[:, kept] @ weights
+        if kept and np.linalg.norm(left) < ALIAS_TOLERANCE:
+            shares = [
+                names[k] for k, w in zip(kept, weights, strict=True) if abs(w) > ALIAS_TOLERANCE
+            ]
+            found.append(Alias(name, tuple(shares)))
+        else:
+            kept.append(j)
+    return found

@@ -6,9 +6,13 @@ from typing import Final
 import numpy as np
 
 from seatrial.boat.findings import finding_text
-from seatrial.identification.selection.terms.decisions import Row, TermEvidence, TermVerdict
+from seatrial.identification.selection.terms.decisions import (
+    Row,
+    Selection,
+    TermEvidence,
+    TermVerdict,
+)
 from seatrial.identification.selection.terms.explain import sensible
-from seatrial.identification.selection.terms.selection import Selection
 from seatrial.util.format import plus_minus, table
 from seatrial.util.frames import AXES, Axes
 

@@ -8,7 +8,10 @@ from functools import cached_property
 
 import numpy as np
 
+from seatrial.boat.findings import Finding
+from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
+from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
@@ -19,8 +22,7 @@ from seatrial.identification.selection.significance import (
     estimate,
     repeats,
 )
-from seatrial.identification.selection.terms.cross_validation import Fold
-from seatrial.identification.selection.terms.held_out import HeldOut, PredictionChange
+from seatrial.identification.selection.terms.held_out import Fold, HeldOut, PredictionChange
 from seatrial.identification.selection.terms.stepwise import (
     SIGNIFICANCE_LEVEL,
     TermSearch,
@@ -238,3 +240,15 @@ def repeats_text(repeats: Repeats, folds: Sequence[Fold]) -> str:
         f"{fold.name}: {value:.3g} ± {error:.2g}"
         for fold, value, error in zip(folds, repeats.values, repeats.errors, strict=True)
     )
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The chosen structure, with the tests behind it."""
+
+    vehicle: Vehicle  # with the chosen terms; otherwise unchanged
+    model: Model  # fitted to all recordings together
+    rows: tuple[Row, ...]
+    folds: tuple[Fold, ...]
+    horizon: float  # [s] of the held-out prediction
+    asked: tuple[Finding, ...] = ()  # to be looked at before any term

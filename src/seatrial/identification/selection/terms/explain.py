@@ -6,9 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from seatrial.boat.structure import Term
-from seatrial.identification.selection.terms.aliasing import Alias
-from seatrial.identification.selection.terms.candidates import drag_of
-from seatrial.identification.selection.terms.cross_validation import Fold
+from seatrial.identification.selection.terms.candidates import Alias, drag_of
 from seatrial.identification.selection.terms.decisions import (
     Row,
     TermEvidence,
@@ -16,10 +14,8 @@ from seatrial.identification.selection.terms.decisions import (
     TermVerdict,
     repeats_text,
 )
+from seatrial.identification.selection.terms.held_out import Fold
 from seatrial.util.frames import AXES
-
-SAME_ERROR = 0.05  # [%] change of the prediction error that rounds to none
-WHOLE_PERCENT = 10  # from here on a percentage has no decimals
 
 
 def rows_of(
@@ -95,7 +91,7 @@ def _moves(evidence: TermEvidence, term: Term) -> str:
 
 def _difference(evidence: TermEvidence, term: Term) -> str:
     axis, percent = AXES[term.axis], evidence.change.percent
-    if abs(percent) < SAME_ERROR:
+    if abs(percent) < 0.05:  # rounds to none
         return f"{axis} is predicted as well"
     size = "beyond bounds" if np.isinf(percent) else f"{sensible(abs(percent))} %"
     return f"{axis} is predicted {size} {'worse' if percent > 0 else 'better'}"
@@ -103,4 +99,4 @@ def _difference(evidence: TermEvidence, term: Term) -> str:
 
 def sensible(percent: float) -> str:
     """A percentage with sensible digits."""
-    return f"{percent:.0f}" if percent >= WHOLE_PERCENT else f"{percent:.1f}"
+    return f"{percent:.0f}" if percent >= 10 else f"{percent:.1f}"

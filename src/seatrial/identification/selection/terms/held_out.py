@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: MIT
-"""Cross-validation: prediction of left-out recordings, with and without a term."""
+"""Cross-validation: folds of recordings with the same excitation, and the prediction of left-out ones.
+
+Each with and without a term.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,15 +13,18 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
+from seatrial.recording.excitation import excitation
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 from seatrial.util.parallel import cores, farmed
 from seatrial.util.statistics import BLOCK
 
 START_SPACING = 1 / 3  # [s] between starts of predictions: closer ones are nearly the same
+HALF_NAMES = (" first half", " second half")
 
 
 @dataclass(frozen=True)
@@ -215,3 +221,44 @@ def at_parameters(model: Model, information: ScoreInformation, theta: Array) -> 
         coefficients=np.array([found.get(n, v) for n, v in model.values.items()]),
         constants=np.array([found.get(n, v) for n, v in constants.items()]),
     )
+
+
+@dataclass(frozen=True)
+class Fold:
+    """One repeat of the experiment."""
+
+    name: str
+    recordings: tuple[Recording, ...]
+
+
+def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]:
+    """S1-S3 against S4-S6: the k-th recording of every kind is in the k-th fold.
+
+    Recordings are of a kind if their commands are mostly in the same axis, or in none. Where a kind
+    has no repeat, every recording is cut in halves: first halves against second halves.
+    """
+    kinds: dict[int | None, list[Recording]] = {}
+    for recording in recordings:
+        kinds.setdefault(excitation(vehicle, recording).dominant, []).append(recording)
+    count = min(len(same) for same in kinds.values())
+    if count < 2:
+        return _halves(recordings)
+    groups: list[list[Recording]] = [[] for _ in range(count)]
+    for same in kinds.values():
+        for i, recording in enumerate(same):
+            groups[i % count].append(recording)
+    return tuple(Fold(_name(group), tuple(group)) for group in groups)
+
+
+def _halves(recordings: Sequence[Recording]) -> tuple[Fold, ...]:
+    first, second = [], []
+    for recording in recordings:
+        middle = recording.duration / 2
+        first.append(replace(recording.cut(None, middle), name=recording.name + HALF_NAMES[0]))
+        second.append(replace(recording.cut(middle, None), name=recording.name + HALF_NAMES[1]))
+    return Fold("first halves", tuple(first)), Fold("second halves", tuple(second))
+
+
+def _name(group: Sequence[Recording]) -> str:
+    names = sorted(recording.name for recording in group)
+    return names[0] if len(names) == 1 else ", ".join(names)

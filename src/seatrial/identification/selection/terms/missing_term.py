@@ -10,8 +10,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.significance import enough_blocks, estimate
-from seatrial.identification.selection.terms.aliasing import aliases
-from seatrial.identification.selection.terms.candidates import new_to
+from seatrial.identification.selection.terms.candidates import aliases, new_to
 from seatrial.identification.selection.terms.stepwise import (
     candidate_information,
     predicted,
@@ -23,7 +22,7 @@ from seatrial.identification.solution import Fit
 from seatrial.util.frames import AXES
 
 MOST_TRIED = 6  # of the significant terms: their predictions are compared
-LEAST_IMPROVEMENT = 0.01  # of the RMS error one second ahead: less is not worth a line
+LEAST_PREDICTION_GAIN = 0.01  # of the RMS error one second ahead: less is not worth a line
 
 
 def missing_term_findings(found: Fit) -> list[Finding]:
@@ -51,7 +50,7 @@ def missing_term_findings(found: Fit) -> list[Finding]:
     most = max(best, key=lambda t: gains[t][0].log)
     gain, ratios = gains[most]
     ratio = ratios[most.axis]
-    if not gain.clear or not ratio < 1.0 - LEAST_IMPROVEMENT:
+    if not gain.clear or not ratio < 1.0 - LEAST_PREDICTION_GAIN:
         return []
     errors = abs(tested[most].z)
     product = most.text().partition(" * ")[2]

@@ -26,26 +26,20 @@ from seatrial.identification.selection.significance import (
 )
 from seatrial.identification.selection.terms.candidates import (
     candidate_tiers,
-    with_terms,
     with_usual_terms,
 )
-from seatrial.identification.selection.terms.cross_validation import HALF_NAMES, Fold, folds
-from seatrial.identification.selection.terms.decisions import TermTests, reason_to_go
+from seatrial.identification.selection.terms.decisions import Selection, TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
-from seatrial.identification.selection.terms.selection import Selection
+from seatrial.identification.selection.terms.held_out import HALF_NAMES, Fold, folds
 from seatrial.identification.selection.terms.stepwise import (
-    REFIT_SHARE,
     TermSearch,
     forward_and_back,
 )
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
 from seatrial.identification.solution import OutputErrorSettings
-from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage, step
 
-STAGES_SHARE = 0.2  # as the next, of the time that a selection takes, for the progress
-FIT_SHARE, FIRST_MAXIMUM_SHARE, CHANGE_SHARE, SEARCH_SHARE = 0.6, 0.1, 0.2, 0.93
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
 CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
 
@@ -71,7 +65,7 @@ def select(
     together = tuple(r for part in parts for r in part.recordings)
     search = TermSearch(vehicle, tiers, horizon)
     # the fit with the vehicle's own terms, and the effects that it lacks
-    with stage("the vehicle's own terms", FIT_SHARE):
+    with stage("the vehicle's own terms", 0.6):
         first = fit(together, vehicle)
     begin = term_fit(first)
     asked = of_kinds(first.findings, *EFFECTS_FOUND, *DISTURBANCES)
@@ -86,10 +80,9 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
     """The terms of a vehicle with `structure: auto`; None where the recordings are too short to test any.
 
     As `select`, from the first maximum of the likelihood: `identify` takes findings and further stages of the
-    actuator chain with the chosen terms. Raises IdentificationError where no solution is found.
+    actuator chain with the chosen terms. The recordings are checked, every axis was driven. Raises
+    IdentificationError where no solution is found.
     """
-    check_recordings(recordings)
-    find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     if not enough_blocks(recordings, _estimated(vehicle, recordings)):
         return None
     parts = folds(vehicle, recordings)
@@ -97,9 +90,9 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
     search = TermSearch(vehicle, candidate_tiers(vehicle), DEFAULT_HORIZON)
     # stages of the chain before terms: a missing curve of the thrusters looks like terms
     usual = with_usual_terms(vehicle)
-    with stage("the terms that every boat has", FIRST_MAXIMUM_SHARE):
+    with stage("the terms that every boat has", 0.1):
         begin = begun_at(first_maximum(together, usual))
-    with stage("actuator stages", STAGES_SHARE):
+    with stage("actuator stages", 0.2):
         staged, _ = select_stages(begin.at, usual, OutputErrorSettings(), begin.horizon)
     begin = replace(begin, at=staged)
     try:
@@ -120,12 +113,12 @@ def _selection(
 ) -> Selection:
     """Candidates in and out, until every term stands repeats and held-out prediction; the table of all."""
     aliased = search.aliased(own, search.candidates)
-    with stage("", SEARCH_SHARE):
+    with stage("", 0.93):
         tests, refused = _supported(search, there, parts, one_boat=one_boat)
     with stage("table of all terms"):
         rows = rows_of(tests, own, aliased, refused)
     vehicle = search.vehicle
-    chosen = replace(with_terms(vehicle, tests.fit.terms), source=vehicle.source)
+    chosen = replace(vehicle.with_terms(tests.fit.terms), source=vehicle.source)
     model = tests.fit.solution().model()
     return Selection(chosen, model, rows, parts, search.ahead, asked)
 
@@ -155,7 +148,7 @@ def _supported(
         for name in sorted(bad, key=lambda name: tests.kept[name].change.z):
             worst.setdefault(axes[name], name)
         refused |= {name: bad[name] for name in worst.values()}
-        with stage("", REFIT_SHARE):
+        with stage("", 0.1):
             there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
 
 
@@ -176,12 +169,12 @@ def _with_changes_explained(
     changed = of_kinds(findings, *CHANGES)
     if not changed:
         return begin, ()
-    with stage("explaining a change", CHANGE_SHARE):
+    with stage("explaining a change", 0.2):
         whole = forward_and_back(search, begin, [])
     if whole.terms == begin.terms:
         return begin, changed
-    with stage("agreement between recordings", CHANGE_SHARE):
-        found = fit(begin.problem.recordings, with_terms(search.vehicle, whole.terms))
+    with stage("agreement between recordings", 0.2):
+        found = fit(begin.problem.recordings, search.vehicle.with_terms(whole.terms))
     return term_fit(found), of_kinds(found.findings, *CHANGES)
 
 

@@ -18,9 +18,8 @@ from seatrial.identification.selection.score_information import (
     score_information_with,
 )
 from seatrial.identification.selection.significance import Estimate, estimate
-from seatrial.identification.selection.terms.aliasing import Alias, aliases
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain, trained
-from seatrial.identification.selection.terms.candidates import drag_of, is_essential
+from seatrial.identification.selection.terms.candidates import Alias, aliases, drag_of, is_essential
 from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
 from seatrial.util.frames import Array
@@ -29,7 +28,6 @@ from seatrial.util.progress import stage, step
 
 SIGNIFICANCE_LEVEL = 0.05  # chance that any needless term is added, however many are tried
 MOST_SWEEPS = 20  # of adding and removing
-REFIT_SHARE = 0.1  # of the time of a sweep, for the progress
 
 
 @dataclass(frozen=True)
@@ -71,7 +69,7 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
     refused, latest = list(refused), "candidates"
     for _ in range(MOST_SWEEPS):
         step(search.usual_sweeps, latest)
-        with stage("", 1.0 - REFIT_SHARE):
+        with stage("", 0.9):
             added = best_candidates(search, fit, refused)
         if added:
             latest = f"with {', '.join(str(t.coefficient) for t in added)}"

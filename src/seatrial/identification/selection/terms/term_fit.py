@@ -5,16 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_entry
-from seatrial.boat.schema import EnvelopeEntry, Integration
 from seatrial.boat.structure import Term
 from seatrial.identification.likelihood.fit_horizon import FIT_HORIZONS, noise_floor
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
-    Point,
     at_bounds,
     full_pass,
     maximise_likelihood,
@@ -93,12 +90,7 @@ class TermFit:
         if terms is not None:
             problem = problem_with_terms(self.problem, terms)
             theta = moved(self.problem, self.at.theta, problem)
-        n, m = problem.n_coefficients, problem.n_constants
-        return Model(
-            problem.vehicle, theta[:n], np.zeros((n + m, n + m)), theta[n : n + m],
-            Integration("runge-kutta", problem.step),
-            noise_entry(self.likely, earth=problem.earth_fixed), EnvelopeEntry({}, {}),
-        )  # fmt: skip
+        return problem.model(theta, noise_entry(self.likely, earth=problem.earth_fixed))
 
     def solution(self) -> Fit:
         """With its covariance, without findings."""
@@ -117,9 +109,7 @@ def term_fit(found: Fit) -> TermFit:
 
 def term_fit_of(found: Fit) -> TermFit:
     """A solution as it is."""
-    likely = found.noise if found.maximum_noise is None else found.maximum_noise
-    at = _with_usual_blocks(Point(found.theta, found.noise, found.runs))
-    return TermFit(at, found.horizon, likely)
+    return TermFit(_with_usual_blocks(found.point), found.horizon, found.maximum_noise)
 
 
 def begun_at(at: Point) -> TermFit:

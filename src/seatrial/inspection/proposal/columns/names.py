@@ -118,7 +118,6 @@ PARTS = ("x", "y", "z", "w")  # in brackets
 PER_SECOND = re.compile(r"\s*(?:/\s*s(?:ec)?|\s+s\^?-?1|[_ ]per[_ ]s(?:ec)?)$", re.IGNORECASE)
 BRACKET = re.compile(r"[\[({]\s*([^\[\](){}]*?)\s*[\])}]\s*$")
 CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[^\W\d_A-Za-z]+|\d+")
-LONE_RATES = ("r", "rate")  # `r` needs no unit of a rate
 
 
 @dataclass(frozen=True)
