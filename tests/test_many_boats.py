@@ -436,12 +436,11 @@ def test_a_selection_does_not_depend_on_workers(tmp_path, monkeypatch, capsys, c
     given = [command[0], *recordings, "--vehicle", "vehicle-MP.yaml", *command[1:]]
     code, here, _ = run(capsys, *given)
     assert code == 0
-    for count in (1, 2):
-        shown = subprocess.run(
-            [sys.executable, "-m", "seatrial", *map(str, given), "--scheduler", "local", "--workers", str(count)],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        assert shown.stdout == here
+    shown = subprocess.run(
+        [sys.executable, "-m", "seatrial", *given, "--scheduler", "local", "--workers", "2"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert shown.stdout == here
 
 
 def workers_of(process):
