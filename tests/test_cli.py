@@ -99,7 +99,7 @@ def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
 def test_start_and_end_cut_the_recording(pool, tmp_path, capsys):
     code, _, _ = run(
         capsys, "identify", pool / "S7-AF", "--vehicle", pool / "vehicle-AF.yaml",
-        "--start", 100, "--end", 300, "-o", tmp_path / "m.yaml",
+        "--start", 100, "--end", 300, "-o", tmp_path / "m.yaml", "--method", "equation-error",
     )  # fmt: skip
     assert code == 0
     (entry,) = yaml.safe_load((tmp_path / "m.yaml").read_text())["recordings"]
@@ -258,6 +258,7 @@ def test_the_installed_command_runs_and_is_quick_to_start():
 def test_progress_is_silent_where_there_is_no_terminal(pool, tmp_path):
     command = [Path(sys.executable).parent / "seatrial", "identify", pool / "S7-AF"]
     command += ["--vehicle", pool / "vehicle-AF.yaml", "-o", tmp_path / "m.yaml"]
+    command += ["--start", "100", "--end", "200"]
     shown = subprocess.run(command, capture_output=True, text=True, check=True)
     assert shown.stderr == ""
 

@@ -111,7 +111,8 @@ def test_the_model_ships_thrusters_push_where_they_stand(kind, run, propose, tmp
     assert check_consistency([record], vehicle).findings == ()
     if run == "run1":
         return  # alone it does not show enough of sway's drag for a model
-    model = seatrial.identify([record], vehicle, method="equation-error")
+    papers = with_papers_terms(vehicle)
+    model = seatrial.identify([record], papers, method="equation-error")
     assert all(model.values[name] > 0 for name in ("X_F", "Y_F", "N_F"))
 
 
@@ -179,8 +180,8 @@ def test_a_recording_in_forward_right_down_axes(tmp_path, propose, sticks):
     right = frd(seatrial.load_vehicle("mallard-mp"))
     left = log.write(tmp_path / "left.bag")
     port, _ = propose(left)
-    reference = seatrial.identify([seatrial.read(left, port)], port)
-    model = seatrial.identify([record], vehicle)
+    reference = seatrial.identify([seatrial.read(left, port)], with_papers_terms(port))
+    model = seatrial.identify([record], with_papers_terms(vehicle))
     np.testing.assert_allclose(model.coefficients, reference.coefficients, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(model.constants, reference.constants, rtol=1e-4, atol=1e-5)
     assert right.axes is vehicle.axes
