@@ -78,11 +78,11 @@ def identified(seed: int, case: str, aim: str) -> Row:
     except SeatrialError as error:
         return Row(case, aim, (), (), False, 0, time.process_time() - begun, str(error))
     seconds = time.process_time() - begun
-    off, terms, extra = _compared(model, boat.truth)
+    off, terms, extra = compared(model, boat.truth)
     return Row(case, aim, off, tuple(found), terms, extra, seconds)
 
 
-def _compared(model: Model, truth: dict[str, float]) -> tuple[tuple[float, ...], bool, int]:
+def compared(model: Model, truth: dict[str, float]) -> tuple[tuple[float, ...], bool, int]:
     """Errors in standard errors, whether all terms are there, and the number of significant others.
 
     Coefficients that the structure holds at 1 and -1 count beside these.

@@ -2,11 +2,14 @@
 """Shared boats, trials and recordings; with SEATRIAL_REQUIRE_ALL a skip is a failure."""
 
 import fcntl
+import importlib
 import json
 import os
 import pickle
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -59,10 +62,20 @@ LONG = (
     "test_ros2_node",
     "test_site",
     "test_docs",
-    "test_optimiser",
     "test_ros1_node",
     "test_report_browser",
 )
+
+
+def pytest_collection(session):
+    """Each worker of a whole run imports its share first: pytest rewrites a file's asserts once, not once a worker."""
+    name, count = (os.environ.get(f"PYTEST_XDIST_WORKER{end}", "") for end in ("", "_COUNT"))
+    if name and [Path(path).name for path in session.config.args] == ["tests"]:
+        for path in sorted(ROOT.glob("tests/test_*.py"))[
+            int(name.removeprefix("gw")) :: int(count)
+        ]:
+            with suppress(Exception, pytest.skip.Exception):  # collecting it says so
+                importlib.import_module(path.stem)
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
@@ -195,6 +208,14 @@ def cse1_vehicle() -> seatrial.Vehicle:
 def cse1(cse1_vehicle) -> dict[str, seatrial.Recording]:
     runs = ("random_run1", "random_run3", "run1")
     return {n: seatrial.read(CSE1 / "csv" / f"CSE1_data_{n}.csv", cse1_vehicle) for n in runs}
+
+
+@pytest.fixture(scope="session")
+def cse1_paper_model(cse1, cse1_vehicle, once) -> seatrial.Model:
+    """The ship by the paper's method, from two runs."""
+    runs = [cse1["random_run1"], cse1["random_run3"]]
+    make = partial(seatrial.identify, runs, cse1_vehicle, method="equation-error")
+    return once("cse1-paper-model", lambda _: make())[1]
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,9 @@ from functools import cache
 import msgspec
 import numpy as np
 import pytest
+import yaml
 from conftest import ROOT, TABLE_II, make_model
+from steered_boat import COEFFICIENTS, OUTBOARD, known, outboard
 
 import seatrial
 from seatrial import _core
@@ -119,7 +121,41 @@ def ship() -> seatrial.Model:
     return make_model(vehicle.with_stated(stated), values, step=1 / 60)
 
 
-BOATS = {"always_forward": always_forward, "right_down": right_down, "bare": bare, "ship": ship}
+def azimuths() -> seatrial.Model:
+    """Two steered thrusts, forward-right-down: one with a rate limit, a rudder in the flow and a known signal,
+    one with a lag alone and a curve of its angle."""
+    forces = {
+        "F_u": {"axis": "surge", "of": {"motor": 1.0, "pod": 0.4}},
+        "F_v": {"axis": "sway", "of": {"wheel": 0.3, "helm": 1.0}},
+        "F_r": {"axis": "yaw", "of": {"helm": -0.6, "wheel": 0.5, "motor": 0.1}},
+        "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
+    }
+    chain = [
+        {"name": "thrust", "actuators": ["motor", "pod"], "latency": 0.113, "lag": 0.3, "power": 1.4,
+         "dead_zone": {"forward": 0.05, "reverse": 0.11}, "reverse_ratio": 0.6},
+        {"name": "battery", "actuators": ["motor"], "scale": {"signal": "volt", "power": 1.7}},
+        {"name": "helm", "actuators": ["helm"], "latency": 0.07, "lag": 0.15, "steered": {
+            "of": [["motor", "helm"]], "angle_deg": 35.0, "offset_deg": -4.0, "rate_deg": 40.0,
+            "dead_zone": 0.08}},
+        {"name": "wheel", "actuators": ["wheel"], "latency": 0.0, "lag": 0.2, "power": 1.3,
+         "steered": {"of": [["pod", "wheel"]], "angle_deg": 80.0}},
+    ]  # fmt: skip
+    structure = yaml.safe_load(OUTBOARD)["structure"]
+    structure["yaw"].append("N_d * |u| * u * F_d")
+    boat = outboard(
+        axes="forward-right-down", forces=forces, chain=chain, structure=structure,
+        scales={"volt": {"column": "v", "reference": 12.0}},
+        commands={"file": "log.csv", "stamp": "t", "inputs": {
+            "motor": "m", "wheel": "w", "helm": "s", "pod": "p"}},
+    )  # fmt: skip
+    values = COEFFICIENTS | {"N_d": 0.7}
+    return make_model(boat, {n: values[n] for n in boat.structure.coefficients}, step=1 / 60)
+
+
+BOATS = {
+    "always_forward": always_forward, "right_down": right_down, "bare": bare, "ship": ship,
+    "outboard": known, "azimuths": azimuths,
+}  # fmt: skip
 
 
 @cache
@@ -135,9 +171,10 @@ def drive(name: str) -> Drive:
     of = [k % 3 for k in range(len(model.vehicle.inputs))]
     reference = np.array([s.reference for s in model.vehicle.file.scales.values()])
     scales = reference * (1.0 + 0.3 * np.sin(0.1 * t)[:, None])
-    return Drive(
-        t, np.ascontiguousarray(commands.values[:, of] * model.vehicle.input_signs), scales
-    )
+    values = commands.values[:, of] * model.vehicle.input_signs
+    if scales.size:  # every row differs: a recording breaks at each, as what is driven live
+        values = values + 1e-6 * np.sin(7.0 * t)[:, None]
+    return Drive(t, np.ascontiguousarray(values), scales)
 
 
 def in_own_axes(model: seatrial.Model, states: np.ndarray) -> np.ndarray:

@@ -57,8 +57,8 @@ AUTOPILOTS = {
     "run.ulg": autopilot_logs.px4,
     "run.tlog": autopilot_logs.telemetry,
 }
-LONG_LOG = 200_000  # [bytes]
-SHORT_LOGS = 29  # for each of two minutes, of which `init` can propose a file
+LONG_LOG = 100_000  # [bytes]
+SHORT_LOGS = 29  # for each of a minute, of which `init` can propose a file
 PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file
 
 
@@ -123,12 +123,12 @@ def log_seeds() -> dict[str, list[Data]]:
     found: list[Data] = []
     with tempfile.TemporaryDirectory() as name:
         for file, write in AUTOPILOTS.items():
-            path = write(Path(name) / file, autopilot_logs.trial())
+            path = write(Path(name) / file, autopilot_logs.trial(seconds=60.0))
             text = init(path, choices=Choices(axes="forward-right-down")).text
             PROPOSED[file] = vehicle_from(yaml.safe_load(text), file)
             found.append({file: path.read_bytes()})
             with patch.multiple(autopilot_logs, ARMED=0.4, DISARMED=0.2):  # so that motors run
-                write(path, autopilot_logs.trial(seconds=2.0))
+                write(path, autopilot_logs.trial(seconds=1.0))
             found += SHORT_LOGS * [{file: path.read_bytes()}]
     return {"log": found}
 

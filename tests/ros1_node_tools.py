@@ -33,6 +33,10 @@ def build() -> Path:
 def _make() -> None:
     clone_into(BUILD / "src" / "seatrial")
     options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
+    options += [
+        "-DCMAKE_UNITY_BUILD=ON",
+        "-DCMAKE_UNITY_BUILD_BATCH_SIZE=3",
+    ]  # a header once, not five times
     if shutil.which("ccache"):
         options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}

@@ -13,10 +13,9 @@ from seatrial.recording.pose_faults import FaultKind
 
 
 @pytest.fixture(scope="module")
-def trained(cse1, cse1_vehicle):
+def trained(cse1_paper_model):
     """The paper's structure, by the paper's method."""
-    known = [cse1["random_run1"], cse1["random_run3"]]
-    return seatrial.identify(known, cse1_vehicle, method="equation-error")
+    return cse1_paper_model
 
 
 @pytest.fixture(scope="module")

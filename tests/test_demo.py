@@ -44,9 +44,9 @@ def ran(folder: Path) -> Demo:
 
 
 @pytest.fixture(scope="module")
-def demo(tmp_path_factory) -> Demo:
+def demo(once) -> Demo:
     """All of it, which takes minutes."""
-    return ran(tmp_path_factory.mktemp("demo"))
+    return once("demo", ran)[1]
 
 
 @pytest.fixture(scope="module")

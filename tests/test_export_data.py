@@ -56,12 +56,14 @@ def core_from(said: dict) -> tuple[_core.Boat, _core.Chain, np.ndarray]:
                 pair["across"],
                 pair["mirrored"],
             )
+        if actuator["steers"]:
+            row[len(STAGES) + USES.index("steers")] = places[actuator["steers"]]
     allocation = said["allocation"]
     chain = _core.Chain(
         SCHEMES.index(allocation["scheme"]), np.array(allocation["inverse"]), allocation["offset"],
         np.inf if allocation["limit"] is None else allocation["limit"], np.array(said["mix"]), rows, len(constants),
         np.array(list(said["scales"].values())), np.array(said["table"], dtype=float).reshape(-1, 2),
-        np.zeros(np.shape(said["mix"])),
+        np.array(said["deflection"]),
     )  # fmt: skip
     return core, chain, np.array([value[n] for n in constants])
 

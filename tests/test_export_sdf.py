@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
 from export_tools import boat, program
+from steered_boat import known
 
 import seatrial
 from seatrial import _core
@@ -63,8 +64,10 @@ def inertias(model: Xml.Element) -> tuple[float, float, np.ndarray]:
     return mass, inertia, moment / mass
 
 
-def engine(model: Xml.Element, nu: np.ndarray, f: np.ndarray) -> np.ndarray:
+def engine(model: Xml.Element, nu: np.ndarray, f: np.ndarray, turned: float = 0.0) -> np.ndarray:
     """Accelerations of a rigid body under the plugins, by their documentation; nothing of seatrial's.
+
+    turned: [rad] position of the joint that turns a thruster's link.
 
     Hydrodynamics: sum of c * nu_j, c * nu_j * nu_k, c * nu_j * |nu_k| and c * nu_dot_j, by names.
     """
@@ -85,11 +88,20 @@ def engine(model: Xml.Element, nu: np.ndarray, f: np.ndarray) -> np.ndarray:
             force[axis] += value * nu[speed[first]] * abs(nu[speed[second]])
         else:
             force[axis] += value * np.prod([nu[speed[letter]] for letter in rest])
-    for k, joint in enumerate(model.findall("joint")):
+    joints = {joint.findtext("child"): joint for joint in model.findall("joint")}
+    pushing = [j for j in joints.values() if j.findtext("axis/xyz") == "1 0 0"]
+    for k, joint in enumerate(pushing):
+        gear = joints.get(joint.findtext("parent"))
         link = next(
             own for own in model.findall("link") if own.get("name") == joint.findtext("child")
         )
         x, y, *_, angle = numbers(link, "pose")
+        if gear is not None:
+            assert gear.findtext("parent") == "base_link"
+            assert numbers(link, "pose") == numbers(
+                model.find(f"link[@name='{gear.findtext('child')}']"), "pose"
+            )
+            angle += numbers(gear, "axis/xyz")[2] * turned
         full = next(
             float(p.findtext("max_thrust_cmd")) for p in model.findall("plugin")
             if p.findtext("joint_name") == joint.get("name")
@@ -119,6 +131,58 @@ def test_what_the_plugins_do_is_the_cores_acceleration_whatever_the_added_mass(
     )
     found = [engine(described, a, b) for a, b in zip(nu, f, strict=True)]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+
+
+# of the outboard's sway: X_F (10 + 3) kg = Y_F (10 + 9.5) kg, so that a turned thrust keeps its size
+EVEN = replace(HULL, added=(3.0, 9.5, 0.1))
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+def test_a_thrust_that_an_angle_turns_is_a_thruster_on_a_joint(tmp_path, axes):
+    model = known(axes=axes)
+    export(model, "sdf", tmp_path / "boat.sdf", hull=EVEN)
+    described = Xml.parse(tmp_path / "boat.sdf").getroot().find("model")
+    rng = np.random.default_rng(5)
+    nu = rng.normal(size=(30, 3)) * [0.4, 0.3, 0.8]
+    for row, f, angle in zip(nu, rng.uniform(-1, 1, 30), rng.uniform(-0.7, 0.7, 30), strict=True):
+        turned = np.array([f * np.cos(angle), f * np.sin(angle)])
+        force = np.ascontiguousarray(turned @ model.vehicle.mix.T)
+        expected = _core.accelerations(
+            model.structure.compiled, model.coefficients, row[None], force[None]
+        )[0]
+        found = engine(described, row, np.array([f]), angle)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
+    mass, inertia, _ = inertias(described)
+    assert (mass, inertia) == pytest.approx((EVEN.mass, EVEN.inertia), rel=1e-12)
+    (gear,) = [p for p in described.findall("plugin") if "JointPosition" in p.get("name")]
+    assert gear.findtext("joint_name") == "helm_joint"
+    assert float(gear.findtext("cmd_max")) == pytest.approx(np.radians(40.0))
+    assert gear.findtext("use_velocity_commands") == "true"
+
+
+@pytest.mark.system
+def test_sdformats_own_checker_passes_a_turned_thruster(tmp_path):
+    program("ign")
+    export(known(), "sdf", tmp_path / "boat.sdf", hull=EVEN)
+    assert "Valid." in checked(tmp_path / "boat.sdf")[1]
+
+
+def test_a_turned_thrust_that_gazebo_has_not_is_one_clear_line(tmp_path):
+    out = tmp_path / "boat.sdf"
+    with pytest.raises(
+        ExportError, match=r"7\.8 N ahead and 5\.6 N across.* give 9\.5 kg as"
+    ) as caught:
+        export(known(), "sdf", out, hull=HULL)
+    assert "\n" not in str(caught.value)
+    rudder = known(
+        forces={"F_u": {"axis": "surge", "of": {"motor": 1}}, "F_r": {"axis": "yaw", "deflection": {"helm": -0.6}}},
+        structure={
+            "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v"], "yaw": ["N_r * r", "N_F * F_r"],
+        },
+    )  # fmt: skip
+    with pytest.raises(ExportError, match="helm is a rudder in the flow"):
+        export(rudder, "sdf", out, hull=EVEN)
+    assert not out.exists()
 
 
 def test_mass_inertia_and_its_centre_are_those_that_were_given(tmp_path):

@@ -35,6 +35,7 @@ ALL = {  # with the few, which come first
     "yaml": 1500,
     "inspect": 400,
 }
+MEMORY = Path("/dev/shm")  # a folder without a disk
 BATCH = 2500  # cases of one program at most
 TIMEOUT = 600.0  # [s] of a program: a hang that no timer ends
 
@@ -43,6 +44,8 @@ def work(kind: str, first: int, count: int) -> tuple[list[dict], dict]:
     """Findings, and what came of all; a program that died is a finding."""
     command = [sys.executable, "-W", "error", str(FUZZ), kind, str(first), str(count)]
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    if MEMORY.is_dir():  # thousands of small files
+        environment["TMPDIR"] = str(MEMORY)
     done = subprocess.run(
         command, capture_output=True, text=True, check=False, timeout=TIMEOUT, env=environment
     )

@@ -71,8 +71,8 @@ def test_a_push_does_not_hide_it(mp):
     ("preset", "force", "seed"),
     [
         ("paper-like", None, 510),
-        at_length("hard", None, 510),
-        at_length("paper-like", PUSH, 511),
+        on_request("hard", None, 510),
+        on_request("paper-like", PUSH, 511),
         at_length("hard", PUSH, 510),
         *(on_request("hard", force, 511) for force in (None, PUSH)),
         on_request("paper-like", PUSH, 510),

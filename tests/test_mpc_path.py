@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from board_boats import wrench
 from conftest import make_model
-from steered_boat import known
 from test_mpc import POOL, SHIP, of_another
 
 import seatrial
@@ -107,8 +106,6 @@ def test_what_it_does_not_steer_gets_one_line():
     with pytest.raises(AllocationError, match="can't actuate surge and yaw"):
         boat = plant_model(load_plan("hard"), load_vehicle("mallard-mp"))
         Nmpc(of_another(boat, load_vehicle(SHIP)))
-    with pytest.raises(AllocationError, match="helm is an angle"):
-        Nmpc(known())
     boat = wrench("forward-left-up")
     values = dict.fromkeys(boat.structure.coefficients, -0.5) | {"N_ud": 0.0}
     with pytest.raises(ControlError, match="names no thrusters and no forces"):

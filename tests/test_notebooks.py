@@ -84,6 +84,7 @@ def test_it_runs_and_shows_tables_and_pictures(path, tmp_path):
     assert "<style" not in page
     assert "<Figure" not in page
     assert "object at 0x" not in page
+    assert notebooks.kept(path).read_text() == out.read_text()  # for the site
 
 
 def test_a_notebook_that_fails_is_an_error(tmp_path):

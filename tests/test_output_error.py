@@ -8,7 +8,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length, on_request
+from conftest import on_request
 from method_trials import driven
 from scipy.linalg import expm
 
@@ -162,7 +162,7 @@ def far():
 
 
 @pytest.mark.parametrize("hold", [False, True])
-@pytest.mark.parametrize("which", [0, at_length(1), on_request(2), on_request(3)])
+@pytest.mark.parametrize("which", [0, *map(on_request, (1, 2, 3))])
 def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(
     far, hold, which
 ):
@@ -173,7 +173,7 @@ def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_m
     assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
 
 
-@pytest.mark.parametrize("which", [0, at_length(1)])
+@pytest.mark.parametrize("which", [0, on_request(1)])
 def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
     monkeypatch.setattr(
         import_module("seatrial.identification.likelihood.optimiser"),

@@ -5,6 +5,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
@@ -232,20 +233,47 @@ def test_a_killed_process_leaves_a_recording_that_inspect_opens(tmp_path, capsys
     assert "poses" in capsys.readouterr().out
 
 
+class Beat:
+    """An `Event` whose `wait` ends when the test says so; it keeps for how long [s] was to be waited."""
+
+    def __init__(self) -> None:
+        self.asked: list[float] = []
+        self._waits, self._go, self._ended = threading.Semaphore(0), threading.Semaphore(0), False
+
+    def wait(self, seconds: float) -> bool:
+        self.asked.append(seconds)
+        self._waits.release()
+        self._go.acquire()
+        return self._ended
+
+    def once(self) -> None:
+        """Let one wait end; back when the next one begins."""
+        self._go.release()
+        self._waits.acquire()
+
+    def is_set(self) -> bool:
+        return self._ended
+
+    def set(self) -> None:
+        self._ended = True
+        self._go.release()
+
+
 def test_the_disk_has_a_row_within_a_second(tmp_path, monkeypatch):
-    synced: list[float] = []
-    monkeypatch.setattr(
-        "seatrial.poolside.recorder.os.fsync", lambda _: synced.append(time.monotonic())
-    )
+    synced: list[int] = []
+    monkeypatch.setattr("seatrial.poolside.recorder.os.fsync", synced.append)
+    monkeypatch.setattr("seatrial.poolside.recorder.Event", Beat)
     recorder = Recorder(tmp_path / "drive", vehicle())
+    beat = recorder._ended
+    beat._waits.acquire()  # until the thread waits
+    beat.once()
     synced.clear()
-    given = time.monotonic()
     recorder.use("pose", BEGIN, np.zeros(3))
-    while not synced and time.monotonic() < given + 10.0:
-        time.sleep(0.01)
-    assert synced[0] - given < 1.0
-    time.sleep(1.2)
-    assert len(synced) == 2  # the table, its folder; not again without a row
+    beat.once()
+    assert len(synced) == 2  # the table, its folder
+    beat.once()
+    assert len(synced) == 2  # not again without a row
+    assert max(beat.asked) <= 1.0
     recorder.close()
 
 

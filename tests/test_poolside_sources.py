@@ -33,7 +33,16 @@ from seatrial.poolside.sources.telemetry import FrameStream, TelemetrySource, te
 from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
 from seatrial.util.frames import POSE_SIGNS
 
-PATIENCE = 20.0  # [s]
+PATIENCE = 60.0  # [s] a machine that tests other things beside is slow
+
+
+def until(true) -> None:
+    """Wait until something is true, or for long; what follows asserts."""
+    end = time.monotonic() + PATIENCE
+    while not true() and time.monotonic() < end:
+        time.sleep(0.02)
+
+
 VEHICLE = {
     "seatrial": "vehicle 1",
     "name": "boat",
@@ -126,9 +135,7 @@ def test_udp_is_on_loopback_unless_an_address_is_given(sender):
             b'{"t": 1, "pose": [1, 2, 3]}\n{"t": 1, "command": [0, 0, 0]}', ("127.0.0.1", port)
         )
         sender.sendto(b"junk", ("127.0.0.1", port))
-        end = time.monotonic() + PATIENCE
-        while (len(found) < 2 or not source.problems) and time.monotonic() < end:
-            time.sleep(0.02)
+        until(lambda: len(found) >= 2 and source.problems)
         source.close()
         thread.join(PATIENCE)
         assert not thread.is_alive()
@@ -245,16 +252,43 @@ def test_a_replay_keeps_rows_that_are_out_of_order(tmp_path):
     assert arrivals == sorted(arrivals)
 
 
-def test_a_replay_at_speed_takes_its_share_of_the_time(tmp_path):
+class Clock:
+    """A clock that goes on only while somebody waits, as a source's `Event` waits."""
+
+    def __init__(self, closed_at: float = np.inf) -> None:
+        self.now, self.closed_at = 100.0, 100.0 + closed_at
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def wait(self, seconds: float) -> None:
+        self.now += seconds
+
+    def is_set(self) -> bool:
+        return self.now >= self.closed_at
+
+
+def test_a_replay_at_speed_takes_its_share_of_the_time(tmp_path, monkeypatch):
     table(tmp_path / "run.csv", 41)
-    begin = time.monotonic()
-    list(open_source(str(tmp_path / "run.csv"), vehicle(), 4.0))
-    assert 0.45 < time.monotonic() - begin < 2.0  # 2 s of recording
+
+    def replayed(speed, closed_at=np.inf):
+        source, clock = open_source(str(tmp_path / "run.csv"), vehicle(), speed), Clock(closed_at)
+        monkeypatch.setattr("seatrial.poolside.sources.replay.time", clock)
+        source._closed = clock
+        return [(clock.now - 100.0, event) for event in source]
+
+    events = replayed(4.0)
+    begin = events[0][1].arrival
+    for at, event in events:
+        assert at == pytest.approx((event.arrival - begin) * 1e-9 / 4.0)
+    assert events[-1][0] == pytest.approx(0.5)  # 2 s of recording
+    assert [event.stamp for _, event in replayed(4.0, 0.25)] == [
+        event.stamp for at, event in events if at < 0.25
+    ]
     source = open_source(str(tmp_path / "run.csv"), vehicle(), 0.01)
+    monkeypatch.undo()
     threading.Timer(0.3, source.close).start()
-    begin = time.monotonic()
-    assert len(list(source)) < 10
-    assert time.monotonic() - begin < PATIENCE / 2
+    assert len(list(source)) < 10  # a wait ends where it is closed
     with pytest.raises(LiveError):
         open_source(str(tmp_path / "run.csv"), vehicle(), float("nan"))
 
@@ -304,9 +338,9 @@ def test_a_folder_of_mcap_files_is_followed_from_one_to_the_next(tmp_path):
     with open_source(f"follow:{folder}", bag_boat()) as source:
         thread = threading.Thread(target=lambda: found.extend(source))
         thread.start()
-        time.sleep(0.3)
+        until(lambda: len(found) > 200)
         mcap(folder / "run_1.mcap", sent[300:])
-        time.sleep(0.5)
+        until(lambda: len(found) > len(sent) - 5)
         source.close()
         thread.join(PATIENCE)
     assert len(sent) - 5 < len(found) <= len(sent)
@@ -332,9 +366,7 @@ def test_a_growing_bag_without_a_topic_waits_for_it(tmp_path):
     with open_source(f"follow:{tmp_path / 'run.mcap'}", bag_boat()) as source:
         thread = threading.Thread(target=lambda: list(source))
         thread.start()
-        end = time.monotonic() + PATIENCE
-        while not source.problems and time.monotonic() < end:
-            time.sleep(0.02)
+        until(lambda: source.problems)
         assert "waiting: " in source.problems[0] and "no topic /joy" in source.problems[0]
         source.close()
         thread.join(PATIENCE)
@@ -459,9 +491,7 @@ def test_telemetry_over_udp_and_over_a_serial_line(log, sender):
             send(frame)
             if i % 10 == 0:
                 time.sleep(0.015)
-        end = time.monotonic() + PATIENCE
-        while len(found) < 300 and time.monotonic() < end:
-            time.sleep(0.05)
+        until(lambda: len(found) >= 300)
         source.close()
         thread.join(PATIENCE)
         assert not thread.is_alive()
@@ -498,9 +528,7 @@ def collected(source, count):
     thread.start()
 
     def wait(number=count):
-        end = time.monotonic() + PATIENCE
-        while len(found) < number and time.monotonic() < end:
-            time.sleep(0.02)
+        until(lambda: len(found) >= number)
         return found
 
     return wait, thread

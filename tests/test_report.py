@@ -48,9 +48,8 @@ def shown(text: str) -> float:
 
 
 @pytest.fixture(scope="module")
-def model(cse1, cse1_vehicle):
-    runs = [cse1["random_run1"], cse1["random_run3"]]
-    return seatrial.identify(runs, cse1_vehicle, method="equation-error")
+def model(cse1_paper_model):
+    return cse1_paper_model
 
 
 @pytest.fixture(scope="module")

@@ -39,11 +39,9 @@ RANGE = "div => div.layout.xaxis.range"
 
 
 @pytest.fixture(scope="module")
-def path(cse1, cse1_vehicle, tmp_path_factory):
-    runs = [cse1["random_run1"], cse1["random_run3"]]
-    model = seatrial.identify(runs, cse1_vehicle, method="equation-error")
+def path(cse1, cse1_paper_model, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(model, [cse1["random_run3"], cse1["run1"]], path)
+    write_report(cse1_paper_model, [cse1["random_run3"], cse1["run1"]], path)
     return path
 
 
@@ -363,12 +361,10 @@ def whole_and_quiet(browser, path, *, close=True):
     return one
 
 
-def test_a_hostile_name_stays_text(browser, cse1, cse1_vehicle, tmp_path):
+def test_a_hostile_name_stays_text(browser, cse1, cse1_paper_model, tmp_path):
     name = '</script><img src="https://example.org/x.png" onerror="window.hit = 1"><b>x'
-    runs = [cse1["random_run1"], cse1["random_run3"]]
-    model = seatrial.identify(runs, cse1_vehicle, method="equation-error")
     path = tmp_path / "report.html"
-    write_report(model, [replace(cse1["run1"], name=name)], path)
+    write_report(cse1_paper_model, [replace(cse1["run1"], name=name)], path)
     one = Visit(browser, path)
     one.wide()
     assert one.page.locator("#prediction summary b").first.inner_text() == name

@@ -156,7 +156,8 @@ def test_poses_come_late_and_are_near_the_truth(recorded):
     assert np.std((seen - want)[inside]) == pytest.approx(0.002, rel=0.2)
     assert {m.header.frame_id for _, m in poses} == {"map"}
     late = np.array([arrival for arrival, _ in poses]) - at
-    assert np.median(late) * 1e-9 == pytest.approx(0.1, abs=0.03)
+    # the earlier half: a busy machine is late, never early
+    assert np.quantile(late, 0.25) * 1e-9 == pytest.approx(0.1, abs=0.03)
 
 
 def test_the_scan_is_that_of_the_library_in_the_same_scene(recorded, boat, files):

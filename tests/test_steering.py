@@ -11,10 +11,9 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.model import load, save
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.export import export
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.util.errors import AllocationError, ExportError, SeatrialError
+from seatrial.util.errors import AllocationError, SeatrialError
 
 OPEN = {
     "offset_deg": "estimate", "rate_deg": "estimate", "dead_zone": "estimate", "angle_deg": "estimate",
@@ -189,14 +188,6 @@ def test_a_swapped_pair_is_named_with_its_edit(swapped):
 def test_a_deflection_of_what_is_no_angle_is_one_clear_line():
     with pytest.raises(SeatrialError, match="deflection names 'motor'; angles of the chain"):
         outboard(forces={"F_r": {"axis": "yaw", "deflection": {"motor": 1.0}}}, structure="auto")
-
-
-@pytest.mark.parametrize("to", ["c", "json", "octave"])
-def test_exports_refuse_an_angle_in_one_line(tmp_path, to):
-    suffix = {"c": "h", "json": "json", "octave": "m"}[to]
-    with pytest.raises(ExportError, match="helm is an angle") as caught:
-        export(known(), to, tmp_path / f"boat.{suffix}")
-    assert "\n" not in str(caught.value)
 
 
 def test_schemes_for_fixed_thrusters_refuse_an_angle_in_one_line():

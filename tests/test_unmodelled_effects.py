@@ -91,7 +91,7 @@ def asked(model):
     return model.findings_of(*EFFECTS_FOUND)
 
 
-@pytest.mark.parametrize("lever", [(-0.05, 0.1), at_length((0.3, 0.0)), at_length((0.5, 0.2))])
+@pytest.mark.parametrize("lever", [(-0.05, 0.1), on_request((0.3, 0.0)), at_length((0.5, 0.2))])
 def test_a_lever_arm_is_named_with_its_length(lever):
     vehicle, recordings = drives(off_by(lever))
     note = told(recordings, vehicle)
@@ -161,7 +161,7 @@ def test_poses_of_the_origin_are_less_lever_and_current():
     assert poses_of_origin(drive, np.zeros(2)) is drive
 
 
-@pytest.mark.parametrize("seed", [2, on_request(5), at_length(7)])
+@pytest.mark.parametrize("seed", [2, on_request(5), on_request(7)])
 def test_steady_wind_beside_gusts_is_named(seed):
     """Gusts hide it in the process noise, most of which stays; drag in yaw is 2.8 standard errors off without."""
     gusts = DisturbanceForce(0.03, 2.0, earth_fixed=True)

@@ -63,6 +63,22 @@ std::pair<Out2, Out3> run_predict(const Boat& boat, const ThrustTrace& trace, Ve
   return {to.states, to.jacobian};
 }
 
+/// Levels of all actuators h [s] after these, with constant targets: lag and rate limit, exact.
+Out1 levels_after(const Chain& chain, Vector q, Vector level, Vector target, double h) {
+  const auto n = static_cast<std::size_t>(chain.n_actuators());
+  require(static_cast<int>(q.shape(0)) == chain.n_constants, "one value for each chain constant");
+  require(level.shape(0) == n && target.shape(0) == n, "one level and target an actuator");
+  Thrust f;
+  std::copy(level.data(), level.data() + n, f.level);
+  std::copy(target.data(), target.data() + n, f.target);
+  double* out = nullptr;
+  auto found = fresh<Out1>({n}, &out);
+  for (std::size_t k = 0; k < n; ++k) {
+    out[k] = level_after(chain, q.data(), f, static_cast<int>(k), h);
+  }
+  return found;
+}
+
 void bind_rollout(nb::module_& m) {
   using namespace nb::literals;
   m.def("simulate", &run_simulate, "boat"_a, "trace"_a, "x0"_a, "time"_a, "sensitivities"_a = false,
@@ -70,6 +86,8 @@ void bind_rollout(nb::module_& m) {
   m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "stop"_a, "x0"_a,
         "threads"_a = 1, "sensitivities"_a = false,
         "State at the stop of every start (m x 6), and its sensitivities.");
+  m.def("levels_after", &levels_after, "chain"_a, "q"_a, "level"_a, "target"_a, "h"_a,
+        "Levels of all actuators h [s] after these, with constant targets.");
 }
 
 }  // namespace

@@ -79,6 +79,15 @@ std::tuple<Out1, bool> steer(Steering& self, double surge, double yaw, Vector nu
   return {found, given};
 }
 
+/// Commands as inputs for a steady thrust and angle [rad].
+Out1 steady_commands(const Steering& self, double thrust, double angle) {
+  require(self.fault() == SteeringFault::kOk, "this steering has a fault");
+  double* out = nullptr;
+  auto found = fresh<Out1>({std::size_t{2}}, &out);
+  self.commands(thrust, angle, out);
+  return found;
+}
+
 /// Accelerations at a motion by a thrust of 1 and by the sine of its angle.
 Out1 steered_effect(const Steering& self, Vector nu) {
   require(nu.shape(0) == kAxes, "nu: 3");
@@ -115,6 +124,8 @@ void bind_steering(nb::module_& m) {
       .def_prop_ro(
           "sines",
           [](const Steering& self) { return std::make_tuple(self.least_sine(), self.most_sine()); })
+      .def("commands", &steady_commands, "thrust"_a, "angle"_a,
+           "Commands (2,) whose steady thrust and angle [rad] these are.")
       .def("authority", &full_steering, "speed"_a,
            "Surge and yaw acceleration by full commands at a speed ahead [m/s], and 1, or -1 where "
            "a "

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compiled with -fno-exceptions -fno-rtti: all that runs on board, used once.
+#include "no_exceptions.hpp"
+
 #include "seatrial/control/allocator.hpp"
 #include "seatrial/control/tracking.hpp"
 #include "seatrial/integration/sensitivities.hpp"

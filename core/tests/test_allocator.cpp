@@ -3,13 +3,12 @@
 
 #include "boats.hpp"
 #include "heap.hpp"
+#include "no_exceptions.hpp"
 #include "seatrial/control/allocator.hpp"
 
 using namespace seatrial;
 using boats::Random;
 using boats::Worst;
-
-double allocate_without_exceptions();
 
 namespace {
 

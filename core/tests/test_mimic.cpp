@@ -5,12 +5,12 @@
 
 #include "boats.hpp"
 #include "heap.hpp"
+#include "no_exceptions.hpp"
 #include "seatrial/simulation/mimic.hpp"
 
 using namespace seatrial;
 
 // no_exceptions.cpp
-double mimic_without_exceptions();
 
 namespace {
 

@@ -77,8 +77,8 @@ TEST_CASE("errors that last for ever grow as the time, short ones as its root") 
 
 TEST_CASE("the covariance is that of many drives with such errors") {
   const double memory[kAxes] = {0.7, 0.2, 1.5};
-  const double h = 0.02;
-  constexpr int kSteps = 300;
+  const double h = 0.04;
+  constexpr int kSteps = 75;
   constexpr int kDrives = 4000;
   const double root[kAxes][kAxes] = {{0.02, 0, 0}, {-0.01, 0.015, 0}, {0.01, 0.02, 0.03}};
   double spread[kAxes][kAxes] = {};

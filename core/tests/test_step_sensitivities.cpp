@@ -3,14 +3,12 @@
 
 #include "boats.hpp"
 #include "dual.hpp"
+#include "no_exceptions.hpp"
 #include "seatrial/integration/sensitivities.hpp"
 
 using namespace seatrial;
 using boats::Random;
 using boats::Worst;
-
-double drive_without_exceptions();
-double drive_with_sensitivities(double* slope);
 
 namespace {
 

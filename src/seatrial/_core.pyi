@@ -74,6 +74,9 @@ def simulate(boat: Boat, trace: ThrustTrace, x0: Annotated[NDArray[numpy.float64
 def predict(boat: Boat, trace: ThrustTrace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], stop: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], threads: int = 1, sensitivities: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
     """State at the stop of every start (m x 6), and its sensitivities."""
 
+def levels_after(chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], level: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], h: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """Levels of all actuators h [s] after these, with constant targets."""
+
 class FilterRun:
     @property
     def good(self) -> bool: ...
@@ -285,6 +288,9 @@ class Steering:
 
     @property
     def sines(self) -> tuple[float, float]: ...
+
+    def commands(self, thrust: float, angle: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+        """Commands (2,) whose steady thrust and angle [rad] these are."""
 
     def authority(self, speed: float) -> tuple[float, float, float]:
         """

@@ -35,7 +35,7 @@ def refuse_angles(
     if angles := angle_names(groups):
         raise error(
             f"{source}: {', '.join(angles)} is an angle (chain: steered); {what} takes thrusters in fixed "
-            "directions. Commands identify, predict and sim, and the odometry node, work with it"
+            "directions. Commands identify, predict, sim and export, and the odometry node, work with it"
         )
 
 

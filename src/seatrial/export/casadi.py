@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Symbol = Any  # casadi has no types: an SX
 STATE_SIZE = 6
 SERIES_LIMIT = 1e-2  # step over lag below which a series avoids cancellation
+ARRIVED = 1e-9  # [rad] beyond the end of the rate limit: rounding, as in the core
 
 
 def casadi_dynamics(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
@@ -41,20 +42,20 @@ def casadi_step(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
 
 
 def casadi_targets(model: Model) -> "casadi.Function":
-    """targets(command) -> steady thrust of each actuator: allocation, then its curve."""
+    """targets(command) -> steady thrust of each actuator, rad of an angle: allocation, then its curve."""
     return Functions(Content(model, Axes.FLU)).targets()
 
 
 def casadi_mix(model: Model) -> "casadi.Function":
-    """mix(level, scale) -> F = T f: forces of the actuators' thrust, with known signals."""
+    """mix(level, scale) -> F = T f + D sin(angle): forces of the actuators' thrust, with known signals."""
     return Functions(Content(model, Axes.FLU)).mix()
 
 
 def casadi_drive(model: Model, *, smooth: float = 0.0) -> "casadi.Function":
     """drive(x, level, target, scale, dt) -> (x_next, level_next): boat and lagging thrusters.
 
-    Targets are held over dt [s]; the lag is exact, as in the core. Latency is not included: give the
-    targets of the delayed command.
+    Targets are held over dt [s]; lag and rate limit are exact, as in the core. Latency is not included: give
+    the targets of the delayed command.
     """
     return Functions(Content(model, Axes.FLU), smooth).drive()
 
@@ -120,10 +121,54 @@ class Functions:
             self._symbol("target", n),
         )
         scale, dt = self._scale(), self._symbol("dt", 1)
-        levels = [target + decay * (level - target) for decay in self._fades(dt)]
-        after = self._runge_kutta(x, [self._mix(f, scale) for f in levels], dt)
+        after, reached, rest = x, level, dt
+        # parts in which no angle reaches the end of its rate limit
+        for _ in range(sum(map(self.content.limited, self.content.actuators))):
+            part = self._smooth_part(reached - target, rest)
+            after, reached = self._driven(after, reached, target, scale, part)
+            rest = rest - part
+        after, reached = self._driven(after, reached, target, scale, rest)
         given = {"x": x, "level": level, "target": target, "scale": scale, "dt": dt}
-        return self._function("drive", given, {"x_next": after, "level_next": levels[2]})
+        return self._function("drive", given, {"x_next": after, "level_next": reached})
+
+    def _driven(
+        self, x: Symbol, level: Symbol, target: Symbol, scale: Symbol, h: Symbol
+    ) -> tuple[Symbol, Symbol]:
+        """Boat and actuators after one Runge-Kutta step of h."""
+        away = level - target
+        levels = [target + decay * away for decay in self._fades(h)]
+        for k, a in enumerate(self.content.actuators):
+            if self.content.limited(a):
+                for node, share in enumerate((0.0, 0.5, 1.0)):
+                    levels[node][k] = target[k] + self._rate_limited(a, away[k], share * h)
+        after = self._runge_kutta(x, [self._mix(f, scale) for f in levels], h)
+        return after, levels[2]
+
+    def _rate_limited(self, actuator: Actuator, away: Symbol, h: Symbol) -> Symbol:
+        """What is left of an angle's distance to its target after h: at the rate limit, then by the lag."""
+        ca, rate, knee, lag = self.ca, *self._gear(actuator)
+        size = ca.fabs(away)
+        until = ca.fmax(size - knee, 0.0) / rate
+        left = size - rate * ca.fmin(h, until)
+        if lag > 0.0:
+            left = left * ca.exp(-ca.fmax(h - until, 0.0) / lag)
+        return ca.sign(away) * left
+
+    def _smooth_part(self, away: Symbol, length: Symbol) -> Symbol:
+        """Of `length` the part in which no angle reaches the end of its rate limit."""
+        ca = self.ca
+        for k, a in enumerate(self.content.actuators):
+            if self.content.limited(a):
+                rate, knee, _ = self._gear(a)
+                past = ca.fabs(away[k]) - knee
+                length = ca.if_else(past > ARRIVED, ca.fmin(length, past / rate), length)
+        return length
+
+    def _gear(self, actuator: Actuator) -> tuple[float, float, float]:
+        """Rate limit [rad/s], the distance [rad] at which the lag takes over, and the lag [s]."""
+        rate = math.radians(self._own(actuator, "angle_rate", 0.0))
+        lag = self._own(actuator, "lag", 0.0) if self.content.lagged(actuator) else 0.0
+        return rate, rate * lag, lag
 
     def _symbol(self, name: str, size: int) -> Symbol:
         return self.ca.SX.sym(name, size)
@@ -206,6 +251,9 @@ class Functions:
                 g = self.ca.pw_lin(held, self.ca.DM(list(commands)), self.ca.DM(list(thrusts)))
             else:
                 g = self._curve(a, f[k]) if a.curved else f[k]
+            if a.steers is not None:
+                trim = self._own(a, "angle_offset", 0.0)
+                g = math.pi / 180.0 * (self._own(a, "full_angle", 0.0) * g + trim)
             found.append(gain * g)
         return self.ca.vertcat(*found)
 
@@ -242,7 +290,12 @@ class Functions:
                 continue
             ratio = ca.fmax(scale[a.scale], 0.0) / references[a.scale]
             given.append(ratio ** self._own(a, "scale_power", 1.0) * f[k])
-        return ca.mtimes(ca.DM(self.content.mix), ca.vertcat(*given))
+        sines = ca.SX.zeros(len(given))
+        for k, thrust in self.content.angles:
+            size, sines[k] = given[thrust], ca.sin(f[k])
+            given[thrust], given[k] = size * ca.cos(f[k]), size * sines[k]
+        forces = ca.mtimes(ca.DM(self.content.mix), ca.vertcat(*given))
+        return forces + ca.mtimes(ca.DM(self.content.deflection), sines)
 
     def _fades(self, h: Symbol) -> tuple[Symbol, Symbol, Symbol]:
         """Decay of the distance to the targets by the lags, at begin, middle and end of h, as in the core."""
@@ -252,8 +305,9 @@ class Functions:
                 found.append((ca.SX(0.0),) * 3)
                 continue
             x = h / self.content.values[a.constants["lag"]]
-            mean = ca.if_else(x < SERIES_LIMIT, _series(x, 1), -ca.expm1(-x) / x)
-            moment = ca.if_else(x < SERIES_LIMIT, _series(x, 2), (1.0 - mean) / x)
+            far = ca.fmax(x, SERIES_LIMIT)  # has a derivative at 0, too
+            mean = ca.if_else(x < SERIES_LIMIT, _series(x, 1), -ca.expm1(-far) / far)
+            moment = ca.if_else(x < SERIES_LIMIT, _series(x, 2), (1.0 - mean) / far)
             end = ca.exp(-x)
             middle = 3.0 * mean - 0.5 * end - 3.0 * moment
             found.append((12.0 * moment - 6.0 * mean + end, middle, end))

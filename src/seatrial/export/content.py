@@ -13,10 +13,8 @@ import numpy as np
 from seatrial.boat.actuators import SHORTEST_LAG, STAGES, USES
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
-from seatrial.boat.steering import angle_names
 from seatrial.boat.structure import Structure
 from seatrial.export.spelling import line
-from seatrial.util.errors import ExportError
 from seatrial.util.frames import Array, Axes
 
 MATRIX_DECIMALS = 14  # of matrices with entries of about 1
@@ -24,7 +22,7 @@ MATRIX_DECIMALS = 14  # of matrices with entries of about 1
 
 @dataclass(frozen=True)
 class Actuator:
-    """One actuator: the constants of its stages by stage (absent: no such stage), and its pair."""
+    """One actuator: its constants by stage (absent: no such stage), its pair, the thrust it turns."""
 
     name: str
     constants: dict[str, str]  # of STAGES
@@ -33,6 +31,7 @@ class Actuator:
     partner: int | None  # the pair's other actuator
     across: bool  # the pair's second component
     mirrored: bool  # its command has the opposite sign in the pair's vector
+    steers: int | None = None  # the actuator whose thrust it turns: it is an angle [rad]
 
     @property
     def curved(self) -> bool:
@@ -117,9 +116,12 @@ class Content:
     @cached_property
     def mix(self) -> Array:
         """T (forces, actuators): F = T f in these axes."""
-        flips = self.axes is Axes.FRD
-        signs = [-1.0 if flips and f.axis > 0 else 1.0 for f in self.structure.forces]
-        return _rounded(self.model.vehicle.mix * np.array(signs)[:, None])
+        return _rounded(self.model.vehicle.mix * self._force_signs)
+
+    @cached_property
+    def deflection(self) -> Array:
+        """D (forces, actuators): F += D sin(angle) in these axes."""
+        return _rounded(self.model.vehicle.deflection * self._force_signs)
 
     @property
     def offset(self) -> float:
@@ -133,23 +135,19 @@ class Content:
 
     @cached_property
     def actuators(self) -> tuple[Actuator, ...]:
-        """In the order of T's columns. Raises ExportError where one is an angle."""
-        vehicle = self.model.vehicle
-        if angles := angle_names(vehicle.file.chain):
-            raise ExportError(
-                f"{self.model.name}: {', '.join(angles)} is an angle (chain: steered), which no export format "
-                "expresses yet. Use the model file: sim, predict and the ROS nodes read it"
-            )
-        found = []
+        """In the order of T's columns."""
+        vehicle, found = self.model.vehicle, []
         for name, row in zip(vehicle.actuators, vehicle.stages.tolist(), strict=True):
             own = {
                 s: vehicle.constants.names[i] for s, i in zip(STAGES, row, strict=False) if i >= 0
             }
             use = dict(zip(USES, row[len(STAGES) :], strict=True))
-            scale, partner = (use[w] if use[w] >= 0 else None for w in ("scale", "partner"))
+            scale, partner, steers = (
+                use[w] if use[w] >= 0 else None for w in ("scale", "partner", "steers")
+            )
             flags = (use[w] == 1 for w in ("tabulated", "across", "mirrored"))
             tabulated, across, mirrored = flags
-            found.append(Actuator(name, own, scale, tabulated, partner, across, mirrored))
+            found.append(Actuator(name, own, scale, tabulated, partner, across, mirrored, steers))
         return tuple(found)
 
     def latency(self, actuator: Actuator) -> float:
@@ -161,6 +159,25 @@ class Content:
         """Whether its thrust follows its target with a lag."""
         own = actuator.constants.get("lag")
         return own is not None and self.values[own] > SHORTEST_LAG
+
+    def limited(self, actuator: Actuator) -> bool:
+        """Whether it is an angle with a rate limit."""
+        return "angle_rate" in actuator.constants
+
+    @property
+    def angles(self) -> tuple[tuple[int, int], ...]:
+        """Numbers of each angle and of the thrust that it turns."""
+        turned = enumerate(a.steers for a in self.actuators)
+        return tuple((k, thrust) for k, thrust in turned if thrust is not None)
+
+    @property
+    def angle_notes(self) -> list[str]:
+        """A sentence for each angle."""
+        named = ((self.actuators[k].name, self.actuators[thrust].name) for k, thrust in self.angles)
+        return [
+            f"{angle}: angle [rad] of the thrust f of {thrust}, which gives f cos and f sin."
+            for angle, thrust in named
+        ]
 
     @property
     def table(self) -> list[tuple[float, float]]:
@@ -176,6 +193,12 @@ class Content:
     def source(self) -> str:
         """Version and method, on one line."""
         return line(f"seatrial {version('seatrial')}, {self.model.estimator.method}")
+
+    @property
+    def _force_signs(self) -> Array:
+        flips = self.axes is Axes.FRD
+        signs = [-1.0 if flips and f.axis > 0 else 1.0 for f in self.structure.forces]
+        return np.array(signs)[:, None]
 
     @property
     def _signs(self) -> Array:

@@ -23,6 +23,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Array
 BASE_LINK = "base_link"
 PLUGIN_AXES = "xyn"  # of the plugin's parameters: surge, sway, yaw
 NEGLIGIBLE = 1e-9  # of mass: a smaller term is rounding error
+UNEVEN = 1e-3  # of thrust: what a turned thrust may differ from that ahead
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,17 @@ class Propeller:
     y: float  # [m]
     angle: float  # [rad] from forward, towards port
     thrust: float  # [N] at command 1
+    gear: "Gear | None" = None
+
+
+@dataclass(frozen=True)
+class Gear:
+    """The link that turns a propeller."""
+
+    name: str  # of its link
+    joint: str
+    side: float  # 1: positive angles are counter-clockwise; or -1
+    rate: float | None  # [rad/s] limit
 
 
 @dataclass(frozen=True)
@@ -88,7 +100,7 @@ class Gazebo:
 
     @cached_property
     def propellers(self) -> list[Propeller]:
-        """One for each actuator; together they give exactly the model's wrench.
+        """One for each thrust; together they give exactly the model's wrench.
 
         The identified X_F, Y_F and N_F are inconsistent with the measured positions. Direction and thrust
         are therefore the model's, and the position is shifted to give the model's moment.
@@ -98,7 +110,12 @@ class Gazebo:
             force = self._force_of(term)
             if force is not None:
                 wrench[term.axis] += self._dimensional(term) * self.content.mix[force]
-        return [self._propeller(k, *column) for k, column in enumerate(wrench.T.tolist())]
+        turned = {thrust: angle for angle, thrust in self.content.angles}
+        return [
+            self._turned(k, turned[k], wrench) if k in turned else self._propeller(k, *column)
+            for k, column in enumerate(wrench.T.tolist())
+            if k not in turned.values()
+        ]
 
     @cached_property
     def _names(self) -> list[tuple[str, str]]:
@@ -125,6 +142,40 @@ class Gazebo:
             y - shift * along[0],
             float(np.arctan2(sway, surge)),
             size,
+        )
+
+    def _turned(self, k: int, angle: int, wrench: Array) -> Propeller:
+        """Thrust f of actuator k, turned by an angle: its wrenches of f cos and of f sin give its position."""
+        name, own = self.content.actuators[angle].name, self.content.actuators[angle]
+        if self.content.deflection[:, angle].any():
+            raise ExportError(
+                f"{name} is a rudder in the flow (deflection:), which Gazebo's thruster is not; export to fmu or c"
+            )
+        ahead, across = wrench[:2, k], wrench[:2, angle]
+        size = float(np.hypot(*ahead))
+        side = float(np.sign(ahead[0] * across[1] - ahead[1] * across[0]))
+        even = side * np.array([-ahead[1], ahead[0]])  # the same thrust, turned by a quarter
+        if size <= 0.0 or np.hypot(*(across - even)) > UNEVEN * size:
+            raise self._uneven(k, angle, ahead, across)
+        x, y = np.linalg.solve(
+            [[ahead[1], -ahead[0]], [even[1], -even[0]]], [wrench[2, k], wrench[2, angle]]
+        )
+        rate = own.constants.get("angle_rate")
+        limit = None if rate is None else float(np.deg2rad(self.content.values[rate]))
+        gear = Gear(*self._names[angle], side, limit)
+        return Propeller(
+            *self._names[k], float(x), float(y), float(np.arctan2(ahead[1], ahead[0])), size, gear
+        )
+
+    def _uneven(self, k: int, angle: int, ahead: Array, across: Array) -> ExportError:
+        names = [self.content.actuators[i].name for i in (k, angle)]
+        size, other = float(np.hypot(*ahead)), float(np.hypot(*across))
+        added = self.hull.effective[1] * size / other - self.hull.mass if other > 0.0 else -1.0
+        fits = ahead[1] == 0.0 and across[0] == 0.0 and 0.0 <= added < self.hull.mass
+        advice = f"give {added:.6g} kg as added mass in sway, or " if fits else ""
+        return ExportError(
+            f"{names[0]} has {size:.4g} N ahead and {other:.4g} N across, which {names[1]} turns; in Gazebo a "
+            f"turned thrust keeps its size; {advice}export to fmu or c"
         )
 
     def _thrusters(self) -> tuple[Thruster, ...]:

@@ -34,6 +34,7 @@ def text(content: Content) -> str:
         "table": content.table,
         "forces": [{"name": f.name, "axis": AXES[f.axis]} for f in content.structure.forces],
         "mix": content.mix.tolist(),
+        "deflection": content.deflection.tolist(),
         "terms": _terms(content),
         "parameters": {name: _parameter(content, name) for name in content.values},
         "covariance": content.covariance.tolist(),
@@ -85,4 +86,5 @@ def _actuator(content: Content, k: int) -> dict[str, Any]:
         "tabulated": own.tabulated,
         "scale": scale,
         "pair": pair,
+        "steers": None if own.steers is None else content.actuators[own.steers].name,
     }

@@ -13,7 +13,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Array
 
 CALLED = (
     "abs", "all", "ceil", "cos", "error", "exp", "expm1", "eye", "hypot", "isfinite", "max", "min", "nargin",
-    "numel", "sin", "sum", "zeros",
+    "numel", "pi", "sign", "sin", "sum", "zeros",
 )  # functions of MATLAB  # fmt: skip
 
 
@@ -40,6 +40,8 @@ def function(content: Content, name: str) -> str:
         "allocation": block(_allocation(content), "  "),
         "curves": block(_curves(content), "  "),
         "T": _matrix(content.mix),
+        "turned": block(_turned(content), "  "),
+        **_limited(content),
         "acceleration": block(_acceleration(content), "  "),
         "longest_step": number(content.longest_step),
         "prepare": block(_prepare(content), "  "),
@@ -50,7 +52,8 @@ def function(content: Content, name: str) -> str:
         "scales": _scales(content),
     }
     sections = pieces("curves.m", "% ")
-    helpers = "".join("\n" + fill(sections[key], _table(content)) for key in _helpers(content))
+    given = {**_table(content), "rates": ", ".join(_rate(content, a) for a in content.actuators)}
+    helpers = "".join("\n" + fill(sections[key], given) for key in _helpers(content))
     return fill(template("boat.m"), words) + helpers
 
 
@@ -59,6 +62,7 @@ def _helpers(content: Content) -> list[str]:
         "curve": any(a.curved for a in content.actuators),
         "pair": any(a.partner is not None for a in content.actuators),
         "table": any(a.tabulated for a in content.actuators),
+        "limited": any(map(content.limited, content.actuators)),
         "multiplier": bool(content.scales),
     }
     return [key for key, needed in needs.items() if needed]
@@ -139,17 +143,57 @@ def _curves(content: Content) -> list[str]:
             value = f"table(f({k + 1}))"
         elif a.curved:
             value = f"curve(f({k + 1}), {', '.join(_own(content, a, stage, none) for stage, none in stages)})"
-        elif gain:
+        elif gain or a.steers is not None:
             value = f"f({k + 1})"
         else:
             continue
-        lines.append(
-            (
-                f"target({k + 1}) = {gain + ' * ' if gain else ''}{value};",
-                f"% {matlab_comment(a.name)}",
-            )
-        )
+        value = f"{gain} * {value}" if gain else value
+        if a.steers is not None:
+            trim = _own(content, a, "angle_offset", "")
+            value = f"{_own(content, a, 'full_angle', '')} * {value}{f' + {trim}' if trim else ''}"
+            value = f"pi / 180 * ({value})"
+        lines.append((f"target({k + 1}) = {value};", f"% {matlab_comment(a.name)}"))
     return aligned(lines, " ")
+
+
+def _turned(content: Content) -> list[str]:
+    """F = T f + D sin(angle): an angle takes the sine of its thrust, the thrust keeps the cosine."""
+    if not content.angles:
+        return ["F = T * f;"]
+    lines = ["turned = f;"]
+    for k, thrust in content.angles:
+        angle, own = f"f({k + 1}, :)", f"f({thrust + 1}, :)"
+        lines.append(f"turned({thrust + 1}, :) = {own} .* cos({angle});")
+        lines.append(f"turned({k + 1}, :) = {own} .* sin({angle});")
+    if not content.deflection.any():
+        return [*lines, "F = T * turned;"]
+    columns = ", ".join(str(k + 1) for k, _ in content.angles)
+    by_sine = _matrix(content.deflection[:, [k for k, _ in content.angles]])
+    return [*lines, f"D = {by_sine};", f"F = T * turned + D * sin(f([{columns}], :));"]
+
+
+def _limited(content: Content) -> dict[str, str]:
+    """Words for angles, and for those with a rate limit."""
+    limited = [k for k, a in enumerate(content.actuators) if content.limited(a)]
+    lines = []
+    for k in limited:
+        at = f"{k + 1}"
+        left = (
+            f"limited(away({at}), rate({at}), lag({at}), {share} * h)" for share in ("0.5", "1")
+        )
+        lines.append(f"level({at}, :) = s.target({at}) + [away({at}), {', '.join(left)}];")
+    return {
+        "angles": "".join(f"\n%   {matlab_comment(note)}" for note in content.angle_notes),
+        "whole": "smooth" if limited else "advance",
+        "smooth": ", up to the end of a rate limit" if limited else "",
+        "levels": block(lines, "    ") + "\n" if limited else "",
+        "free": " & rates(p) == 0" if limited else "",
+    }
+
+
+def _rate(content: Content, actuator: Actuator) -> str:
+    own = _own(content, actuator, "angle_rate", "")
+    return f"pi / 180 * {own}" if own else "0"
 
 
 def _table(content: Content) -> dict[str, str]:
@@ -195,6 +239,8 @@ def _latencies(content: Content) -> tuple[list[str], list[int]]:
 
 def _prepare(content: Content) -> list[str]:
     lines = ["[begin, middle, final] = fade(h, lags(p));"]
+    if any(map(content.limited, content.actuators)):
+        lines += ["rate = rates(p);", "lag = lags(p);"]
     if not content.scales:
         return lines
     references = list(content.scales.values())

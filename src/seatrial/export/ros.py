@@ -30,6 +30,18 @@ def text(content: Content, model_path: Path | None, ros: int) -> str:
     return head + units + dump_yaml(file)
 
 
+def _angles(content: Content) -> dict[str, Any]:
+    """The thrust that each angle turns, and D row by row; nothing without angles."""
+    if not content.angles:
+        return {}
+    keys = identifiers([content.actuators[k].name for k, _ in content.angles])
+    turned = {
+        keys[content.actuators[k].name]: content.actuators[thrust].name
+        for k, thrust in content.angles
+    }
+    return {"steers": turned, "deflection": content.deflection.ravel().tolist()}
+
+
 def _boat(content: Content) -> dict[str, Any]:
     """Parameters without nested lists, which ROS 2 does not support."""
     own = set(content.structure.coefficients)
@@ -53,4 +65,5 @@ def _boat(content: Content) -> dict[str, Any]:
             **limit,
         },
         "mix": content.mix.ravel().tolist(),
+        **_angles(content),
     }

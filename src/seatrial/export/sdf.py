@@ -11,7 +11,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.export.content import Content
-from seatrial.export.gazebo import BASE_LINK, Gazebo, Propeller
+from seatrial.export.gazebo import BASE_LINK, Gazebo, Gear, Propeller
 from seatrial.export.hull import Hull
 from seatrial.export.spelling import xml_comment
 from seatrial.export.terms import number
@@ -42,6 +42,8 @@ def text(model: Model, name: str, hull: Hull | None) -> bytes:
     _hydrodynamics(own, name, boat)
     for propeller in boat.propellers:
         _thruster(own, name, propeller, boat)
+        if propeller.gear is not None:
+            _gear(own, propeller.gear)
     Xml.indent(root)
     return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
@@ -49,12 +51,14 @@ def text(model: Model, name: str, hull: Hull | None) -> bytes:
 def _about(boat: Gazebo) -> str:
     content, hull = boat.content, boat.hull
     thrust = "; ".join(f"{p.name} {p.thrust:.4g}" for p in boat.propellers)
+    gears = ", ".join(f"{p.gear.name} (of {p.name})" for p in boat.propellers if p.gear)
+    turned = f"Angles take rad on cmd_pos: {gears}. " if gears else ""
     return (
         f"{content.vehicle_name} by {content.source}. Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, "
         f"added mass {hull.added[0]:g}, {hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: "
         "coefficients are per unit of the sum, so they do not determine the parts. Thrusters take N on "
-        "cmd_thrust; "
-        f"at full command: {thrust} N. Allocation, latency, dead zone and lag are not included."
+        f"cmd_thrust; at full command: {thrust} N. {turned}Allocation, latency, dead zone and lag are not "
+        "included."
     )
 
 
@@ -74,8 +78,9 @@ def _hull(model: Xml.Element, boat: Gazebo) -> None:
     """Mass and inertia less those of the propellers, so that the sum is the given one."""
     hull, own = boat.hull, _mass(boat)
     length, width, height = hull.size
-    offset = sum(own * (p.x**2 + p.y**2) + _spin(own) for p in boat.propellers)
-    mass, inertia = hull.mass - own * len(boat.propellers), hull.inertia - offset
+    links = [(p, 2 if p.gear else 1) for p in boat.propellers]
+    offset = sum(n * (own * (p.x**2 + p.y**2) + _spin(own)) for p, n in links)
+    mass, inertia = hull.mass - own * sum(n for _, n in links), hull.inertia - offset
     if inertia <= 0:
         raise ExportError(
             f"inertia {hull.inertia:g} kg m^2 is less than that of the thrusters alone; expected about "
@@ -103,19 +108,34 @@ def _inertial(link: Xml.Element, mass: float, diagonal: tuple[float, float, floa
 
 
 def _link(model: Xml.Element, propeller: Propeller, boat: Gazebo) -> None:
-    """A propeller that turns about its thrust axis."""
-    link = Xml.SubElement(model, "link", name=propeller.name)
+    """A propeller that turns about its thrust axis; below a link that turns that axis, where it has a gear."""
+    gear = propeller.gear
+    if gear is not None:
+        _body(model, gear.name, propeller, boat)
+        _joint(model, gear.joint, BASE_LINK, gear.name, f"0 0 {number(gear.side)}")
+    link = _body(model, propeller.name, propeller, boat)
+    shape = Xml.SubElement(link, "visual", name="propeller")
+    _element(shape, "geometry/sphere/radius", number(PROPELLER_SIZE))
+    parent = BASE_LINK if gear is None else gear.name
+    _joint(model, propeller.joint, parent, propeller.name, "1 0 0")
+
+
+def _body(model: Xml.Element, name: str, propeller: Propeller, boat: Gazebo) -> Xml.Element:
+    """A small link at the propeller."""
+    link = Xml.SubElement(model, "link", name=name)
     _element(link, "gravity", "false")
     _element(
         link, "pose", f"{number(propeller.x)} {number(propeller.y)} 0 0 0 {number(propeller.angle)}"
     )
     _inertial(link, _mass(boat), (_spin(_mass(boat)),) * 3)
-    shape = Xml.SubElement(link, "visual", name="propeller")
-    _element(shape, "geometry/sphere/radius", number(PROPELLER_SIZE))
-    joint = Xml.SubElement(model, "joint", name=propeller.joint, type="revolute")
-    _element(joint, "parent", BASE_LINK)
-    _element(joint, "child", propeller.name)
-    _element(joint, "axis/xyz", "1 0 0")
+    return link
+
+
+def _joint(model: Xml.Element, name: str, parent: str, child: str, axis: str) -> None:
+    joint = Xml.SubElement(model, "joint", name=name, type="revolute")
+    _element(joint, "parent", parent)
+    _element(joint, "child", child)
+    _element(joint, "axis/xyz", axis)
 
 
 def _plugin(model: Xml.Element, file: str, kind: str) -> Xml.Element:
@@ -150,3 +170,13 @@ def _thruster(model: Xml.Element, name: str, propeller: Propeller, boat: Gazebo)
     _element(plugin, "velocity_control", "true")
     _element(plugin, "max_thrust_cmd", number(full))
     _element(plugin, "min_thrust_cmd", number(-full))
+
+
+def _gear(model: Xml.Element, gear: Gear) -> None:
+    """The joint turns to the angle on cmd_pos, at its rate limit at most."""
+    plugin = _plugin(model, "joint-position-controller", "JointPositionController")
+    _element(plugin, "joint_name", gear.joint)
+    _element(plugin, "use_velocity_commands", "true")
+    if gear.rate is not None:
+        _element(plugin, "cmd_max", number(gear.rate))
+        _element(plugin, "cmd_min", number(-gear.rate))

@@ -110,10 +110,15 @@ class Steering {
     const double most = rate_ > 0.0 ? rate_ * std::max(dt, 0.0) : kPi;
     const double step = std::clamp(wanted - at_, -most, most);
     at_ += step;
-    values[thrust_] = thrust_curve_.command(chain_, f, Side::kOff);
-    values[angle_] = angle_curve_.command(chain_, (at_ - trim_) / full_, Side::kOff);
+    commands(f, at_, values);
     const double given = f * std::sqrt(1.0 - s * s);
     return s == asked && wanted - at_ == 0.0 && std::abs(given - along) <= kSame * ahead_;
+  }
+
+  /// Commands whose steady thrust and angle [rad] these are; dead bands are jumped over.
+  void commands(double thrust, double angle, double* values) const {
+    values[thrust_] = thrust_curve_.command(chain_, thrust, Side::kOff);
+    values[angle_] = angle_curve_.command(chain_, (angle - trim_) / full_, Side::kOff);
   }
 
   /// The angle is at its trim, as by zero commands.

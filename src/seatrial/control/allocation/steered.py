@@ -36,8 +36,9 @@ def steering_of(model: Model, limit: float = 1.0) -> _core.Steering | None:
     found = _core.Steering(model.boat, model.vehicle.chain, model.constants, limit)
     if found.fault:
         raise ControlError(
-            f"{model.name}: {', '.join(angles)} is an angle (chain: steered); the tracking controller "
-            f"{FAULTS[found.fault]}. Commands identify, predict and sim, and the odometry node, work with it"
+            f"{model.name}: {', '.join(angles)} is an angle (chain: steered); a controller "
+            f"{FAULTS[found.fault]}. Commands identify, predict, sim and export, and the odometry node, "
+            "work with it"
         )
     return found
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
 from seatrial.control.mpc.problem import (
@@ -15,11 +16,13 @@ from seatrial.control.mpc.problem import (
     PATH_FOLLOWING,
     PATH_GRID,
     POSE_SIZE,
+    STEERED_FOLLOWING,
+    STEERED_GRID,
     Grid,
     Weights,
 )
 from seatrial.control.mpc.step import Layout, step_function
-from seatrial.control.mpc.thrusters import by_thrusters, sways, thrusters_of
+from seatrial.control.mpc.thrusters import by_thrusters, thrusters_of
 from seatrial.export.casadi import casadi_module
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array, frozen_array
@@ -38,8 +41,11 @@ NO_WALLS = (np.inf, np.inf)
 class Nmpc:
     """Follows a reference with every thruster on its own side of its dead zone.
 
+    One thruster and the angle that turns its thrust (`steered`) are two inputs; the angle's rate limit is a
+    constraint.
+
     A boat without sway thrust follows the reference's path: heading and sway are free, and grid and weights
-    are `PATH_GRID` and `PATH_FOLLOWING` unless given.
+    are `PATH_GRID` and `PATH_FOLLOWING` unless given, `STEERED_GRID` and `STEERED_FOLLOWING` of a steered one.
 
     The boat is `self.model`: that of the argument with its thrusters' commands as inputs; a predictor
     or simulator for this controller uses the same one. Call `command` with the predictor's
@@ -67,15 +73,19 @@ class Nmpc:
         axis_physics(model)
         self.model = by_thrusters(model)
         self.thrusters = thrusters_of(self.model)
-        guided = not sways(self.thrusters)
-        self.grid = grid or (PATH_GRID if guided else Grid())
-        self.weights = weights or (PATH_FOLLOWING if guided else Weights())
+        own_grid, own_weights = self._defaults()
+        self.grid, self.weights = grid or own_grid, weights or own_weights
         self.layout = Layout(len(self.thrusters.lag), self.grid.stages)
         self.reach = frozen_array(size / 2 - clearance)  # (2,) of |x| and |y| [m]
         walls = np.repeat(self.reach, 2)
         self.function = step_function(self.model, self.thrusters, self.grid, self.weights, walls)
         self._call: casadi.Function = self.function
         self.forget()
+
+    def _defaults(self) -> tuple[Grid, Weights]:
+        if self.thrusters.steered:
+            return STEERED_GRID, STEERED_FOLLOWING
+        return (Grid(), Weights()) if self.thrusters.sways else (PATH_GRID, PATH_FOLLOWING)
 
     @property
     def latency(self) -> float:
@@ -127,8 +137,10 @@ class Nmpc:
             raise ControlError(
                 f"command at {t:g} s after one at {self._time:g} s: times must increase"
             )
-        decay = self.thrusters.decay(min(t - self._time, 1e3))
-        self._level = self._thrust + (self._level - self._thrust) * decay
+        vehicle = self.model.vehicle
+        self._level = _core.levels_after(
+            vehicle.chain, self.model.constants, self._level, self._thrust, min(t - self._time, 1e3)
+        )
         self._time = t
 
     def _solve(self, z: Array, wanted: Array, force: Array) -> None:
@@ -162,10 +174,9 @@ class Nmpc:
 
     def _moved(self, before: Array, after: Array) -> float:
         """Largest change of a thrust in the plan."""
-        stages = range(self.layout.stages)
-        return max(
-            float(np.abs(after[g] - before[g]).max()) for g in map(self.layout.thrust, stages)
-        )
+        stages = map(self.layout.thrust, range(self.layout.stages))
+        unit = self.thrusters.unit
+        return max(float((np.abs(after[g] - before[g]) / unit).max()) for g in stages)
 
     @property
     def path(self) -> Array:

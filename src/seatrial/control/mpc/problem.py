@@ -8,14 +8,14 @@ around the last solution and solves one quadratic programme (real-time iteration
 Schloeder, 2005).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.control.mpc.thrusters import Thrusters
-from seatrial.export.casadi import Symbol, casadi_dynamics, casadi_module
+from seatrial.export.casadi import Symbol, casadi_dynamics, casadi_mix, casadi_module
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
 
@@ -52,6 +52,10 @@ PATH_FOLLOWING = Weights(
 )  # fmt: skip
 
 
+# With one thrust and its angle: it steers only under thrust, so that a smaller error is worth less haste
+STEERED_FOLLOWING = replace(PATH_FOLLOWING, position=1 / 0.10)
+
+
 @dataclass(frozen=True)
 class Grid:
     """Stages ahead."""
@@ -76,30 +80,38 @@ class Grid:
 PATH_GRID = Grid(
     stages=15, length=0.3
 )  # for `PATH_FOLLOWING`: sway settles by the hull's drag alone
+# for `STEERED_FOLLOWING`: a shorter plan ends in a turn about, and the boat goes on astern
+STEERED_GRID = Grid(stages=20, length=0.4)
 
 
 def stage(model: Model, thrusters: Thrusters, grid: Grid) -> "casadi.Function":
     """z at a stage's end from z (6 + n,) at its start, thrust (n,) and disturbance (3,).
 
-    Levels follow the thrust exactly, with their lag; eta and nu by the classical Runge-Kutta method. The
+    Levels follow the thrust exactly, with their lag; an angle with a rate limit turns evenly over the stage.
+    eta and nu by the classical Runge-Kutta method. The
     disturbance [m/s^2, m/s^2, rad/s^2] is earth-fixed, as the predictor's.
     """
     ca = casadi_module()
     n = len(thrusters.lag)
     z, g, d = ca.SX.sym("z", MOTION_SIZE + n), ca.SX.sym("g", n), ca.SX.sym("d", 3)
     dynamics = casadi_dynamics(model)
-    mix = ca.DM(model.vehicle.mix)
+    mix = casadi_mix(model)
+    known = [signal.reference for signal in model.vehicle.file.scales.values()]
 
     def slope(x: Symbol, level: Symbol) -> Symbol:
         c, s = ca.cos(x[2]), ca.sin(x[2])
         force = ca.vertcat(0, 0, 0, c * d[0] + s * d[1], -s * d[0] + c * d[1], d[2])
-        return dynamics(x, mix @ level) + force
+        return dynamics(x, mix(level, known)) + force
 
     h = grid.length / grid.substeps
-    x, level = z[:MOTION_SIZE], z[MOTION_SIZE:]
-    half, whole = (ca.DM(thrusters.decay(share * h)) for share in (0.5, 1.0))
-    for _ in range(grid.substeps):
-        middle, end = g + (level - g) * half, g + (level - g) * whole
+    x, first = z[:MOTION_SIZE], z[MOTION_SIZE:]
+
+    def level_at(t: float) -> Symbol:
+        return g + (first - g) * ca.DM(thrusters.left(t, grid.length))
+
+    level = first
+    for step in range(grid.substeps):
+        middle, end = level_at((step + 0.5) * h), level_at((step + 1.0) * h)
         k1 = slope(x, level)
         k2 = slope(x + h / 2 * k1, middle)
         k3 = slope(x + h / 2 * k2, middle)

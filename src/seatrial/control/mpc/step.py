@@ -54,6 +54,22 @@ class Layout:
         begin = stage * self.block + MOTION_SIZE + self.n
         return slice(begin, begin + self.n)
 
+    def turn(self, thrusters: Thrusters, length: float) -> tuple[Array, Array]:
+        """Rows (2 m, size) of w and their largest values (2 m,): how far angles turn in a stage of length [s].
+
+        The angle moves to the thrust by 1 - decay of its lag; that is within rate * length, both ways.
+        """
+        rows, room = [], []
+        for k in thrusters.limited:
+            reached = 1.0 - thrusters.decay(length)[k]
+            for i in range(self.stages):
+                row = np.zeros(self.size)
+                row[self.thrust(i).start + k] = reached
+                row[i * self.block + MOTION_SIZE + k] = -reached
+                rows += [row, -row]
+                room += [thrusters.rate[k] * length] * 2
+        return np.array(rows).reshape(-1, self.size), np.array(room)
+
     def bounds(self, thrusters: Thrusters) -> tuple[Array, Array]:
         """Lowest and highest w."""
         low, high = np.full(self.size, -np.inf), np.full(self.size, np.inf)
@@ -98,10 +114,13 @@ def step_function(
     box = ca.sparsify(
         ca.vertcat(-ca.DM.eye(layout.size)[lower, :], ca.DM.eye(layout.size)[upper, :])
     )
-    below = ca.vertcat(box, jacobian[wall, :])
+    turn, most = layout.turn(thrusters, grid.length)
+    turn = ca.sparsify(ca.DM(turn))
+    below = ca.vertcat(box, turn, jacobian[wall, :])
     room = ca.vertcat(
-        w[lower] - low[lower], high[upper] - w[upper], wall_limits[kept] - value[wall]
-    )
+        w[lower] - low[lower], high[upper] - w[upper], most - turn @ w,
+        wall_limits[kept] - value[wall],
+    )  # fmt: skip
     programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
     by, off = minimum(programme, START_MULTIPLIER * weights.price(grid.stages))
     step: casadi.Function = ca.Function(
@@ -125,6 +144,7 @@ def _linearised(
         ca.SX.sym("d", 3),
     )
     reference = ca.SX.sym("reference", MOTION_SIZE, grid.stages)
+    unit = ca.DM(thrusters.unit)
 
     dynamics, walls, errors = [z[0] - now], [], []
     for k in range(grid.stages):
@@ -132,8 +152,8 @@ def _linearised(
         x, y = z[k + 1][0], z[k + 1][1]
         walls += [x - s[k], -x - s[k], y - s[k], -y - s[k]]
         errors += _errors(z[k + 1], reference[:, k], weights)
-        errors.append(weights.thrust * (g[k] - ca.DM(thrusters.idle)))
-        errors.append(weights.change * (g[k] - (g[k - 1] if k else last)))
+        errors.append(weights.thrust * (g[k] - ca.DM(thrusters.idle)) / unit)
+        errors.append(weights.change * (g[k] - (g[k - 1] if k else last)) / unit)
     w = ca.vertcat(*(part for k in range(grid.stages) for part in (z[k], g[k], s[k])), z[-1])
     residual = ca.vertcat(*errors)
     rows = ca.vertcat(*dynamics, *walls)

@@ -9,7 +9,7 @@
  *     ${name}_step(&boat, 0.01);              advance by 0.01 s
  *     printf("%g m/s\n", boat.x[${NAME}_U]);
  *
- * Axes ${axes}; SI units, radians; commands and forces F in command units (1: full).
+ * Axes ${axes}; SI units, radians; commands and forces F in command units (1: full).${angles}
  * Coefficients are per unit mass and inertia. C99 and C++; no heap, nothing global, one header of the
  * standard library. Runge-Kutta of fourth order with a step boundary at each command, as in seatrial's core.
  */
@@ -29,7 +29,7 @@ ${sizes}
 typedef struct {
   double time;                       /* [s] since reset */
   double x[${NAME}_STATES];          /* x, y [m], psi [rad], u, v [m/s], r [rad/s]; may be set */
-  double level[${NAME}_ACTUATORS];   /* thrust after the lag, in command units */
+  double level[${NAME}_ACTUATORS];   /* thrust after the lag, in command units${radians} */
   double target[${NAME}_ACTUATORS];  /* what the level tends to */${members}
 } ${name}_boat;
 
@@ -78,8 +78,8 @@ static inline void ${name}_runge_kutta(double h, double F[3][${NAME}_FORCES], do
   for (i = 0; i < ${NAME}_STATES; ++i) x[i] += h * sum[i];
 }
 
-/* Boat and thrusters over length [s] with constant targets. */
-static inline void ${name}_advance(${name}_boat* boat, double length) {
+/* Boat and thrusters over length [s] with constant targets${smooth}. */
+static inline void ${name}${whole}(${name}_boat* boat, double length) {
   const int n = length > ${NAME}_LONGEST_STEP ? (int)ceil(length / ${NAME}_LONGEST_STEP - 1e-9) : 1;
   const double h = length / n;
   double thrust[3][${NAME}_ACTUATORS], F[3][${NAME}_FORCES];
@@ -92,9 +92,9 @@ ${levels}
     ${name}_runge_kutta(h, F, boat->x);
   }
 }
-
+${parts_function}
 ${queue}
-/* Current thrust of each actuator, in command units. */
+/* Current thrust of each actuator, in command units${radians}. */
 static inline void ${name}_thrust(const ${name}_boat* boat, double thrust[${NAME}_ACTUATORS]) {
 ${thrusts}
 }

@@ -10,7 +10,7 @@ function boat = ${name}(p)
 %   boat.rate(s.x, F)                ${pad}% x_dot under forces F = [${forces}], for ode45
 %   p = boat.parameters; p.${first} = 0; boat = ${name}(p);   % another boat
 %
-%   Axes ${axes}; SI units, radians; commands and forces in command units (1: full).
+%   Axes ${axes}; SI units, radians; commands and forces in command units (1: full).${angles}
 %   Coefficients are per unit mass and inertia. Runge-Kutta of fourth order with a step
 %   boundary at each command, as in seatrial's core. MATLAB from R2016b, Octave from 6.
   if nargin < 1
@@ -42,7 +42,7 @@ end
 function F = mix(f)
   % Generalised forces ${forces}.
   T = ${T};
-  F = T * f;
+${turned}
 end
 
 function nu_dot = acceleration(p, nu, F)
@@ -65,15 +65,15 @@ function x = runge_kutta(p, h, F, x)
   x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
 end
 
-function s = advance(p, s, len)
-  % Boat and thrusters over len [s] with constant targets.
+function s = ${whole}(p, s, len)
+  % Boat and thrusters over len [s] with constant targets${smooth}.
   n = max(1, ceil(len / ${longest_step} - 1e-9));
   h = len / n;
 ${prepare}
   for i = 1:n
     away = s.level - s.target;
     level = [s.target + begin .* away, s.target + middle .* away, s.target + final .* away];
-    s.level = level(:, 3);
+${levels}    s.level = level(:, 3);
     s.x = runge_kutta(p, h, mix(${gain}level), s.x);
   end
 end
@@ -110,7 +110,7 @@ function s = arrive(p, s)
   s.given_at = s.given_at(done + 1:end);
   s.given = s.given(:, done + 1:end);
   s.arrived = s.arrived - done;
-  still = lags(p) <= 1e-6;
+  still = lags(p) <= 1e-6${free};
   s.level(still) = s.target(still);
 end
 

@@ -39,6 +39,35 @@ static inline void ${name}_fade(double h, double lag, double* begin, double* mid
   *middle = lag > 1e-6 ? 0.5 * (6.0 * mean - *end - 6.0 * moment) : 0.0;
   *begin = lag > 1e-6 ? 12.0 * moment - 6.0 * mean + *end : 0.0;
 }
+/* ---- degree */
+#define ${NAME}_DEGREE (3.14159265358979323846 / 180.0) /* [rad] */
+/* ---- limited */
+/* What is left after h [s] of an angle's distance `away` to its target: it shrinks at the rate limit
+ * down to rate * lag, then by the lag. */
+static inline double ${name}_limited(double away, double rate, double lag, double h) {
+  const double knee = lag > 1e-6 ? rate * lag : 0.0;
+  const double until = fmax(fabs(away) - knee, 0.0) / rate;
+  const double left = fmin(fabs(away), fmax(fabs(away) - rate * h, knee));
+  if (h <= until) return copysign(left, away);
+  return lag > 1e-6 ? copysign(left * exp((until - h) / lag), away) : 0.0;
+}
+
+/* Of length [s] the part in which it does not reach the end of its rate limit. */
+static inline double ${name}_smooth_part(double away, double rate, double lag, double length) {
+  const double past = fabs(away) - (lag > 1e-6 ? rate * lag : 0.0);
+  return past > 1e-9 ? fmin(past / rate, length) : length;
+}
+/* ---- parts */
+
+/* Boat and actuators over length [s] with constant targets. */
+static inline void ${name}_advance(${name}_boat* boat, double length) {
+  while (length > 0.0) {
+    double part = length;
+${parts}
+    ${name}_smooth(boat, part);
+    length -= part;
+  }
+}
 /* ---- multiplier */
 /* Factor of a known signal on thrust: (signal / reference)^power, 0 where it is not positive. */
 static inline double ${name}_multiplier(double signal, double reference, double power) {

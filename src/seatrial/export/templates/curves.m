@@ -23,6 +23,32 @@ function g = table(f)
   i = min(sum(f >= command), numel(command) - 1);
   g = thrust(i) + (f - command(i)) / (command(i + 1) - command(i)) * (thrust(i + 1) - thrust(i));
 end
+% ---- limited
+function s = advance(p, s, len)
+  % Boat and actuators over len [s]: parts in which no angle reaches the end of its rate limit.
+  while len > 0
+    knee = rates(p) .* lags(p) .* (lags(p) > 1e-6);
+    past = (abs(s.level - s.target) - knee) ./ rates(p);
+    part = min([len; past(rates(p) > 0 & past .* rates(p) > 1e-9)]);
+    s = smooth(p, s, part);
+    len = len - part;
+  end
+end
+
+function rate = rates(p)
+  % [rad/s] limit of each angle; 0: none.
+  rate = [${rates}]';
+end
+
+function left = limited(away, rate, lag, h)
+  % Of an angle's distance to its target after h [s]: it shrinks at the rate limit, then by the lag.
+  knee = rate * lag * (lag > 1e-6);
+  free = max(0, h - max(0, abs(away) - knee) / rate);  % [s] below the limit
+  left = sign(away) * min(abs(away), max(abs(away) - rate * h, knee));
+  if free > 0
+    left = left * exp(-free / max(lag, 1e-6)) * (lag > 1e-6);
+  end
+end
 % ---- multiplier
 function m = multiplier(known, reference, power)
   % Factor of a known signal on thrust: 0 where it is not positive.

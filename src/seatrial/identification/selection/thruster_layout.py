@@ -21,7 +21,11 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, search
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.actuator_selection import moved_to, wider_problem
-from seatrial.identification.selection.actuator_stages import has_curve, with_estimated_stages
+from seatrial.identification.selection.actuator_stages import (
+    has_curve,
+    stage_candidates,
+    with_estimated_stages,
+)
 from seatrial.identification.selection.held import held_test
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.util.frames import Array
@@ -66,34 +70,52 @@ def select_layout(at: Point, vehicle: Vehicle, effects: Sequence[str] = ()) -> L
 
     None as well where the vehicle file states thrusters or a curve.
     """
-    before = at.runs.problem
-    if not forces_alone(vehicle):
+    if not LAYOUTS or not forces_alone(vehicle):
         return None
-    # a filter run without a dead zone, and what its score test promises, ranks the layouts
     settings = OutputErrorSettings(effects=tuple(effects))
-    found = {}
-    for name in LAYOUTS:
-        with_it = with_layout(vehicle, name)
-        whole, _ = with_estimated_stages(with_it, before.recordings)
-        problem = wider_problem(before, whole, with_it, settings)
-        theta = _without_dead_zone(moved_to(at, problem, {}), problem)
-        runs = problem.run_filter(theta, at.noise, repeatable=False)
-        found[name] = (
-            held_test(runs, before, problem).gain + at.runs.cost - runs.cost,
-            problem,
-            theta,
-        )
-    # the best of them is estimated
-    layout = max(found, key=lambda name: found[name][0])
-    _, problem, theta = found[layout]
-    there, outcome = search(
-        problem, theta, at.noise, hold=False, least=noise_floor(problem, 0.0), free=present(at.noise)
-    )  # fmt: skip
-    gain = at.runs.cost - there.runs.cost
+    # the score test of each layout with the curve of its thrusters
+    found = {name: _tested(at, with_layout(vehicle, name), settings) for name in LAYOUTS}
+    layout = max(found, key=lambda name: found[name].gain)
+    # the best of them is estimated, with the whole curve, which its gain needs, and as the search goes on
+    best = found[layout]
+    curved, outcome = _searched(best.whole, best.theta, at.noise)
+    gain = at.runs.cost - curved.runs.cost
     if outcome is not Outcome.CONVERGED or gain < LEAST_LAYOUT_GAIN:
         return None
-    return LayoutChoice(
-        layout, there, finding_of(FindingKind.THRUSTER_LAYOUT_SELECTED, layout=layout, gain=gain)
+    there, outcome = _searched(best.problem, moved_to(curved, best.problem, {}), curved.noise)
+    if outcome is not Outcome.CONVERGED:
+        return None
+    finding = finding_of(FindingKind.THRUSTER_LAYOUT_SELECTED, layout=layout, gain=gain)
+    return LayoutChoice(layout, there, finding)
+
+
+@dataclass(frozen=True)
+class _Tested:
+    """A layout before its search."""
+
+    gain: float  # fall of -2 log L, by a score test
+    problem: Problem  # with a dead zone
+    whole: Problem  # with the whole curve
+    theta: Array  # of `whole`, without a dead zone
+
+
+def _tested(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> _Tested:
+    before = at.runs.problem
+    zoned, _ = with_estimated_stages(vehicle, before.recordings)
+    more = [e.probe for e in stage_candidates(vehicle, zoned, before.recordings) if not e.origin]
+    problem, whole = (
+        wider_problem(before, v, vehicle, settings) for v in (zoned, next(iter(more), zoned))
+    )
+    theta = moved_to(at, whole, {})
+    theta[[i for i, name in enumerate(whole.names) if name.startswith("edge_")]] = 0.0
+    runs = whole.run_filter(theta, at.noise, repeatable=False)
+    gain = held_test(runs, before, whole).gain + at.runs.cost - runs.cost
+    return _Tested(gain, problem, whole, theta)
+
+
+def _searched(problem: Problem, theta: Array, noise: Array) -> tuple[Point, Outcome]:
+    return search(
+        problem, theta, noise, hold=False, least=noise_floor(problem, 0.0), free=present(noise)
     )
 
 
@@ -114,9 +136,3 @@ def with_layout(vehicle: Vehicle, layout: str) -> Vehicle:
     )
     file = msgspec.structs.replace(vehicle.file, thrusters=thrusters, allocation=allocation)
     return replace(vehicle, file=file)
-
-
-def _without_dead_zone(theta: Array, problem: Problem) -> Array:
-    edges = [i for i, name in enumerate(problem.names) if name.startswith("edge_")]
-    theta[edges] = 0.0
-    return theta

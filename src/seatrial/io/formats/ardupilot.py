@@ -187,10 +187,11 @@ class _Walk:
         """Collects what is wanted of a format; None: nothing is."""
         layout, size = found.layout(), found.size
         offset = layout.instance
-        mine = [
-            [c for c in columns if c.topic == topic_name(found.name, i)]
-            for i in range(1 if offset is None else 256)
-        ]
+        wanted: dict[str, list[Columns]] = {}
+        for column in columns:
+            wanted.setdefault(column.topic, []).append(column)
+        instances = range(1 if offset is None else 256)
+        mine = [wanted.get(topic_name(found.name, i), []) for i in instances]
         if layout.stamp is None or not any(mine):
             return None
 

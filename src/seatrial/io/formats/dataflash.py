@@ -157,9 +157,9 @@ class Definitions:
     def topics(self, counts: Counter[tuple[str, int]]) -> dict[str, LogTopic]:
         """Topics with their messages; (name, instance): how many."""
         found: dict[str, LogTopic] = {}
-        for (name, instance), count in sorted(counts.items()):
+        for (name, instance), count in sorted((+counts).items()):
             formats = [f for f in self.known.get(name, []) if f.consistent and f.stamp]
-            if not formats or name in DEFINING or not count:
+            if not formats or name in DEFINING:
                 continue
             fields = dict.fromkeys(c for f in formats for c, _ in f.numbers() if c != f.stamp)
             units = {c: unit for f in formats for c, unit in self._units(f)}
