@@ -97,7 +97,6 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
-    "lever arm from none": {f"{ESTIMATOR}._from_stated_lever": _nothing},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},
     "lags by their squares": {f"{ESTIMATOR}.with_lag_by_square": _unchanged},
     "profile at a bound": {

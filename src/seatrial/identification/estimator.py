@@ -9,10 +9,9 @@ coefficients as it does with the paper's least squares.
 """
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 
-from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import earth_fixed
 from seatrial.boat.vehicle import Vehicle
@@ -25,14 +24,12 @@ from seatrial.identification.diagnostics.solution_checks import solution_finding
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
-from seatrial.identification.likelihood.parameters import EFFECT_KINDS, LEVER_NAMES
+from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.problem_setup import problem_with, with_prior, with_sought_stages
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.actuator_stages import (
-    STAGES_SELECTED,
-    with_estimated_stages,
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings, StartValues
@@ -83,52 +80,8 @@ def fit(
     for kind in chosen.effects:
         if kind not in EFFECT_KINDS:
             raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
-    fresh = start is None and chosen.select_stages
-    known = begin is not None and begin.values.keys() >= set(LEVER_NAMES)
-    if known or not (fresh and prior is None and "lever" in chosen.effects):
-        return _fit(recordings, vehicle, chosen, start, prior, further=fresh, begin=begin)
-    beside = _from_stated_lever(recordings, vehicle, chosen)
-    try:
-        found = _fit(recordings, vehicle, chosen, None, None, further=True)
-    except IdentificationError:
-        if beside is None:
-            raise
-        return beside
-    return found if beside is None else min(found, beside, key=_cost)
-
-
-def _from_stated_lever(
-    recordings: Sequence[Recording], vehicle: Vehicle, chosen: OutputErrorSettings
-) -> Fit | None:
-    """The solution with a lever arm, started from the one without; None: there is none.
-
-    The likelihood is nearly flat along the lever arm where drag and inertia are free, so that a search from start
-    values may end far away.
-    """
-    without = replace(chosen, effects=tuple(e for e in chosen.effects if e != "lever"))
-    with suppress(IdentificationError):
-        begin = _fit(recordings, vehicle, without, None, None, further=True).model()
-        return _fit(recordings, vehicle, chosen, begin, None, further=True)
-    return None
-
-
-def _cost(found: Fit) -> float:
-    """-2 log L at the noise that maximises it, without a fit horizon."""
-    return found.problem.run_filter(found.theta, found.maximum_noise, repeatable=False).cost
-
-
-def _fit(
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    chosen: OutputErrorSettings,
-    start: Model | None,
-    prior: Model | None,
-    *,
-    further: bool,
-    begin: StartValues | None = None,
-) -> Fit:
-    """`fit` from one start; `further`: with stage selection and all diagnostics."""
-    problem, findings = _problem(recordings, vehicle, chosen, start, prior, further=further)
+    further = start is None and chosen.select_stages  # with stage selection and all diagnostics
+    problem, findings = _problem(recordings, vehicle, chosen, start, prior)
     # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
     values = begin if start is None else StartValues.of_model(start)
     with stage("likelihood", 0.25):
@@ -168,14 +121,9 @@ def _problem(
     chosen: OutputErrorSettings,
     start: Model | None,
     prior: Model | None,
-    *,
-    further: bool,
 ) -> tuple[Problem, list[Finding]]:
     """Which parameters are free, the prior on them, and blocks that are enough for them; findings on these."""
     whole, findings = with_sought_stages(vehicle, recordings, start)
-    if further and start is not None:
-        fresh = with_estimated_stages(vehicle, recordings)[1]
-        findings = [*of_kinds(findings, *STAGES_SELECTED), *fresh]
     problem = with_prior(problem_with(whole, vehicle, recordings, chosen), prior)
     if start is not None:
         problem = replace(problem, earth_fixed=earth_fixed(start.noise))
