@@ -4,7 +4,6 @@
 import ast
 import re
 import signal
-import time
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Thread
@@ -181,7 +180,7 @@ def test_a_recorder_that_was_killed_before_its_first_chunk_was_full(recorded, ou
 
 def test_what_rosbag_records_is_followed_while_it_does(ros, trial, ours, mp):
     found: dict[str, list] = {name: [] for name in ("follow-plain", "follow-split")}
-    running, before = {}, 0
+    running = {}
     counts = {"/slam/pose": len(trial.pose_stamps), "/joy": len(trial.command_stamps)}
     with ExitStack() as stack:
         for name, events in found.items():
@@ -197,14 +196,12 @@ def test_what_rosbag_records_is_followed_while_it_does(ros, trial, ours, mp):
             stack.callback(thread.join, PATIENCE)
             stack.callback(source.close)
         ros.play(ours, 5.0, counts)
-        time.sleep(0.3)
-        before = len(found["follow-plain"])
+        whole = sum(counts.values())
+        # messages of a chunk that is not full, but for what the recorder has not flushed
+        ros.until(lambda: len(found["follow-plain"]) > 0.9 * whole, "follow an open chunk")
         for process in running.values():
             ros.finish(process, signal.SIGINT)
-        time.sleep(0.3)
-    whole = len(trial.pose_stamps) + len(trial.command_stamps)
-    # messages of a chunk that is not full, but for what the recorder has not flushed
-    assert before > 0.9 * whole
+        ros.until(lambda: all(len(e) > 0.95 * whole for e in found.values()), "follow to the end")
     original = seatrial.read(ours, mp)
     for events in found.values():
         poses = np.array([e.values for e in events if e.kind == "pose"])
