@@ -139,7 +139,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     def nothing(*_, **__):
         raise IdentificationError("no solution after 40 steps")
 
-    monkeypatch.setattr(import_module("seatrial.identification.methods"), "_fit", nothing)
+    monkeypatch.setattr(import_module("seatrial.identification.methods"), "fit", nothing)
     with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):
         seatrial.identify(read_all(given, wrong), wrong)
 

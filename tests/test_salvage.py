@@ -26,6 +26,7 @@ from mcap_writer import mcap
 
 import seatrial
 from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.ros1_records import chunk_messages
 
 PAGE = 4096  # [bytes] of a database
 
@@ -142,7 +143,7 @@ def test_a_destroyed_chunk_loses_its_own_messages_only(tmp_path, sent, compressi
     begin, end = chunks[len(chunks) // 2]
     with open_bag(path) as bag:
         place = bag._chunks[len(chunks) // 2]
-        lost = len(list(bag._chunk_messages(place)))
+        lost = len(list(chunk_messages(bag._content(place))))
     (head,) = struct.unpack_from("<I", content, begin)
     first, last = {
         "data": (begin + 8 + head, end),

@@ -15,7 +15,7 @@ FORCES = (Force("F_u", 0), Force("F_v", 1), Force("F_r", 2))
 
 
 def mallard():
-    return parse("mallard", structure.named("mallard"), FORCES)
+    return parse("mallard", structure.named("mallard", "boat.yaml"), FORCES)
 
 
 def test_mallard_is_the_papers_equation_12():
@@ -154,8 +154,8 @@ def test_a_coefficient_shared_by_terms_of_different_parity_is_refused():
 
 
 def test_unknown_names_list_what_there_is():
-    with pytest.raises(StructureError, match="there are mallard"):
-        structure.named("malard")
+    with pytest.raises(StructureError, match=r"boat\.yaml: no structure .*there are mallard"):
+        structure.named("malard", "boat.yaml")
     with pytest.raises(StructureError, match="unknown axis 'heave'"):
         parse("s", {"heave": ["X_u * u"]}, FORCES)
     with pytest.raises(StructureError, match="no coefficient"):
