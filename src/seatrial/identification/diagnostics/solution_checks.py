@@ -128,6 +128,10 @@ def _smooth_heading(at: Point) -> list[Finding]:
     white, least, lasting = at.noise[1], at.runs.problem.least_noise[1], at.noise[COLOUR[1]]
     if white > AT_LEAST * least or lasting <= _core.NO_COLOUR:
         return []
+    # errors with a memory shorter than the step between poses are white
+    steps = np.concatenate([np.diff(r.t) for r in at.runs.problem.recordings])
+    if at.noise[COLOUR_MEMORY] < np.median(steps):
+        return []
     sizes = {"white": 1e3 * white, "lasting": 1e3 * lasting, "memory": at.noise[COLOUR_MEMORY]}
     return [finding_of(FindingKind.SMOOTH_HEADING, **{k: float(v) for k, v in sizes.items()})]
 
