@@ -95,6 +95,9 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.4,)},
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
+    "noise halfway after a failure": {
+        f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
+    },
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
     "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},
