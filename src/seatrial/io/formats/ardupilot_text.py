@@ -30,8 +30,12 @@ class ArduPilotTextLog(Log):
         self._definitions = Definitions()
         self._counts: Counter[tuple[str, int]] = Counter()
         self._late = False  # whether lines stand before their definition
+        self._settled: dict[
+            str, Format
+        ] = {}  # formats by name, where those of the lines' places are not right
         strange = self._count()
         if strange or self._late:
+            self._settled = self._by_name()  # counted as it is read
             self._counts.clear()
             strange = self._count()
         self.topics = self._definitions.topics(self._counts)
@@ -48,7 +52,7 @@ class ArduPilotTextLog(Log):
         by_name: dict[str, list[_TextColumns]] = {}
         for column in columns:
             by_name.setdefault(column.name, []).append(column)
-        formats = {f.name: f for f in self._definitions.formats.values()}
+        formats = self._by_name()
         for line in self._lines():
             for column in by_name.get(line.split(",", 1)[0], ()):
                 column.add(line, formats[column.name])
@@ -89,12 +93,15 @@ class ArduPilotTextLog(Log):
             if name == "FMT":
                 columns = tuple(texts[4:]) if texts[4:] != [""] else ()
                 found = Format(int(texts[0]), texts[2], int(texts[1]), texts[3], columns)
-                self._definitions.define(found)
+                if not self._settled:
+                    self._definitions.define(found)
                 return 0
             found = self._named(name)
             if len(texts) < len(found.columns):
                 return 1
             if name in DEFINING:
+                if self._settled:
+                    return 0
                 values = dict(zip(found.columns, texts, strict=False))
                 if name in ("UNIT", "MULT"):
                     values["Id"] = str(_character(values["Id"]))
@@ -108,7 +115,10 @@ class ArduPilotTextLog(Log):
         return 0
 
     def _named(self, name: str) -> Format:
-        return self._definitions.known[name][-1]
+        return self._settled[name] if self._settled else self._definitions.known[name][-1]
+
+    def _by_name(self) -> dict[str, Format]:
+        return {f.name: f for f in self._definitions.formats.values()}
 
 
 def _character(text: str) -> int:
