@@ -7,6 +7,7 @@ import msgspec
 import pytest
 from boats.hulls import CROSS, FREE, MIDDLE, driven
 
+import seatrial
 from seatrial.boat.schema import AllocationEntry
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.selection.thruster_layout import (
@@ -67,3 +68,26 @@ def test_a_vehicle_with_a_layout_reads_like_one_of_the_user(layout, mp):
     assert not forces_alone(given)
     assert given.inputs == plain.inputs
     assert given.chain is not None  # the allocation has an inverse
+
+
+def test_a_prior_has_the_layout_already():
+    """Else its dead zone would be one of whole axes."""
+    vehicle, recordings = driven(MIDDLE, {"lag": 0.1, "dead_zone": EDGES}, seed=3, white=1e-3)
+    plain = without_thrusters(vehicle).with_automatic_structure()
+    old = seatrial.identify(recordings, plain)
+    assert old.vehicle.file.thrusters
+    new = seatrial.identify(recordings[:1], plain, prior=old)
+    assert new.vehicle.file.thrusters == old.vehicle.file.thrusters
+    assert new.vehicle.file.allocation == old.vehicle.file.allocation
+    assert new.values["X_F"] == pytest.approx(MIDDLE.coefficients["X_F"], rel=0.03)
+
+
+def test_a_boat_without_sway_thrust_has_none_of_them(mp):
+    plain = without_thrusters(mp)
+    inputs = {name: column for name, column in plain.file.commands.inputs.items() if name != "F_v"}
+    commands = msgspec.structs.replace(plain.file.commands, inputs=inputs)
+    narrow = dataclasses.replace(
+        plain, file=msgspec.structs.replace(plain.file, commands=commands, structure="auto")
+    )
+    assert narrow.inputs == ("F_u", "F_r")
+    assert not forces_alone(narrow)

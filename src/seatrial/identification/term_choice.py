@@ -12,7 +12,11 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.terms import Selection, choose_structure
 from seatrial.identification.selection.terms.candidates import with_usual_terms
-from seatrial.identification.selection.thruster_layout import forces_alone, select_layout
+from seatrial.identification.selection.thruster_layout import (
+    forces_alone,
+    select_layout,
+    with_thrusters_of,
+)
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
@@ -37,12 +41,13 @@ def choose_terms(
 ) -> TermChoice:
     """The terms that the recordings support. Every method estimates those that output-error chooses.
 
-    A prior has terms already. Recordings that are too short to choose leave the terms that every boat has, with
-    free added mass: where that has no effect its error says so. `effects` are estimated first: terms that are
-    chosen without them stand in for them.
+    A prior has terms and thrusters already. Recordings that are too short to choose leave the terms that every
+    boat has, with free added mass: where that has no effect its error says so. `effects` are estimated first:
+    terms that are chosen without them stand in for them.
     """
     if prior is not None:
-        return TermChoice(vehicle.with_terms(prior.structure.terms))
+        known = with_thrusters_of(prior.vehicle, vehicle)
+        return TermChoice(known.with_terms(prior.structure.terms))
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     at, layout = None, None

@@ -15,7 +15,7 @@ from seatrial.boat.allocation import Scheme
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.schema import AllocationEntry, ThrusterEntry
-from seatrial.boat.vehicle import Vehicle
+from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, search
@@ -120,8 +120,18 @@ def _searched(problem: Problem, theta: Array, noise: Array) -> tuple[Point, Outc
 
 
 def forces_alone(vehicle: Vehicle) -> bool:
-    """Whether the file has generalised forces as inputs, and neither thrusters nor a curve."""
-    return not (vehicle.file.thrusters or vehicle.file.forces or has_curve(vehicle))
+    """Whether the inputs are the three generalised forces, and the file has neither thrusters nor a curve."""
+    known = vehicle.file.thrusters or vehicle.file.forces or has_curve(vehicle)
+    return set(vehicle.inputs) == set(WRENCH) and not known
+
+
+def with_thrusters_of(known: Vehicle, vehicle: Vehicle) -> Vehicle:
+    """The vehicle with the thrusters of a known one of the same inputs, where its own file states none."""
+    if not (forces_alone(vehicle) and set(known.inputs) == set(vehicle.inputs)):
+        return vehicle
+    thrusters, allocation = known.file.thrusters, known.file.allocation
+    file = msgspec.structs.replace(vehicle.file, thrusters=thrusters, allocation=allocation)
+    return replace(vehicle, file=file)
 
 
 def with_layout(vehicle: Vehicle, layout: str) -> Vehicle:
