@@ -13,7 +13,6 @@ from scipy import stats
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
-from seatrial.boat.noise_parameters import COLOUR_MEMORY
 from seatrial.boat.schema import ChainGroup
 from seatrial.commands.cli import main
 from seatrial.evaluation.comparison.cause_candidates import (
@@ -38,7 +37,7 @@ from seatrial.monitoring.change_test import (
 )
 from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.running_likelihood import RunningLikelihood
-from seatrial.monitoring.window_likelihood import CURRENT_PERIOD, Sums, dispersion, windows
+from seatrial.monitoring.window_likelihood import Sums, dispersion, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.onboard.live import Adaptation, Settings, serve
 from seatrial.onboard.live.protocol import NANO
@@ -191,20 +190,6 @@ def test_an_unchanged_boat_is_as_probable_as_ever(model, drives):
         assert log_ratio(fitted_changes(space, *some, len(several))) == pytest.approx(
             ratio, abs=0.01
         )
-
-
-def test_a_current_that_swings_is_likelier_with_the_noise_of_one(model, drives):
-    """Of the unchanged boat; without it evidence of a change is what the swing moves it."""
-    space, still = change_space(model), drives[NO_CHANGE]
-    moved = current(still, np.random.default_rng(1))
-    gains = []
-    for recording in (still, moved):
-        several = windows(model, recording.cut(20.0, 60.0))
-        logs = linear_evidences(space, linearised(space, several))[0]
-        swings = np.array([one.noise[COLOUR_MEMORY] == CURRENT_PERIOD for one in several])
-        gains.append(logs[swings].max() - logs[~swings].max())
-    assert gains[0] < 0.0
-    assert gains[1] > 3.0
 
 
 @pytest.mark.parametrize("cause", [NO_CHANGE, BATTERY])

@@ -40,7 +40,6 @@ WAVES = 0.5  # of full thrust, standard deviation of the acceleration
 # [s] each by 1.4: a memory of one period covers those between; by 2 those of 1.5 s gave a false notice.
 # With these periods waves of 0.7 to 5 s gave none on other seeds; those of 8 s and 0.14 m did
 WAVE_PERIODS = (1.0, 1.4, 2.0, 2.8, 4.0)
-CURRENT_CHANGE, CURRENT_PERIOD = 0.03, 100.0  # [m/s], [s]: of a current that changes slowly
 SHORTEST_BLOCK = 1.0  # [s]
 LEAST_INFORMATION = 1e-12  # of the largest: less is round-off
 LEAST_DIRECTION = 1e-6  # of the largest, in standard errors: less shows nothing of scatter
@@ -207,12 +206,12 @@ def noises(model: Model) -> list[tuple[Array, bool]]:
         _with_disturbance(own, np.hypot(own[DISTURBANCES], share * thrust), memory)
         for share in GUSTS
     )
-    # motions that add to the boat's: position [m] and heading [rad], period [s]
-    motions = [(WAVES * thrust / (2.0 * np.pi / period) ** 2, period) for period in WAVE_PERIODS]
-    drift = np.array([CURRENT_CHANGE * CURRENT_PERIOD / (2.0 * np.pi), 0.0])
-    motions.append((drift, CURRENT_PERIOD))
-    moved = [_with_motion(noise, *motion) for motion in motions for noise in (own, strong)]
-    found = [(noise, earth) for noise in (own, some, strong, *moved)]
+    waves = [
+        _with_waves(noise, WAVES * thrust, period)
+        for period in WAVE_PERIODS
+        for noise in (own, strong)
+    ]
+    found = [(noise, earth) for noise in (own, some, strong, *waves)]
     found.append((_with_disturbance(own, SLOW_WIND * thrust, SLOW_MEMORY), True))
     if disturbed:
         # at a quay, or in calm water, nothing moves a boat that is identified in gusts
@@ -227,16 +226,15 @@ def _with_disturbance(noise: Array, sizes: Array, memory: float) -> Array:
     return out
 
 
-def _with_motion(noise: Array, sizes: Array, period: float) -> Array:
-    """The noise (11,) with a motion of these sizes (2,) [m, rad] about a period [s].
+def _with_waves(noise: Array, accelerations: Array, period: float) -> Array:
+    """The noise (11,) with wave-frequency motion of accelerations (2,) [m/s^2, rad/s^2].
 
-    Waves (Fossen, Handbook of Marine Craft, 2nd ed., section 8.1) and a current that changes add to the boat's
-    motion, as an oscillating error of the poses. It takes the place of correlated noise, which counts as white.
+    It adds to the motion of the boat (Fossen, Handbook of Marine Craft, 2nd ed., section 8.1), as an oscillating
+    error of the poses. It takes the place of correlated noise, which counts as white.
     """
-    out = noise.copy()
+    out, turn = noise.copy(), 2.0 * np.pi / period
     out[:2] = np.hypot(noise[:2], noise[COLOUR])
-    out[COLOUR] = np.maximum(sizes, NOISE_LEAST[COLOUR])
-    out[COLOUR_MEMORY], out[COLOUR_TURN] = period, 2.0 * np.pi / period
+    out[COLOUR], out[COLOUR_MEMORY], out[COLOUR_TURN] = accelerations / turn**2, period, turn
     return out
 
 
