@@ -8,6 +8,7 @@ import pytest
 from boats.hulls import CROSS, FREE, MIDDLE, driven
 
 import seatrial
+from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.boat.schema import AllocationEntry
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.selection.thruster_layout import (
@@ -68,6 +69,16 @@ def test_a_vehicle_with_a_layout_reads_like_one_of_the_user(layout, mp):
     assert not forces_alone(given)
     assert given.inputs == plain.inputs
     assert given.chain is not None  # the allocation has an inverse
+
+
+def test_a_method_names_the_layout_that_it_takes():
+    chain = {"lag": 0.1, "dead_zone": EDGES}
+    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, seconds=200.0)
+    plain = without_thrusters(vehicle).with_automatic_structure()
+    model = seatrial.identify(recordings, plain, method="weak-form")
+    (found,) = of_kinds(model.estimator.findings, FindingKind.THRUSTER_LAYOUT_SELECTED)
+    assert found.values["layout"] == "four in an X, all ahead"
+    assert len(model.vehicle.file.thrusters) == 4
 
 
 def test_a_prior_has_the_layout_already():

@@ -4,6 +4,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import msgspec
+
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
@@ -118,6 +120,11 @@ def identify_with_fit(
             model = smoother(recordings, vehicle, roles=roles)
         else:
             model = equation_error(recordings, vehicle, roles=roles, settings=settings)
+    if choice is not None and solution is None:
+        findings = [*choice.findings, *model.estimator.findings]
+        model = replace(
+            model, estimator=msgspec.structs.replace(model.estimator, findings=findings)
+        )
     # is it a boat, and are recordings and vehicle file what they seem?
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
