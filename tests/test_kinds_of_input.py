@@ -57,3 +57,4 @@ def test_a_file_of_another_kind_is_refused_by_its_name(name, tmp_path, capsys):
     assert main(["init", str(tmp_path / name), "-o", str(tmp_path / "v.yaml")]) == 1
     said = capsys.readouterr().err
     assert "expected a bag (.bag, .mcap" in said and f"got '.{name.rpartition('.')[2]}'" in said
+    assert ("a vehicle file is given as --vehicle" in said) == name.endswith(".yaml")

@@ -83,9 +83,11 @@ class FindingKind(Enum):
     THRUSTER_LAYOUT_SELECTED = (
         "thruster-layout-selected",
         Spec(
-            "thrusters: not in the vehicle file. Of the usual layouts '{layout}' explains the recordings best: "
-            "-2 log L falls by {gain:.0f}. The model has it; directions of thrust count, not distances",
-            "Check thrusters: and allocation: of the model against the boat, and state them in the vehicle file",
+            "thrusters: the vehicle file has none. Of the usual layouts '{layout}' explains the recordings best "
+            "(-2 log L falls by {gain:.0f}), so the model has these thrusters. Only their directions matter, not "
+            "their positions",
+            "Compare thrusters: and allocation: in the model file with the boat, and write the boat's own into "
+            "the vehicle file",
             numbers={"gain": "-"},
             words={"layout": None},
         ),
@@ -214,9 +216,11 @@ class FindingKind(Enum):
     SMOOTH_HEADING = (
         "smooth-heading",
         Spec(
-            "the heading has no white errors, and {lasting:.2g} mrad that last {memory:.2g} s: it comes from a "
-            "filter, as an autopilot's. White noise is held at {white:.2g} mrad",
-            "Log the compass or the GNSS heading, too. On board give the predictor the same filtered heading",
+            "heading: no white noise, but correlated errors of {lasting:.2g} mrad with a time constant of "
+            "{memory:.2g} s. So it comes from a filter, such as an autopilot's. White noise is held at "
+            "{white:.2g} mrad",
+            "Log the heading of the compass or the GNSS as well. On board, give the predictor the same filtered "
+            "heading",
             numbers={"white": "mrad", "lasting": "mrad", "memory": "s"},
         ),
     )

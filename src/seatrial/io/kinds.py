@@ -14,6 +14,7 @@ EXPECTED = (
     "expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, .log), PX4 (.ulg) or "
     f"MAVLink (.tlog), a table ({', '.join(TABLES)}), or a folder of tables"
 )
+YAML = (".yaml", ".yml")
 LISTED = 8  # recordings in a message
 
 
@@ -24,7 +25,8 @@ def refused(path: Path) -> SeatrialError | None:
     if is_bag(path) or is_log(path) or is_table(path):
         return None
     if not path.is_dir():
-        return RecordingError(f"{path}: {EXPECTED}, got '{path.suffix}'")
+        hint = f"; a vehicle file is given as --vehicle {path}" if path.suffix in YAML else ""
+        return RecordingError(f"{path}: {EXPECTED}, got '{path.suffix}'{hint}")
     inside = list(recordings_in(path))
     if inside:
         number = f"{len(inside)} recordings" if len(inside) > 1 else "a recording"
