@@ -26,6 +26,9 @@ from mcap_writer import mcap
 from test_init_logs import proposed
 
 from seatrial.boat.vehicle import Vehicle, load_vehicle, vehicle_from
+from seatrial.io.bags.growing.db3 import GrowingDb3
+from seatrial.io.bags.growing.mcap import GrowingMcap
+from seatrial.io.bags.growing.ros1 import GrowingRos1
 from seatrial.io.reader import read
 from seatrial.onboard.live.endpoints import LONGEST_LINE, Pipes
 from seatrial.poolside.sources import open_source
@@ -390,6 +393,29 @@ def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path):
     first, third, half, all_of_it = seen
     assert first == 0 < third < half < all_of_it == len(found)
     is_all_of(found, whole, boat)
+
+
+def begun(path):
+    """A recording without a message yet."""
+    if path.suffix == ".db3":
+        base = sqlite3.connect(path)
+        base.execute("PRAGMA journal_mode=WAL")
+        base.execute("CREATE TABLE messages (id INTEGER PRIMARY KEY)")
+        base.close()
+    else:
+        path.write_bytes({".bag": b"#ROSBAG V2.0\n", ".mcap": b"\x89MCAP0\r\n"}[path.suffix])
+
+
+@pytest.mark.parametrize("kind", [GrowingRos1, GrowingMcap, GrowingDb3])
+def test_a_bag_that_is_deleted_while_it_is_followed_is_one_line(tmp_path, kind):
+    path = tmp_path / f"run{kind.suffix}"
+    begun(path)
+    bag = kind(path)
+    assert bag.grow() == set()
+    for file in tmp_path.iterdir():
+        file.unlink()
+    with pytest.raises(FileError, match=r"run\..*: can't be read \(No such file or directory\)$"):
+        bag.grow()
 
 
 @pytest.mark.parametrize("mode", ["NONE", "MESSAGE"])

@@ -14,7 +14,7 @@ from seatrial.io.bags.growing.growing_bag import BLOCK, GrowingBag
 from seatrial.io.bags.salvage_db3 import DB3_ERRORS, SalvagedDb3
 from seatrial.io.bags.unpack import check_schema, unpacked
 from seatrial.io.bags.wire import plain
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import FileError, RecordingError
 
 HEADER, VERSIONS, LOGGED = 100, slice(18, 20), b"\x02\x02"  # [bytes] of a database with such a log
 RESILIENT = "ros2 bag record -s sqlite3 --storage-preset-profile resilient"
@@ -37,23 +37,25 @@ class GrowingDb3(GrowingBag, SalvagedDb3):
         return self._topics.values()
 
     def _read(self) -> None:
-        seen = self._state()
-        if seen == self._seen or not self._logged():
-            # the next file is begun when the one before is closed
-            self._complete = self.files[-1] != self._there()[-1]
-            return
-        self._seen = seen
         try:
+            seen = self._state()
+            if seen == self._seen or not self._logged():
+                # the next file is begun when the one before is closed
+                self._complete = self.files[-1] != self._there()[-1]
+                return
+            self._seen = seen
             with self._opened():
                 self._rows_after()
+        except OSError as error:
+            raise FileError(f"{self.files[-1]}: can't be read ({error.strerror})") from None
         except DB3_ERRORS as error:
             raise RecordingError(f"{self.files[-1]}: can't be read ({plain(str(error))})") from None
 
     def _state(self) -> tuple[int, ...]:
         """Sizes [bytes] and times [ns] of the file and its log."""
         file = self.files[-1]
-        both = (file, file.with_name(f"{file.name}-wal"))
-        stats = [one.stat() for one in both if one.exists()]
+        log = file.with_name(f"{file.name}-wal")
+        stats = [file.stat(), *([log.stat()] if log.exists() else [])]
         return tuple(value for one in stats for value in (one.st_size, one.st_mtime_ns))
 
     def _logged(self) -> bool:
