@@ -400,7 +400,9 @@ def begun(path):
     if path.suffix == ".db3":
         base = sqlite3.connect(path)
         base.execute("PRAGMA journal_mode=WAL")
-        base.execute("CREATE TABLE metadata (id INTEGER PRIMARY KEY)")  # the tables of messages come later
+        base.execute(
+            "CREATE TABLE metadata (id INTEGER PRIMARY KEY)"
+        )  # the tables of messages come later
         base.close()
     else:
         path.write_bytes({".bag": b"#ROSBAG V2.0\n", ".mcap": b"\x89MCAP0\r\n"}[path.suffix])

@@ -70,7 +70,7 @@ def select_layout(at: Point, vehicle: Vehicle, effects: Sequence[str] = ()) -> L
 
     None as well where the vehicle file states thrusters or a curve.
     """
-    if not LAYOUTS or not forces_alone(vehicle):
+    if not forces_alone(vehicle):
         return None
     settings = OutputErrorSettings(effects=tuple(effects))
     # the score test of each layout with the curve of its thrusters
