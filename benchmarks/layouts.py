@@ -4,9 +4,9 @@
     python -m benchmarks.layouts --boats 20
 
 The boats have four thrusters in an X or in a cross, or two and a bow thruster, each with a dead zone. Each is
-identified twice: with the usual layouts as candidates, and with none taken. Printed are boats whose layout was found,
-the largest relative error of X_F, Y_F and N_F, the share of 95 % intervals of all true coefficients that hold
-the truth, and the median CPU time.
+identified twice: with the usual layouts as candidates, and with none taken. Printed are boats whose layout was
+found, the median and largest of each boat's largest relative error of X_F, Y_F and N_F, the share of 95 %
+intervals of all true coefficients that hold the truth, and the median CPU time.
 """
 
 import sys
