@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 from xmlrpc.client import Fault, ServerProxy
 
 BIN = Path("/usr/bin")
@@ -111,8 +112,8 @@ class Ros1:
         self.finish(process, signal.SIGINT)
 
     def subscribers(self, topic: str) -> list[str]:
-        """Nodes that have subscribed to a topic."""
-        return dict(self._state()[1]).get(topic, [])
+        """Nodes that have subscribed to a topic and live: the master keeps those that were killed."""
+        return [name for name in dict(self._state()[1]).get(topic, []) if self._lives(name)]
 
     def connected(self, topic: str) -> bool:
         """Whether a topic's publishers have a connection to every subscriber."""
@@ -145,7 +146,13 @@ class Ros1:
     def _state(self) -> list[list]:
         return ask(self.environment["ROS_MASTER_URI"], "getSystemState")
 
-    def _node(self, name: str, question: str) -> list[list]:
+    def _lives(self, name: str) -> bool:
+        """Whether a node answers at the address that the master knows."""
+        with suppress(OSError, Fault):
+            return bool(self._node(name, "getPid"))
+        return False
+
+    def _node(self, name: str, question: str) -> Any:
         return ask(ask(self.environment["ROS_MASTER_URI"], "lookupNode", name), question)
 
     def processes(self) -> list[int]:
@@ -189,7 +196,7 @@ def _interruptible() -> None:
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def ask(uri: str, question: str, *arguments: object) -> list:
+def ask(uri: str, question: str, *arguments: object) -> Any:
     """A master's or a node's answer by XML-RPC (https://wiki.ros.org/ROS/Master_Slave_APIs)."""
     with ServerProxy(uri) as proxy:
         answer = getattr(proxy, question)(CALLER, *arguments)
