@@ -14,6 +14,7 @@ import time
 import tty
 from dataclasses import replace
 from itertools import islice
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -469,6 +470,31 @@ def test_a_folder_of_ros1_bags_is_followed_from_one_to_the_next(tmp_path):
     found, said = followed(folder, bag_boat(), write)
     assert said == ()
     assert len(sent) - 5 < len(found) <= len(sent)
+
+
+@pytest.mark.parametrize("step", ["glob", "exists", "open"])
+def test_no_message_is_lost_when_a_bag_gets_its_last_name(tmp_path, monkeypatch, step):
+    """The recorder renames at any moment: here before each step of the search in turn."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    active = ros1(tmp_path / "run_0.bag", poses_sent(1.0)).rename(folder / "run_0.bag.active")
+    plain, calls = getattr(Path, step), []
+
+    def renamed_before(self, *arguments, **named):
+        if tmp_path in self.parents:
+            calls.append(self)
+            if len(calls) == nth:
+                monkeypatch.setattr(Path, step, plain)
+                active.rename(folder / "run_0.bag")
+        found = plain(self, *arguments, **named)
+        return iter(list(found)) if step == "glob" else found
+
+    bag, nth = GrowingRos1(folder), 2 if step == "glob" else 1
+    monkeypatch.setattr(Path, step, renamed_before)
+    bag.grow()
+    (topic,) = bag.topics.values()
+    assert topic.messages == len(poses_sent(1.0))
+    assert (folder / "run_0.bag").exists()
 
 
 def test_a_folder_of_mcap_files_is_followed_from_one_to_the_next(tmp_path):

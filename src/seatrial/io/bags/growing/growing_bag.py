@@ -4,8 +4,10 @@
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import BinaryIO
 
 from seatrial.io.bags.bag import Bag, Message, Topic, merged_topics
 from seatrial.io.bags.ros2 import by_number
@@ -80,13 +82,25 @@ class GrowingBag(Bag):
             self._at, self._complete = 0, False
             self._begin()
 
+    def _names(self) -> tuple[Path, ...]:
+        """Those that the newest file has one after the other; a recorder may rename it at any time."""
+        return self.files[-1:]
+
+    def _opened_file(self) -> BinaryIO:
+        """The newest file, under the name that it has now. Raises OSError."""
+        *earlier, last = self._names()
+        for name in earlier:
+            with suppress(FileNotFoundError):
+                return name.open("rb")
+        return last.open("rb")
+
     def _bytes(self, most: int = BLOCK) -> bytes:
         """The bytes of the newest file after those that are used."""
         try:
-            with self.files[-1].open("rb") as file:
+            with self._opened_file() as file:
                 if file.seek(0, 2) < self._at:
                     raise FileError(
-                        f"{file.name}: became shorter; a bag that is followed only grows"
+                        f"{self.files[-1].name}: became shorter; a bag that is followed only grows"
                     )
                 file.seek(self._at)
                 return file.read(most)

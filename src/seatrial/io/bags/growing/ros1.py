@@ -46,18 +46,12 @@ class GrowingRos1(GrowingBag, Ros1Bag):
     def _there(self) -> list[Path]:
         folder = self.path.is_dir()
         written = self.path.glob(f"*.bag{ACTIVE}") if folder else [_active(self.path)]
-        now = (p.with_name(p.name.removesuffix(ACTIVE)) for p in written if p.exists())
-        return sorted({*super()._there(), *now}, key=by_number)
+        # before the closed ones: a file that is renamed in between is seen twice, not missed
+        now = [p.with_name(p.name.removesuffix(ACTIVE)) for p in written if p.exists()]
+        return sorted({*now, *super()._there()}, key=by_number)
 
-    def _bytes(self, most: int = BLOCK) -> bytes:
-        """Under the name that the file has now."""
-        closed, every = self.files[-1], self.files
-        active = _active(closed)
-        self.files = (*every[:-1], active if active.exists() else closed)
-        try:
-            return super()._bytes(most)
-        finally:
-            self.files = every
+    def _names(self) -> tuple[Path, ...]:
+        return _active(self.files[-1]), self.files[-1]
 
     def _read(self) -> None:
         block = self._bytes()
