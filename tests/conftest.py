@@ -7,6 +7,7 @@ import json
 import os
 import pickle
 import shutil
+import signal
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -34,6 +35,9 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("seatrial")
+
+# a run in the background of a shell ignores Ctrl-C, and so would the programs that tests start
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 ROOT = Path(__file__).resolve().parents[1]
 CSE1 = ROOT / "data" / "cse1"

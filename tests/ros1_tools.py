@@ -66,7 +66,6 @@ class Ros1:
             process = subprocess.Popen(
                 [str(BIN / program), *map(str, arguments)], env=self.environment, cwd=self.folder,
                 stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
-                preexec_fn=_interruptible,  # noqa: PLW1509 there is one thread here
             )  # fmt: skip
         process.said = path  # type: ignore[attr-defined]
         return process
@@ -189,11 +188,6 @@ def _group(number: int) -> list[int]:
             if int(group) == number and state not in "ZX":
                 found.append(int(path.parent.name))
     return found
-
-
-def _interruptible() -> None:
-    """Tests that run in the background may ignore SIGINT; rosbag can't then end a bag."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def ask(uri: str, question: str, *arguments: object) -> Any:

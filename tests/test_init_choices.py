@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from bag_tools import START, Sent, header, quaternion, ros2
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from init_tools import NAMES, refused, tables
 from logs import AXES_OF_JOY, JOY, POSE, drive, half
@@ -267,6 +267,7 @@ headers = st.text(
 
 
 @settings(max_examples=40)
+@example(["F:U", "S", "Y", "Psi", "X0MM"], False)  # S: seconds by its name, a position by its values
 @given(st.lists(headers, min_size=3, max_size=9), st.booleans())
 def test_whatever_the_columns_are_called_there_is_a_file_or_one_line(
     tmp_path_factory, names, usual

@@ -19,6 +19,7 @@ from seatrial.inspection.proposal.sources import Recognised, Sureness
 from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
 
 MOST_REST = 1e9  # [ns] of a second
+LEAST_RISING = 0.8  # of the steps of a clock that jumps back at times
 TIME_UNITS = ("s", "ms", "us", "ns")
 
 
@@ -48,7 +49,7 @@ def find_stamp(table: TableSeen) -> StampFound | None:
             if column.unit == "s.ns":
                 why = "name; nanoseconds without leading zeros: so read it rises, as seconds it jumps back"
             found.append((40.0 + fit + _earliness(column), _stamp(column), why, sure))
-        elif fit is not None and fit > Grade.PART and column.least is not None and column.changes:
+        elif fit is not None and fit > Grade.PART and _mostly_rises(table, column):
             why = "name; it does not always rise"
             found.append((20.0 + fit + _earliness(column), _stamp(column), why, Sureness.LIKELY))
         elif column.unit and column.name and grade(column.name, Kind.MEASURED) is None:
@@ -59,6 +60,16 @@ def find_stamp(table: TableSeen) -> StampFound | None:
     found.sort(key=lambda f: -f[0])
     _, entry, why, sure = found[0]
     return StampFound(entry, why, sure, tuple(str(f[1]["column"]) for f in found[1:]))
+
+
+def _mostly_rises(table: TableSeen, column: ColumnView) -> bool:
+    """Whether a column is a clock that jumps back at times."""
+    if column.least is None:
+        return False
+    values = table.numbers(column.name)
+    steps = np.diff(values[np.isfinite(values)])
+    steps = steps[steps != 0.0]
+    return len(steps) > 0 and float(np.mean(steps > 0.0)) >= LEAST_RISING
 
 
 def given_stamp(table: TableSeen, name: str) -> StampFound:
