@@ -7,7 +7,8 @@ import re
 import pytest
 from test_docs import ROOT
 
-from benchmarks.harness.page import MARK, RULE, cells, csv_of, refill
+from benchmarks.harness.page import MARK, RULE, cells, csv_of, fill, refill
+from seatrial.util.errors import FileError
 
 TABLE = "| boat | error |\n| --- | ---: |\n| still MP | 1 |\n| still AF | 2 |\n| pushed MP | 3 |"
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -41,10 +42,18 @@ def test_a_table_without_such_a_row_is_left_out_and_its_heading_is_in_the_file(t
     refill(page, {"some": f"{TABLE}\n\n### more\n\n| other |\n| --- |\n| 4 |"})
     assert "other" not in page.read_text()
     assert rows_of(csv_of(page, "some"))[-3:] == [["more"], ["other"], ["4"]]
-    hidden = "<!-- some: nothing -->\n\n<!-- end -->\n"
-    page.write_text(hidden)
-    refill(page, {"some": TABLE})
-    assert page.read_text() == hidden
+
+
+def test_a_table_that_is_only_linked_to_is_in_its_file(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("[all](tables/page-some.csv), [of another page](tables/other-rest.csv)\n")
+    refill(page, {"some": TABLE, "rest": TABLE})
+    assert page.read_text().startswith("[all]")
+    assert len(rows_of(csv_of(page, "some"))) == 4
+    assert [path.name for path in (tmp_path / "tables").iterdir()] == ["page-some.csv"]
+    fill(page, {"some": lambda: TABLE})
+    with pytest.raises(FileError, match="no table some; there are rest"):
+        fill(page, {"rest": lambda: TABLE})
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)

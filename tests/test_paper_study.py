@@ -52,7 +52,7 @@ def test_the_page_keeps_its_words_and_gets_its_tables(tmp_path):
     assert "| nearest in levels | 0.08 | small | none |" in text
     assert (tmp_path / "images" / "map-paper.svg").read_text().count("<rect") == 1 + 3 * 15
     path.write_text("<!-- weather -->\n<!-- end -->\n")
-    with pytest.raises(FileError, match="no block weather; there are table-two"):
+    with pytest.raises(FileError, match="no table weather; there are table-two"):
         page.write([], path)
 
 

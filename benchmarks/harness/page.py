@@ -2,7 +2,8 @@
 """Tables of a page, written between marks in it: `<!-- name -->` and `<!-- end -->`.
 
 `<!-- name: some; words -->` shows only the rows that contain one of these words. All rows are then
-in `tables/PAGE-name.csv` beside the page.
+in `tables/PAGE-name.csv` beside the page. A table that the page only links to, as
+`(tables/PAGE-name.csv)`, needs no mark.
 """
 
 import csv
@@ -20,21 +21,22 @@ RULE = re.compile(r"\|[ |:-]+\|")  # the line below a table's head
 
 
 def fill(path: Path, makers: Mapping[str, Callable[[], str]]) -> None:
-    """Every block of the page by the maker of its name; the words around them stay.
+    """Every table of the page by the maker of its name; the words around them stay.
 
-    Raises FileError where a block has no maker.
+    Raises FileError where a table has no maker.
     """
-    names = {m["name"] for m in MARK.finditer(path.read_text())}
+    text = path.read_text()
+    names = {m["name"] for m in MARK.finditer(text)} | linked(path, text)
     unknown = names - set(makers)
     if unknown:
         raise FileError(
-            f"{path}: no block {', '.join(sorted(unknown))}; there are {', '.join(makers)}"
+            f"{path}: no table {', '.join(sorted(unknown))}; there are {', '.join(makers)}"
         )
     refill(path, {name: makers[name]() for name in names})
 
 
 def refill(path: Path, made: Mapping[str, str]) -> None:
-    """Replace the page's blocks of these names; the others stay."""
+    """Replace the page's tables of these names; the others stay."""
 
     def block(mark: re.Match[str]) -> str:
         if mark["name"] not in made:
@@ -46,7 +48,16 @@ def refill(path: Path, made: Mapping[str, str]) -> None:
         shown = f"{text}\n\n" if text else ""
         return f"{mark['begin']}\n{shown}{mark['end']}"
 
-    path.write_text(MARK.sub(block, path.read_text()))
+    text = path.read_text()
+    path.write_text(MARK.sub(block, text))
+    for name in linked(path, text) & made.keys():
+        _write_csv(csv_of(path, name), compact(made[name].strip()))
+
+
+def linked(path: Path, text: str) -> set[str]:
+    """Names of the page's tables that it links to and shows no row of."""
+    links = re.findall(rf"\(tables/{re.escape(path.stem)}-([a-z-]+)\.csv\)", text)
+    return set(links) - {mark["name"] for mark in MARK.finditer(text)}
 
 
 def compact(text: str) -> str:
