@@ -19,7 +19,9 @@ from seatrial.inspection.proposal.sources import Recognised, Sureness
 from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
 
 MOST_REST = 1e9  # [ns] of a second
-LEAST_RISING = 0.8  # of the steps of a clock that jumps back at times
+LEAST_RISING = (
+    0.8  # share of a clock's steps that go ahead, jumps back included; of a position about half do
+)
 TIME_UNITS = ("s", "ms", "us", "ns")
 
 

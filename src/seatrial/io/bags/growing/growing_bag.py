@@ -90,6 +90,7 @@ class GrowingBag(Bag):
         """The newest file, under the name that it has now. Raises OSError."""
         *earlier, last = self._names()
         for name in earlier:
+            # opened without a look before: it may be renamed between the two
             with suppress(FileNotFoundError):
                 return name.open("rb")
         return last.open("rb")
