@@ -85,6 +85,15 @@ def test_the_boats_own_terms_are_chosen_and_found_and_no_others(boat, lifted):
     assert not model.vehicle.automatic
 
 
+def test_a_centre_of_mass_beside_the_middle_is_an_acceleration_and_no_thrust(boat):
+    """The paper's own boat: N_uu means what it means there only beside N_ud u_dot."""
+    plan = plan_of(N_uu=0.63, N_ud=0.04)
+    found = seatrial.identify(recordings(plan, boat), boat.with_automatic_structure())
+    assert set(found.values) == BASE | {"N_uu", "N_ud"}
+    for name, truth in (("N_uu", 0.63), ("N_ud", 0.04)):
+        assert found.values[name] == pytest.approx(truth, abs=4 * found.standard_errors[name])
+
+
 def test_another_method_estimates_the_terms_that_output_error_chooses(boat, lifted):
     model = seatrial.identify(lifted, boat.with_automatic_structure(), method="weak-form")
     assert set(model.values) == BASE | {"Y_ur"}

@@ -7,7 +7,7 @@ that are even in v and r in surge, and odd ones in sway and yaw. Curved thrust i
 
 from collections.abc import Sequence
 
-from seatrial.boat.structure import Force, Term
+from seatrial.boat.structure import ACCELERATIONS, Force, Term
 from seatrial.util.frames import SYMBOLS
 
 SURGE, SWAY, YAW = range(3)
@@ -36,7 +36,7 @@ CURVED: tuple[tuple[Named, ...], ...] = (
     ),
     (
         ("av", ("|u|", "v")), ("ar", ("|u|", "r")), ("rv", ("|r|", "v")), ("vr", ("|v|", "r")),
-        ("vv", ("|v|", "v")), ("u", ("u",)), ("uu", ("|u|", "u")),
+        ("vv", ("|v|", "v")), ("u", ("u",)), ("uu", ("|u|", "u")), ("ud", ("u_dot",)),
     ),
 )  # fmt: skip
 
@@ -78,10 +78,16 @@ def library_tiers(forces: Sequence[Force], *, explicit: bool) -> tuple[tuple[Ter
 
 def _named(listed: Sequence[Sequence[Named]]) -> list[Term]:
     return [
-        Term(axis, f"{LETTERS[axis]}_{name}", 1.0, factors, None)
+        _term(axis, f"{LETTERS[axis]}_{name}", factors)
         for axis in range(3)
         for name, factors in listed[axis]
     ]
+
+
+def _term(axis: int, name: str, factors: Sequence[str]) -> Term:
+    velocities = tuple(factor for factor in factors if factor not in ACCELERATIONS)
+    acceleration = next((ACCELERATIONS.index(f) for f in factors if f in ACCELERATIONS), None)
+    return Term(axis, name, 1.0, velocities, acceleration)
 
 
 def _of_force(axis: int, force: Force) -> str:
