@@ -151,16 +151,16 @@ class Recorder:
 
     def _append(self, name: str, line: str, header: str = "") -> None:
         """A whole line by one call of the system."""
-        path = self.folder / name
         try:
             if name not in self._handles:
                 if self._ended.is_set():
-                    raise FileError(f"{path}: the recording has ended")
+                    raise FileError(f"{self.folder / name}: the recording has ended")
                 flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND
-                self._handles[name] = os.open(path, flags, 0o666)
+                self._handles[name] = os.open(self.folder / name, flags, 0o666)
                 line = f"{header}\n{line}" if header else line
             os.write(self._handles[name], f"{line}\n".encode())
         except OSError as error:
+            path = self.folder / name
             raise FileError(f"{path}: can't be written ({error.strerror})") from None
         self._changed = True
 

@@ -120,8 +120,8 @@ def step_findings(stream: SignalStream, timing: StreamTiming, now: int) -> Itera
 
 def command_findings(name: str, stream: SignalStream, i: int, now: int) -> Iterator[Found]:
     """Raw, constant and saturated values of column `i`."""
-    low, high, largest = float(stream.least[i]), float(stream.most[i]), float(stream.largest[i])
-    seconds, share = (now - stream.first) * NANO, float(stream.at_largest[i]) / stream.rows
+    low, high, largest = stream.least[i], stream.most[i], stream.largest[i]
+    seconds, share = (now - stream.first) * NANO, stream.at_largest[i] / stream.rows
     if stream.kind != "command":
         return
     if largest > RAW:

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Rows of one kind of signal: the last seconds, and what is counted over the whole session. Bounded memory."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.poolside.sources.source import EventKind
 from seatrial.recording.pose_faults import GAP_FACTOR, usual_step
@@ -41,15 +41,12 @@ class SignalStream:
         self.kind, self.first = kind, arrival
         self.rows = self.gaps = self.turns = 0  # turns: steps of a heading by 360
         self.recent: deque[tuple[int, int, Array]] = deque(maxlen=MOST_ROWS)
-        self.least, self.most = np.full(width, np.inf), np.full(width, -np.inf)
-        self.at_largest: NDArray[np.int64] = np.zeros(width, np.int64)  # rows there
+        # of each column; lists: for few numbers at a time they cost a tenth of arrays
+        self.least, self.most = [math.inf] * width, [-math.inf] * width
+        self.largest = [-math.inf] * width  # absolute value
+        self.at_largest = [0] * width  # rows there
         self.changed = [arrival] * width  # [ns] arrival of the last change of each value
         self._gap = 0.0  # [s] least length of one; 0: not known yet
-
-    @property
-    def largest(self) -> Array:
-        """Largest absolute value of each column."""
-        return np.asarray(np.maximum(np.abs(self.least), np.abs(self.most)))
 
     @property
     def newest(self) -> tuple[int, int, Array]:
@@ -63,16 +60,24 @@ class SignalStream:
             self.gaps += 0.0 < self._gap < (stamp - last) * NANO
             if self.kind in ("pose", "heading"):
                 self.turns += TURN[0] < abs(float(values[-1] - before[-1])) < TURN[1]
-            for i in np.flatnonzero(values != before).tolist():
-                self.changed[i] = arrival
-        size = np.abs(values)
-        larger = size > self.largest
-        self.at_largest = np.where(larger, 1, self.at_largest + (size == self.largest))
-        self.least, self.most = np.minimum(self.least, values), np.maximum(self.most, values)
+            for i, (value, old) in enumerate(zip(values.tolist(), before.tolist(), strict=True)):
+                if value != old:
+                    self.changed[i] = arrival
+        for i, value in enumerate(values.tolist()):
+            self._range(i, value)
         self.rows += 1
         self.recent.append((stamp, arrival, values))
         while self.recent[0][1] < arrival - WINDOW / NANO:
             self.recent.popleft()
+
+    def _range(self, i: int, value: float) -> None:
+        """A value of column i."""
+        self.least[i], self.most[i] = min(self.least[i], value), max(self.most[i], value)
+        size = abs(value)
+        if size > self.largest[i]:
+            self.largest[i], self.at_largest[i] = size, 1
+        elif size == self.largest[i]:
+            self.at_largest[i] += 1
 
     def columns(self) -> tuple[Stamps, Stamps, Array]:
         """Stamps (n,) and arrivals (n,) [ns], values (n, k) of the window."""

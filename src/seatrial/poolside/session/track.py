@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Where the boat was: its newest pose, the time, and a thinned track for the page."""
 
+import math
+
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
@@ -24,7 +26,7 @@ class Track:
     def __init__(self, vehicle: Vehicle) -> None:
         self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
         self._pose = np.full(3, np.nan)
-        self._largest = np.zeros(len(vehicle.inputs))
+        self._largest = [0.0] * len(vehicle.inputs)
         self._active = False  # whether a command drives the boat
         self._since = 0  # [ns] stamp of the last row
         self.rows: list[Row] = []
@@ -38,8 +40,10 @@ class Track:
     def use(self, kind: str, stamp: int, values: Array) -> None:
         """An event of the source, forward-left-up."""
         if kind == "command":
-            self._largest = np.maximum(self._largest, np.abs(values))
-            self._active = bool(np.any(np.abs(values) > AT_REST_COMMAND * self._largest))
+            sizes = [abs(value) for value in values.tolist()]
+            self._largest = [max(pair) for pair in zip(self._largest, sizes, strict=True)]
+            pairs = zip(sizes, self._largest, strict=True)
+            self._active = any(size > AT_REST_COMMAND * largest for size, largest in pairs)
         elif kind == "heading":
             self._pose[2] = self._flip[2] * values[0]
         elif kind in ("pose", "position"):
@@ -50,7 +54,7 @@ class Track:
     def pose(self) -> tuple[float, float, float] | None:
         """x, y [m], psi [rad]; None before all are known."""
         x, y, psi = self._pose.tolist()
-        return None if np.isnan(self._pose).any() else (x, y, psi)
+        return None if math.isnan(x + y + psi) else (x, y, psi)
 
     @property
     def time(self) -> float:
@@ -83,7 +87,7 @@ class Track:
         self.newest = max(stamp, self.newest)
         if self._active and 0.0 < step <= LONGEST_INTERVAL:
             self.driven += step
-        if self.pose is None or (self.rows and stamp < self._since + STEP):
+        if (self.rows and stamp < self._since + STEP) or self.pose is None:
             return
         self._since = stamp
         if len(self.rows) == MOST_ROWS:

@@ -2,7 +2,7 @@
 """Lines of poses and commands, as `seatrial predict --live` reads them: standard input or UDP."""
 
 from collections.abc import Iterable, Iterator
-from time import time_ns
+from time import monotonic, sleep, time_ns
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.onboard.live.endpoints import LOOPBACK, Arrived, Datagrams, Pipes, Source
@@ -17,6 +17,9 @@ from seatrial.poolside.sources.source import (
 from seatrial.util.errors import LiveError, SeatrialError
 
 WAIT = 0.2  # [s] after which a closed source is noticed
+GATHER = (
+    0.02  # [s] between two looks at what has arrived: waking for each line costs more than using it
+)
 
 
 class LineSource(EventSource):
@@ -36,7 +39,9 @@ class LineSource(EventSource):
     def __iter__(self) -> Iterator[SourceEvent]:
         """See `EventSource`. Lines that arrived before it was closed are used."""
         while self._open and not self._endpoint.ended:
+            looked = monotonic()
             yield from self._events(self._endpoint.read(WAIT))
+            sleep(max(0.0, looked + GATHER - monotonic()))
         yield from self._events(self._endpoint.read(0.0))
 
     @property

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from time import time_ns
 from typing import Literal, get_args
 
-import numpy as np
-
 from seatrial.util.frames import Array
 
 EventKind = Literal["pose", "position", "heading", "command", "scale"]
@@ -91,4 +89,4 @@ class EventSource(ABC):
 
 def usable(values: Array) -> bool:
     """Whether all values are finite and may be measurements."""
-    return bool(np.all(np.abs(values) < LARGEST))  # False for NaN
+    return all(abs(value) < LARGEST for value in values.tolist())  # False for NaN
