@@ -26,7 +26,7 @@ demo: $(VENV)/.built ## identify, validate and report on the bundled recordings,
 test: $(VENV)/.built $(VENV)/.test ## unit tests, with the package alone; PYTEST_ARGS="tests/test_io.py -x" for a part
 	$(PYTEST) --numprocesses auto -m unit $(PYTEST_ARGS)
 
-test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs: compilers, ROS, a browser, Octave, qemu
+test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs (compilers, ROS, a browser, Octave, qemu), and long ones
 	$(PYTEST) --numprocesses $(MORE) -m system $(PYTEST_ARGS)
 
 test-all: $(VENV)/.built $(VENV)/.test ## both in one run

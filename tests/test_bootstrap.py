@@ -29,6 +29,7 @@ def interval(errors, steps, length=None):
     return np.sqrt(ratio_interval(sums[:, :1], sums[:, 1:]))[0]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("make", "steps"),
     [

@@ -180,6 +180,7 @@ def test_two_estimates_from_one_recording_have_no_cause(mp):
     assert compare(a, b).causes == []
 
 
+@pytest.mark.system
 def test_a_current_that_was_not_estimated_is_found_end_to_end():
     """A boat in still water, then in a current of 0.09 m/s: the change of its drag is the current's."""
     models = []

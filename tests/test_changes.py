@@ -174,6 +174,7 @@ def test_the_evidence_of_a_linear_change_is_the_closed_form(model, drives):
     assert linear[NONE_OF_THESE] - linear[NO_CHANGE] == pytest.approx(exact, abs=0.01)
 
 
+@pytest.mark.system
 def test_an_unchanged_boat_is_as_probable_as_ever(model, drives):
     space, recording = change_space(model), drives[NO_CHANGE]
     for start in np.arange(0.0, SECONDS - 10.0, 10.0):
@@ -500,6 +501,7 @@ def live(model, rows, tmp_path, *, automatic, orders=()):
     return served, source.answers, said, kept
 
 
+@pytest.mark.system
 def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
     served, answers, said, kept = live(model, sent(drives[ONE_THRUSTER]), tmp_path, automatic=True)
     assert [line.split(":")[0] for line in said] == [

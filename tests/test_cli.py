@@ -18,6 +18,7 @@ from seatrial.commands.cli import main
 SHIP = [str(CSE1 / "csv" / "CSE1_data_random_run3.csv"), "--vehicle", str(CSE1 / "coupled.yaml")]
 
 
+@pytest.mark.system
 def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(
         "seatrial.report.figures.png.SCALE", 0.5

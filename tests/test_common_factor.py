@@ -227,6 +227,7 @@ def test_the_stage_is_named_and_what_drag_alone_can_not_tell(rows):
     assert "thrust curve" not in slight
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("seed", [1, on_request(2), on_request(3)])
 def test_a_fifth_more_mass_after_two_short_drives(rows, seed):
     """Simulated, pushed, identified: every axis says +20 % within three of its standard errors."""

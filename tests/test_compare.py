@@ -45,6 +45,7 @@ def names_of(found):
     return [pair.name for pair in found.changed]
 
 
+@pytest.mark.system
 def test_the_same_boat_twice_differs_in_one_comparison_out_of_twenty(mp):
     rng, runs = np.random.default_rng(7), 400
     alarms = np.zeros(4)
@@ -309,6 +310,7 @@ def heavier(mp):
     return *models, trials
 
 
+@pytest.mark.system
 def test_the_model_of_the_loaded_boat_predicts_it_better(heavier):
     before, after, trials = heavier
     records = [t.recording for t in trials]

@@ -88,6 +88,7 @@ def test_faults_in_the_ships_recordings_are_found(ship, cse1_vehicle):
     assert not check_consistency(read_all(given, wrong), wrong).findings
 
 
+@pytest.mark.system
 def test_signs_in_a_single_run_of_the_ship_are_found(ship, cse1_vehicle):
     for name, fault in faults(cse1_vehicle).items():
         if name.startswith("-") or name in ("degrees", "x<>y", "other hand"):

@@ -201,6 +201,7 @@ def test_so_it_is_where_the_boat_is_pushed():
     assert abs(found.model().vehicle.delays[0] - 0.2) < 3.0 * error
 
 
+@pytest.mark.system
 def test_coefficients_that_are_off_without_are_right_with_it():
     vehicle, recordings = driven(SMALL, CHAIN, seed=2, white=WHITE, late=(0.2, 0.0))
     off = {
@@ -264,6 +265,7 @@ def test_the_model_file_keeps_what_was_found(older, tmp_path):
     assert again.with_vehicle(other).vehicle.delays == (0.05, 0.05)
 
 
+@pytest.mark.system
 def test_a_delay_that_nobody_stated_is_reported(older):
     vehicle, recordings, _ = older
     model = output_error(recordings, vehicle)

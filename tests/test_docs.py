@@ -164,6 +164,7 @@ def plain(page: Path) -> str:
     return " ".join(page.read_text().replace("−", "-").split())
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("method", ["equation-error", at_length("output-error")])
 def test_the_table_of_methods_is_what_the_benchmark_prints(method):
     from benchmarks import methods

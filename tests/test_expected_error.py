@@ -105,6 +105,7 @@ def test_what_uncertain_coefficients_make_is_what_they_make_when_moved(drive):
     np.testing.assert_allclose(variance, total, rtol=0.01)
 
 
+@pytest.mark.system
 def test_a_model_that_is_right_scores_what_it_foresees(drive):
     """At all horizons and from both starts; noise alone would be half of it 5 s ahead."""
     model, recording = drive

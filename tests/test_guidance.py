@@ -213,6 +213,7 @@ def test_without_drift_compensation_the_current_leaves_an_offset(model, tuning):
     assert found[-1, 1] > 0.1  # still learning
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "shape", [rounded_square(6.0, 1.5), ByLength(Eight(6.0, 2.5)), lawn_mower(8.0, 5.0, 3, 1.2)],
     ids=["square", "eight", "lawn-mower"],
@@ -291,6 +292,7 @@ def test_gains_without_guidance_are_no_gains_of_this_boat(tuning, tmp_path):
         load_gains(tmp_path / "less.yaml")
 
 
+@pytest.mark.system
 def test_text_page_and_command_say_what_the_boat_can_do(model, tuning, tmp_path, capsys):
     text = tuning_text(tuning)
     assert "No sway thrust: follows a path by line of sight with drift compensation" in text

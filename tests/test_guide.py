@@ -97,6 +97,7 @@ def guided(drive, tmp_path_factory):
     return seatrial.auto([drive], folder, say=said.append), said
 
 
+@pytest.mark.system
 def test_one_call_finds_terms_effects_and_truth(guided):
     found, _ = guided
     model = found.model
@@ -120,6 +121,7 @@ def test_one_call_finds_terms_effects_and_truth(guided):
     )
 
 
+@pytest.mark.system
 def test_a_stated_lever_arm_that_is_slightly_wrong_is_found_and_makes_no_term(drive, tmp_path):
     """Two centimetres off, by a tape measure."""
     near = Choices(lever=(LEVER[0], LEVER[1] + 0.02))

@@ -45,6 +45,7 @@ def findings_after(plan, vehicle, what: str, factor: float) -> tuple[Finding, ..
     return found.findings_of(*DISAGREEMENTS)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("what", "factor"),
     [("thrust", 0.9), at_length("thrust and drag", 0.85), at_length("drag", 0.8)],
@@ -99,6 +100,7 @@ def test_a_payload_that_weighs_on_all_axes_alike_is_told_with_its_share_in_each(
         assert "Possible cause: payload" in finding_text(finding)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("hull", "late"), [(MIDDLE, 0.05), at_length(MIDDLE, -0.3), at_length(SMALL, 0.1)]
 )

@@ -36,6 +36,7 @@ def truth():
     }  # fmt: skip
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(("name", "write"), WRITERS)
 def test_coefficients_are_the_truth_within_their_errors(tmp_path, name, write):
     """Position at 5 Hz, heading at 20 Hz, gyro at 50 Hz, motors at 10 Hz: each where it is new."""

@@ -200,6 +200,7 @@ def test_pulse_widths_to_starboard(log, tmp_path, propose):
     )
 
 
+@pytest.mark.system
 def test_several_recordings_show_together_what_one_does_not(tmp_path, propose):
     """One axis each, as the paper's S1 to S3."""
     paths = [

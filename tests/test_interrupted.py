@@ -32,6 +32,7 @@ def plan(tmp_path):
     return tmp_path / "plan.yaml"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("kind", ["csv", "mcap"])
 def test_simulate_goes_on_in_its_folder_after_any_interrupt(tmp_path, plan, monkeypatch, kind):
     """Interrupted at its 1st, 2nd ... write, then run again."""

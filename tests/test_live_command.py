@@ -99,6 +99,7 @@ def session(trials, tmp_path_factory):
     return out, seen, json.loads((out.parent / "live.json").read_text())
 
 
+@pytest.mark.system
 def test_the_saved_recording_is_the_log(session, trials):
     out, _, _ = session
     vehicle = seatrial.load_vehicle(trials / f"vehicle-{TRIAL[-2:]}.yaml")

@@ -54,6 +54,7 @@ def apart(model, other):
     return np.abs(values - expected)[errors > 0] / errors[errors > 0]
 
 
+@pytest.mark.system
 def test_the_estimate_at_the_end_is_that_of_identify(drive, whole):
     vehicle, recording = drive
     estimator = LiveEstimator(vehicle)
@@ -68,6 +69,7 @@ def test_the_estimate_at_the_end_is_that_of_identify(drive, whole):
     assert np.all((ratio > 0.8) & (ratio < 1.25))
 
 
+@pytest.mark.system
 def test_effects_are_those_of_identify():
     vehicle, recording = twin_in_wind(150.0, seed=6, rate=10.0)
     estimator = LiveEstimator(vehicle, effects=("wind",))
@@ -147,6 +149,7 @@ def test_the_oldest_rows_make_room_and_it_is_stated():
     assert log.recording().stamps[-1] == recording.stamps[-1]
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("clock", ["set", "one pose"])
 def test_a_clock_that_jumps_does_not_end_the_estimate(clock):
     vehicle, recording = holonomic(120.0, seed=5, rate=10.0)
@@ -201,6 +204,7 @@ def test_the_filter_in_parts_has_the_sums_of_the_whole(effects):
     np.testing.assert_allclose(going.state, whole.by_recording[0].state[-1], rtol=1e-8, atol=1e-10)
 
 
+@pytest.mark.system
 def test_of_a_long_drive_the_older_half_is_condensed(monkeypatch):
     monkeypatch.setattr(live_estimator, "MOST_SEARCHED", 750)
     monkeypatch.setattr(live_estimator, "MOST_THOROUGH", 700)
@@ -216,6 +220,7 @@ def test_of_a_long_drive_the_older_half_is_condensed(monkeypatch):
     assert np.all((ratio > 0.7) & (ratio < 1.4))
 
 
+@pytest.mark.system
 def test_a_discarded_interval_does_not_count():
     vehicle, recording = holonomic(150.0, seed=8, rate=10.0)
     touched = recording.raw.copy()
@@ -235,6 +240,7 @@ def test_a_discarded_interval_does_not_count():
     assert apart(estimator.model(), clean).max() < apart(off, clean).max()
 
 
+@pytest.mark.system
 def test_what_hinders_the_estimate_is_stated():
     vehicle, recording = holonomic(60.0, seed=9, rate=10.0)
     estimator = LiveEstimator(vehicle)

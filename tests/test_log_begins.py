@@ -64,6 +64,7 @@ def test_poses_count_from_when_the_first_command_has_lasted(tracked, af):
         assert np.array_equal(used(log, tracked, af)[known], log.valid[known])
 
 
+@pytest.mark.system
 def test_a_log_that_begins_at_rest_or_was_cut_is_known_from_the_beginning(tracked, af):
     _, drives = tracked
     for recording, at in drives:
@@ -92,6 +93,7 @@ def later(signal: Signal, seconds: float) -> Signal:
     return Signal(signal.names, signal.stamps[rows], signal.values[rows])
 
 
+@pytest.mark.system
 def test_such_logs_tell_as_much_as_cut_ones(tracked, af):
     """With the commands before, and without: no force is made up, and errors are as small."""
     plan, drives = tracked

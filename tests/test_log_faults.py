@@ -39,6 +39,7 @@ def trials(mp):
 RIGHT = sorted(set(FAULTS) - {"utm_single_precision", "utm_eight_digits"})
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("fault", RIGHT)
 def test_the_coefficients_are_those_of_the_boat(mp, trials, fault, tmp_path):
     vehicle = vehicle_for(mp, fault)

@@ -122,6 +122,7 @@ def test_a_second_run_does_only_what_is_new(ran, boats, monkeypatch):
     assert again.bad_recordings == ["ada/S9", "bea/torn"]
 
 
+@pytest.mark.system
 def test_a_result_that_was_cut_off_is_made_again(ran, boats):
     out, result = ran
     path = out / "boats" / "bea" / "boat.json"
@@ -129,6 +130,7 @@ def test_a_result_that_was_cut_off_is_made_again(ran, boats):
     assert fleet(load_fleet(boats), out).result == result
 
 
+@pytest.mark.system
 def test_the_previous_model_shows_what_changed(tmp_path):
     boat(tmp_path / "april" / "ada", 1)
     boat(tmp_path / "may" / "ada", 2, heavier=1.2)

@@ -37,6 +37,7 @@ def boat(minute):
     return minute[0]
 
 
+@pytest.mark.system
 def test_the_carrier_follows_the_boat_within_two_centimetres_on_s7(whole):
     for seed in (1, 2):
         run = follow(*whole, Ground(), LAG, seed)

@@ -135,6 +135,7 @@ def test_repeated_steps_end_in_the_optimum_that_ipopt_finds(truth):
     np.testing.assert_allclose(ours, best, atol=2e-4)
 
 
+@pytest.mark.system
 def test_it_follows_a_circle_from_noisy_poses_without_entering_a_dead_zone(controller):
     commands, states = drive(controller, circle, 30.0, noise=0.004)
     off = states[100:] - circle(PERIOD * np.arange(100, 300))

@@ -96,6 +96,7 @@ def test_no_plan_turns_the_helm_faster_than_its_gear(controller):
     assert np.abs(turned).max() < most + 1e-3
 
 
+@pytest.mark.system
 def test_it_follows_a_square_in_a_current_that_it_must_find_out(controller):
     """A quarter of what line of sight has in `test_steered_control.py`."""
     course = at_speed(rounded_square(24.0, 6.0), SPEED, 6.0)

@@ -52,6 +52,7 @@ def found() -> Fit:
     return solved(LET_GO)
 
 
+@pytest.mark.system
 def test_a_pushed_boat_whose_pose_errors_hang_together_is_found(found):
     """By differences the poses look white, and such a boat much less damped than it is."""
     truth = true_parameters(load_plan("hard"), found.names)
@@ -96,6 +97,7 @@ def test_errors_that_last_long_for_many_steps_are_no_motion_where_nothing_pushes
     assert coloured.memory == pytest.approx(0.3, rel=0.15)
 
 
+@pytest.mark.system
 def test_where_errors_drift_the_search_begins_with_all_of_them_hanging_together(mp):
     """Without them it crept for 40 steps, and good recordings were refused."""
     found, truth = solved_on(mp, OWN_BOAT, DRIFTING)

@@ -41,6 +41,7 @@ def whole(boat):
     return fit([boat[1]], boat[0], settings=SETTINGS)
 
 
+@pytest.mark.system
 def test_the_bootstrap_spreads_as_the_sandwich_says(whole):
     """From 80 replicates a spread is known to 8 %, from 48 blocks either to 10 % or worse."""
     draws = bootstrap(whole, 80, seed=1)

@@ -127,6 +127,7 @@ def test_boat_and_thrusters_of_a_simulated_trial_are_found_whatever_the_noise(pl
     assert model.noise.correlated is None
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("sigma", [0.5e-3, 8e-3])
 def test_errors_of_the_poses_that_hang_together_are_not_taken_for_motion(sigma):
     vehicle, plan = seatrial.load_vehicle("mallard-mp"), load_plan("paper-like")
@@ -161,6 +162,7 @@ def far():
     return vehicle, recordings, found, starts
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("hold", [False, True])
 @pytest.mark.parametrize("which", [0, *map(on_request, (1, 2, 3))])
 def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(

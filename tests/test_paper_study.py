@@ -75,6 +75,7 @@ def test_the_plan_and_the_boat_change_together():
     assert changed(load_plan("paper-like"), edge=0.0).plant.chain[0].dead_zone is None
 
 
+@pytest.mark.system
 def test_one_boat_goes_through_all_of_the_paper():
     found = tables.work("paper-like", "AF", 1)
     for name, printed in tables.PRINTED.items():

@@ -35,6 +35,7 @@ def drift_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> tuple[Finding, .
     return found.findings_of(FindingKind.PARAMETER_DRIFT)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("names", "force", "thrust", "off"),
     [

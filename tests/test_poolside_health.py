@@ -132,6 +132,7 @@ def test_jumps_are_counted_once():
     assert state.finding.startswith("2 jumps")
 
 
+@pytest.mark.system
 def test_memory_and_time_are_bounded():
     health = SignalHealth(vehicle())
     tracemalloc.start()

@@ -52,6 +52,7 @@ def test_whether_a_push_turns_with_the_boat_is_found(earth, seed):
     assert as_stated(model, {**MIDDLE.coefficients, "latency": 0.1, "lag": 0.12}) == {}
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("seed", [0, on_request(1)])
 def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
     """It was asked only as the likelihood has it, where coefficients follow what the structure lacks."""

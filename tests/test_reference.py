@@ -72,6 +72,7 @@ def test_a_score_is_the_true_error_of_right_and_wrong_models(af, sensor):
     assert clear.sum() > 60
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", ["right", "drag"])
 def test_errors_of_poses_that_last_are_not_taken_for_motion(af, name):
     """Correlated over 0.3 s, which the model does not state."""
@@ -221,6 +222,7 @@ def test_long_recordings_are_smoothed_chunk_by_chunk_alike(af):
     np.testing.assert_allclose(whole[1][-400:, 2], part[1][-400:, 2], rtol=1e-5)
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("sensor", ["GNSS", "SLAM"])
 def test_a_right_model_expects_the_error_of_its_filters_start(af, sensor):
     """At all horizons: the filter lags behind the disturbance, so both errors are correlated."""

@@ -54,6 +54,7 @@ def test_recordings_together_score_as_all_their_errors_do(model, trials):
     assert np.all(np.diff(whole.index)[ends - 1] > whole.steps)  # no block reaches over
 
 
+@pytest.mark.system
 def test_horizons_are_those_of_validate(evidence, model, trials):
     fresh = judged(evidence.runs)
     assert [run.name for run in fresh] == ["S7-MP"]

@@ -88,6 +88,7 @@ def test_the_last_drag_of_an_axis_is_not_up_for_removal(mp):
     assert {"Y_v", "Y_vv", "N_uu"} <= set(fewer)
 
 
+@pytest.mark.system
 def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
     """Three times the drag in surge from S4 on, pushed: the repeats are of two boats, and it is said."""
     before = pushed(plan_of("hard", 61, 120.0))
@@ -103,6 +104,7 @@ def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
     assert f"Check first: {finding_text(finding)}" in selection_text(found)
 
 
+@pytest.mark.system
 def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
     """|v| r and u u u are among the usual candidates; without them drag differs from drive to drive."""
     plan = plan_of("hard", 21, 60.0)

@@ -108,6 +108,7 @@ def test_correlated_pose_noise_has_the_variance_and_the_memory_it_is_asked_for(m
             assert autocorrelation(error, lag) == pytest.approx([want] * 3, abs=0.08)
 
 
+@pytest.mark.system
 def test_an_unmodelled_force_pushes_as_hard_and_as_long_as_it_is_asked_to(mp):
     """What the true model misses from pose to pose is the force's acceleration times the period."""
     plan = load_plan("clean")

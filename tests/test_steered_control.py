@@ -186,6 +186,7 @@ def across(states, course):
     return np.array([np.hypot(*(path - s[:2]).T).min() for s in states[:: round(RATE / 4)]])
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("shape", "current"),
     [(rounded_square(24.0, 6.0), (0.0, 0.0)), (lawn_mower(30.0, 18.0, 3, 5.0), (0.05, 0.08))],
@@ -227,6 +228,7 @@ def test_it_keeps_station_as_far_as_it_can(controller):
     assert away.max() < 2.0 * controller.gains.guidance.radius
 
 
+@pytest.mark.system
 def test_a_course_is_fitted_to_what_the_angle_can(found):
     shape = rounded_square(60.0, 14.0)
     quick = fitted(shape, found)

@@ -71,6 +71,7 @@ def test_all_constants_of_a_helm_are_recovered_within_their_intervals():
             assert abs(value - COEFFICIENTS[name]) < 2.6 * errors[name], name
 
 
+@pytest.mark.system
 def test_intervals_of_a_helm_hold_their_share_of_truths():
     """95 % intervals over 12 recordings of 13 parameters."""
     within = []

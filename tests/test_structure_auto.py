@@ -85,6 +85,7 @@ def test_the_boats_own_terms_are_chosen_and_found_and_no_others(boat, lifted):
     assert not model.vehicle.automatic
 
 
+@pytest.mark.system
 def test_a_centre_of_mass_beside_the_middle_is_an_acceleration_and_no_thrust(boat):
     """The paper's own boat: N_uu means what it means there only beside N_ud u_dot."""
     plan = plan_of(N_uu=0.63, N_ud=0.04)
@@ -131,6 +132,7 @@ def test_a_vehicle_without_terms_is_not_simulated(boat):
         plant_model(load_plan("paper-like"), boat.with_automatic_structure())
 
 
+@pytest.mark.system
 def test_the_command_prints_the_reasons_and_the_model_has_the_terms(boat, tmp_path, capsys):
     plan = plan_of(Y_ur=LIFT)
     driven = boat.with_terms((*boat.structure.terms, *given_candidates(boat, ["Y_ur * u * r"])))
@@ -168,6 +170,7 @@ def test_blocks_left_out_are_predicted_worse_without_a_term_that_matters(boat, l
     assert not blocks.gain(np.concatenate(squares), np.concatenate(other)).clear
 
 
+@pytest.mark.system
 def test_no_term_stands_in_for_thrusters_that_push_less_astern():
     """A turn on the spot then makes thrust ahead, which r^2 in surge would explain."""
     size = [lambda g: g.uniform(-1, 1)] * 2

@@ -71,6 +71,7 @@ def test_a_vehicle_with_a_layout_reads_like_one_of_the_user(layout, mp):
     assert given.chain is not None  # the allocation has an inverse
 
 
+@pytest.mark.system
 def test_a_method_names_the_layout_that_it_takes():
     chain = {"lag": 0.1, "dead_zone": EDGES}
     vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, seconds=200.0)

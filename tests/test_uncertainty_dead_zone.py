@@ -43,6 +43,7 @@ def test_between_equal_edges_the_likelihood_rises_sooner_than_its_curvature_says
     assert said == pytest.approx(true.high - true.low, rel=0.1)
 
 
+@pytest.mark.system
 def test_where_it_has_two_summits_the_interval_holds_both():
     result = found("hard MP pushed", 1013)
     ratio = wider(result)

@@ -33,6 +33,7 @@ def test_a_lag_shorter_than_the_steps_is_found_as_it_is(lag):
     assert values["lag"] + values["latency"] == pytest.approx(lag + LATENCY, abs=2e-4)
 
 
+@pytest.mark.system
 def test_thrusters_without_a_lag_are_within_the_intervals():
     """By the curvature at the best, lag and latency were 2.8 standard errors off on average."""
     for seed in range(12):

@@ -141,6 +141,7 @@ def test_the_lever_arm_to_start_from_is_close_however_long_it_is(lever):
     )
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("seed", [1, on_request(4), on_request(5)])
 def test_a_long_lever_arm_is_found(seed):
     vehicle, recordings = drives(off_by((1.5, 0.8)), seeds=(seed, seed + 10))
@@ -161,6 +162,7 @@ def test_poses_of_the_origin_are_less_lever_and_current():
     assert poses_of_origin(drive, np.zeros(2)) is drive
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("seed", [2, on_request(5), on_request(7)])
 def test_steady_wind_beside_gusts_is_named(seed):
     """Gusts hide it in the process noise, most of which stays; drag in yaw is 2.8 standard errors off without."""

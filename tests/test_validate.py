@@ -84,6 +84,7 @@ def test_excess_and_floor_add_up_to_the_score(paper_af, af):
     assert score.excess**2 + score.floor**2 == pytest.approx(score.rms**2)
 
 
+@pytest.mark.system
 def test_table_threes_pairing_is_found_from_the_excitation(clean_af, af):
     model = make_model(af, TABLE_II["AF"])
     parts = [clean_af[s].recording.cut(0.0, 60.0) for s in ("S4", "S5", "S6")]

@@ -4,6 +4,7 @@
 import json
 import shlex
 
+import pytest
 from test_docs import ROOT, blocks
 
 from seatrial.commands.cli import main
@@ -11,6 +12,7 @@ from seatrial.commands.cli import main
 PAGE = ROOT / "docs" / "validate.md"
 
 
+@pytest.mark.system
 def test_the_commands_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     shown = []

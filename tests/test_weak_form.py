@@ -117,6 +117,7 @@ def test_delay_and_dead_zone_come_with_it_and_with_standard_errors():
         assert 0 < model.standard_errors[name] < 0.02, name
 
 
+@pytest.mark.system
 def test_standard_errors_are_the_size_of_the_scatter_over_seeds():
     """Eight seeds and eleven coefficients: the pooled ratio is known to a tenth or so."""
     found, claimed = [], []
