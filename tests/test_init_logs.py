@@ -8,6 +8,7 @@ import autopilot_logs
 import numpy as np
 import pytest
 from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, px4, telemetry, trial
+from conftest import at_length
 
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands.cli import main
@@ -209,7 +210,7 @@ CHOSEN = {  # fields of position, heading, yaw rate and motors, as `init` finds 
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("axes", [FRD, FLU])
+@pytest.mark.parametrize("axes", [FRD, at_length(FLU)])
 @pytest.mark.parametrize("name", CHOSEN)
 def test_chosen_fields_read_as_those_that_are_recognised(logs, tmp_path, name, axes):
     """All of them, the position alone, the heading alone, the commands alone."""

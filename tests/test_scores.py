@@ -121,6 +121,7 @@ def test_scores_without_a_reference_are_the_stencils(stencil_scores, tmp_path):
     assert found.reference == "stencil"
 
 
+@pytest.mark.system
 def test_a_report_from_the_stencils_scores_compares_with_the_stencil(
     model, drives, stencil_scores, scores
 ):
