@@ -30,7 +30,7 @@ def effort(one):
     return np.sqrt(np.mean(np.square(one.commands), axis=0))
 
 
-@pytest.mark.parametrize(("letter", "stick"), [("X", 0), ("Y", 1), ("N", 2)])
+@pytest.mark.parametrize(("letter", "stick"), [("X", 0), at_length("Y", 1), ("N", 2)])
 def test_the_axis_that_is_not_known_is_driven(letter, stick):
     first = advice(known_boat(0.005, **{letter: 0.5}))[0]
     assert effort(first)[stick] > 0.25
