@@ -73,6 +73,7 @@ def test_every_fault_is_found_in_recordings_so_long_that_fewer_windows_must_do(m
     test_every_fault_in_three_trials_together_is_found()
 
 
+@pytest.mark.system
 def test_faults_of_thrusters_that_are_commanded_themselves_are_found(mp):
     table, vehicle = direct(simulated("hard", "S7", "mallard-mp")[0], mp)
     for name, fault in faults(vehicle).items():
@@ -118,6 +119,7 @@ def test_good_trials_of_any_seed_are_not_cried_at(mp, af):
             assert not check_consistency([record.cut(0.0, 60.0)], vehicle).findings, trial.name
 
 
+@pytest.mark.system
 def test_pieces_of_the_ships_recordings_are_not_cried_at(cse1, cse1_vehicle):
     for record in cse1.values():
         assert not check_consistency([record], cse1_vehicle).findings

@@ -54,7 +54,7 @@ def test_a_jump_for_good_costs_the_same_however_far_it_is(drive, leap):
             assert far.standard_errors[name] == pytest.approx(error, rel=0.02)
 
 
-@pytest.mark.parametrize("gap", [0, 30])
+@pytest.mark.parametrize("gap", [0, at_length(30)])
 def test_a_jumps_cost_has_no_step_where_it_is_further_than_anywhere(drive, gap):
     """10 m; a step of the likelihood there would be met by its derivatives."""
     vehicle, recording = drive

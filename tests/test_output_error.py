@@ -265,6 +265,7 @@ def test_what_the_vehicle_file_states_is_kept(trials):
     assert problem.names[: problem.n_coefficients] == vehicle.structure.coefficients
 
 
+@pytest.mark.system
 def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_seen(
     trials, tmp_path
 ):

@@ -159,6 +159,7 @@ def test_the_command_takes_the_file(pool, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.system
 def test_the_command_has_the_stencils_scores_too(pool, tmp_path, capsys):
     model, drive, path = str(pool / "model.yaml"), str(pool / "S7-AF"), tmp_path / "scores.json"
     for chosen, word in (
