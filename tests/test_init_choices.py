@@ -266,6 +266,7 @@ headers = st.text(
 ) | st.sampled_from(["t", "x", "y", "psi", "valid", "F_u", "yaw", "x [mm]", "a_b", "a b", "z", "stamp"])  # fmt: skip
 
 
+@pytest.mark.system
 @settings(max_examples=40)
 # S: seconds by its name, a position by its values
 @example(["F:U", "S", "Y", "Psi", "X0MM"], False)
