@@ -12,6 +12,7 @@ import yaml
 from conftest import ROOT, TABLE_II, make_model
 from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
 from ros1_tools import PARTS, Ros1
+from waiting import PATIENCE
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -381,7 +382,7 @@ def test_a_mistake_is_one_line(ros, files, arguments, words):
     names["thrusters"] = files / "thrusters.yaml"
     names["thrusters"].write_text(yaml.safe_dump({**gains, "allocation": allocation}))
     process = ros.start(str(TRACKING), *(a.format(**names) for a in arguments))
-    assert process.wait(20.0) == 1
+    assert process.wait(PATIENCE) == 1
     process.stdin.close()
     said = process.said.read_text().strip()
     assert words in said
