@@ -760,6 +760,31 @@ def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):
     assert source.problems == ()
 
 
+def test_a_large_table_that_was_begun_just_before_the_end_is_used_to_its_last_row(tmp_path):
+    """A busy machine looks late: what was written before it is closed is used, of more blocks than one."""
+    source = open_source(f"follow:{tmp_path / 'run.csv'}", vehicle())
+    lines = table(tmp_path / "run.csv", 20_000)
+    assert (tmp_path / "run.csv").stat().st_size > 1 << 20
+    source.close()
+    poses = poses_of(source)
+    assert len(poses) == len(lines)
+    assert source.problems == ()
+
+
+def test_bags_that_were_written_before_the_end_are_all_used(tmp_path):
+    """Of a folder: the first was being read when the others were written, and the source closed."""
+    sent = sorted(poses_sent(6.0) + joy_sent(6.0), key=lambda s: s.time)
+    mcap(tmp_path / "run_0.mcap", sent[:300])
+    with open_source(f"follow:{tmp_path}", bag_boat()) as source:
+        events = iter(source)
+        found = [next(events)]
+        mcap(tmp_path / "run_1.mcap", sent[300:400])
+        mcap(tmp_path / "run_2.mcap", sent[400:])
+        source.close()
+        found += events
+    assert len(sent) - 5 < len(found) <= len(sent)
+
+
 def test_a_bad_row_of_a_growing_table_is_counted(tmp_path):
     lines = table(tmp_path / "run.csv")
     with (tmp_path / "run.csv").open("a") as file:

@@ -90,7 +90,8 @@ def recorded(ros, files, tmp_path_factory):
     ros.finish(ros.start("python3", ROOT / "tests" / "ros1_course.py", files / "course.txt"))
     time.sleep(0.5)  # on the way to the second goal
     ros.finish(odometer, signal.SIGINT)
-    time.sleep(TIMEOUT + 0.7)
+    for _ in range(2):  # a second of simulated time each, or more
+        ros.run("rostopic", "echo", "-n50", "/truth")
     for process in (tracker, recorder, simulator):
         ros.finish(process, signal.SIGINT)
     return out
