@@ -1,49 +1,94 @@
 # SPDX-License-Identifier: MIT
-"""A carrier for ROS 1's own Python: cmd_vel in, odometry out; its wheels lag and lose a share of speed."""
+"""A carrier and its joypad for ROS 1's own Python: cmd_vel in, odometry out; its wheels lag and lose a share of speed.
+
+It makes simulated time, which waits for the mimic: a busy machine delays nobody's messages. Drives: a word each,
+with the joypad's axes between commas.
+"""
 
 import math
+import sys
+import time
+from contextlib import suppress
 
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from ros1_course import all_hear
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Joy
 
-RATE = 100.0  # [Hz]
+RATE = 100  # [Hz]
 LAG = 0.1  # [s]
 GRIP = (0.95, 0.9, 1.05)  # share of speed that is left: forward, left, yaw
+EPOCH = 1_700_000_000  # [s] of the first odometry
+EACH = 5.0  # [s] a drive
+BEHIND = 0.05  # [s] at most, of the mimic's newest velocity: its timer's period, and one that was left out
+PATIENCE = 100.0  # [s]
 
 
-def main() -> None:
-    """Until the end."""
+class Mimic:
+    """What it sends: the velocity, and of what time that is."""
+
+    def __init__(self) -> None:
+        self.wanted, self.at = [0.0, 0.0, 0.0], 0.0
+        near = {"queue_size": 10, "tcp_nodelay": True}
+        rospy.Subscriber("/cmd_vel", Twist, self.hear, **near)
+        rospy.Subscriber("/virtual_boat", Odometry, self.see, **near)
+
+    def hear(self, message: Twist) -> None:
+        self.wanted = [message.linear.x, message.linear.y, message.angular.z]
+
+    def see(self, message: Odometry) -> None:
+        self.at = message.header.stamp.to_sec()
+
+    def wait(self, now: float) -> None:
+        """Until it has answered a time that is not long ago."""
+        end = time.monotonic() + PATIENCE
+        while self.at < now - BEHIND and time.monotonic() < end and not rospy.is_shutdown():
+            time.sleep(0.0005)
+
+
+def odometry(now: rospy.Time, eta: list[float]) -> Odometry:
+    message = Odometry()
+    message.header.stamp, message.header.frame_id = now, "carrier_odom"
+    message.pose.pose.position.x, message.pose.pose.position.y = eta[0], eta[1]
+    message.pose.pose.orientation.z = math.sin(eta[2] / 2)
+    message.pose.pose.orientation.w = math.cos(eta[2] / 2)
+    return message
+
+
+def main(drives: list[list[float]]) -> None:
+    """To the end of the drives."""
     rospy.init_node("carrier")
-    odometry = rospy.Publisher("/odom", Odometry, queue_size=10)
-    wanted, speed, eta = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 2.0, 0.5]
-
-    def hear(message: Twist) -> None:
-        wanted[:] = [message.linear.x, message.linear.y, message.angular.z]
-
-    rospy.Subscriber("/cmd_vel", Twist, hear, queue_size=1, tcp_nodelay=True)
-    beat, k = rospy.Rate(RATE), 0
-    while not rospy.is_shutdown():
+    near = {"queue_size": 10, "tcp_nodelay": True}
+    outlet = rospy.Publisher("/odom", Odometry, **near)
+    joypad = rospy.Publisher("/joy", Joy, **near)
+    clock = rospy.Publisher("/clock", Clock, **near)
+    mimic, speed, eta = Mimic(), [0.0, 0.0, 0.0], [1.0, 2.0, 0.5]
+    while not all(all_hear(one) for one in (outlet, joypad, clock)):
+        time.sleep(0.02)
+    for k in range(round(len(drives) * EACH * RATE)):
         for i in range(3):
-            speed[i] += (wanted[i] - speed[i]) * -math.expm1(-1.0 / (RATE * LAG))
+            speed[i] += (mimic.wanted[i] - speed[i]) * -math.expm1(-1.0 / (RATE * LAG))
         u, v, r = (share * s for share, s in zip(GRIP, speed, strict=True))
         c, s = math.cos(eta[2]), math.sin(eta[2])
         eta[0] += (c * u - s * v) / RATE
         eta[1] += (s * u + c * v) / RATE
         eta[2] += r / RATE
-        k += 1
+        now = rospy.Time(EPOCH) + rospy.Duration.from_sec(k / RATE)
+        clock.publish(Clock(now))
+        time.sleep(0.001)  # a message comes by another connection than the time
         if k % 4 == 0:
-            message = Odometry()
-            message.header.stamp, message.header.frame_id = rospy.Time.now(), "carrier_odom"
-            message.pose.pose.position.x, message.pose.pose.position.y = eta[0], eta[1]
-            message.pose.pose.orientation.z = math.sin(eta[2] / 2)
-            message.pose.pose.orientation.w = math.cos(eta[2] / 2)
-            odometry.publish(message)
-        try:
-            beat.sleep()
-        except rospy.ROSInterruptException:
-            return
+            outlet.publish(odometry(now, eta))
+        if k % 5 == 2:
+            message = Joy(axes=drives[int(k / (EACH * RATE))])
+            message.header.stamp = now
+            joypad.publish(message)
+        if k > RATE // 5:
+            mimic.wait(now.to_sec())
+    time.sleep(1.5)  # of this machine's time, by which the mimic's diagnoses come
 
 
 if __name__ == "__main__":
-    main()
+    with suppress(rospy.ROSInterruptException):
+        main([[float(x) for x in word.split(",")] for word in sys.argv[1:]])

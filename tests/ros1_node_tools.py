@@ -93,19 +93,16 @@ def odometry(bag: Path) -> Published:
     return Published(*map(np.array, (arrival, stamp, pose, velocity, spread)))
 
 
-def script(bag: Path) -> list[str]:
-    """A bag as events for `ros/common/tests/script.cpp`: its inputs, and a tick at every odometry.
-
-    In the order of arrival at the recorder, which is nearly that at the node.
-    """
+def script(bag: Path, played: Path) -> list[str]:
+    """What was played in lock-step as events for `ros/common/tests/script.cpp`, and a tick at every odometry."""
     events = []
-    for arrival, m in messages(bag, "/slam/pose"):
+    for arrival, m in messages(played, "/slam/pose"):
         p = m.pose
         numbers = f"{p.position.x!r} {p.position.y!r} {heading(p.orientation)!r}"
         events.append(
             (arrival, f"{arrival} pose {stamp_of(m.header)} {m.header.frame_id} {numbers}")
         )
-    for arrival, m in messages(bag, "/joy"):
+    for arrival, m in messages(played, "/joy"):
         axes, buttons = (" ".join(repr(float(x)) for x in part) for part in (m.axes, m.buttons))
         stamp = stamp_of(m.header)
         events.append(

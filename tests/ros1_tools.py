@@ -26,7 +26,7 @@ PARTS = (  # of .ci/run's packages
     )),
 )  # fmt: skip
 CALLER = "/seatrial_test"
-PATIENCE = 30.0  # [s]
+PATIENCE = 120.0  # [s]; Debian's Python runs this, too
 
 
 class Ros1:
@@ -36,9 +36,11 @@ class Ros1:
         self.folder = folder
         self.logs = folder / "logs"  # in the environment of all that is started: how to find it
         self.logs.mkdir()
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
+        # held to the end, such that the master may have it and nobody else
+        self._held = socket.socket()
+        self._held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self._held.bind(("", 0))
+        port = self._held.getsockname()[1]
         self.environment = {
             "PATH": "/usr/bin:/bin", "HOME": str(folder), "ROS_HOME": str(folder),
             "ROS_LOG_DIR": str(self.logs), "ROS_IP": "127.0.0.1",
@@ -95,9 +97,9 @@ class Ros1:
         )
         return process
 
-    def joypad(self, *axes: float) -> subprocess.Popen:
-        """A joypad held still, which all that have subscribed hear from its first message on."""
-        return self.start("python3", Path(__file__).parent / "ros1_joypad.py", *axes)
+    def joypad(self, seconds: float, *axes: float) -> subprocess.Popen:
+        """A joypad held still for so long of ROS's time; all that have subscribed hear its first message."""
+        return self.start("python3", Path(__file__).parent / "ros1_joypad.py", seconds, *axes)
 
     def play(self, bag: Path, rate: float, counts: dict[str, int]) -> None:
         """Play a bag until every subscriber has as many messages of its topics as there are."""
@@ -172,11 +174,12 @@ class Ros1:
         if self._core.poll() is None:
             self._core.send_signal(signal.SIGINT)
             with suppress(subprocess.TimeoutExpired):
-                self._core.wait(10)
+                self._core.wait(PATIENCE)
         self._core.stdin.close()
         for process in self.processes():
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
+        self._held.close()
 
 
 def _group(number: int) -> list[int]:

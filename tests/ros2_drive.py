@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ros2_tools import Heard, Peer, Publisher, Ros2, finish, header, said, stamp_of, until
+from ros2_tools import Heard, Peer, Publisher, Ros2, finish, header, said, stamp_of
 from ros_drive import events
+from waiting import PATIENCE, until
 
 from seatrial.simulation.trials import Trial
 
@@ -20,6 +21,7 @@ LISTENED = {
 }  # fmt: skip
 RATE = 50  # [Hz]
 TICK = 10**9 // RATE  # [ns]
+REPEAT, REPEATS = 0.02, 1000  # [s] after which a time is said again, at most so often
 PLAYED = {"/slam/pose": "geometry_msgs/msg/PoseStamped", "/joy": "sensor_msgs/msg/Joy"}
 
 
@@ -67,8 +69,9 @@ def play(ros: Ros2, peer: Peer, trial: Trial, model: Path, **parameters: object)
             reload = ros.start("peer", "reload")
             os.kill(node.pid, signal.SIGHUP)
     assert reload is not None
-    assert reload.wait(20.0) == 0, said(reload)
+    assert reload.wait(PATIENCE) == 0, said(reload)
     found.answer = said(reload)
+    until(lambda: said(node).count(": reloaded") == 2, "reloaded by service and by signal")
     # a diagnosis comes once a second of the wall's clock, which the drive runs ahead of: the second from here has it all
     diagnoses = heard["diagnostics"]
     diagnoses.take()
@@ -85,11 +88,13 @@ def _tick(clock: Publisher, now: int, heard: dict[str, Heard]) -> None:
     """Set the clock; then wait for the odometry of this time, once there is some."""
     time.sleep(0.001)  # the node takes what was published before
     sec, nanosec = divmod(now, 10**9)
-    clock.publish({"clock": {"sec": sec, "nanosec": nanosec}})
     for one in heard.values():
         one.take()
-    end = time.monotonic() + (2.0 if heard["odom"].messages else 0.02)
-    while time.monotonic() < end and not (
-        heard["odom"].take() and stamp_of(heard["odom"].messages[-1]) >= now
-    ):
-        time.sleep(0.001)
+    # a node's clock hears as sensors are heard: what is lost is not sent again
+    for _ in range(REPEATS if heard["odom"].messages else 1):
+        clock.publish({"clock": {"sec": sec, "nanosec": nanosec}})
+        end = time.monotonic() + REPEAT
+        while time.monotonic() < end:
+            if heard["odom"].take() and stamp_of(heard["odom"].messages[-1]) >= now:
+                return
+            time.sleep(0.001)

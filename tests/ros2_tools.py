@@ -11,9 +11,10 @@ import os
 import shlex
 import shutil
 import signal
+import socket
 import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,14 @@ import pytest
 from cpp_tools import clone_into
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
+from waiting import PATIENCE
 
 ROOT = Path(__file__).resolve().parents[1]
 PREFIX = Path(os.environ.get("SEATRIAL_ROS2", "/nowhere"))
 WORKSPACE = ROOT / "build" / "ros2"
 PROGRAMS = WORKSPACE / "install" / "seatrial_odometry" / "lib" / "seatrial_odometry"
 PEER = PROGRAMS / "peer"
-PATIENCE = 30.0  # [s]
+DOMAINS = range(1, 41)  # below the ports of `waiting`
 DEFINITIONS = get_typestore(Stores.ROS2_HUMBLE).fielddefs
 LOOPBACK = """<CycloneDDS><Domain id="any">
   <General>
@@ -78,12 +80,25 @@ def build() -> Path:
     return PROGRAMS
 
 
+def _own_domain() -> tuple[int, socket.socket]:
+    """A domain that no other test has, and the port that is held as long as it is used."""
+    for domain in DOMAINS:
+        held = socket.socket()
+        try:
+            held.bind(("127.0.0.1", 18_000 + domain))
+        except OSError:
+            held.close()
+            continue
+        return domain, held
+    raise RuntimeError("no ROS 2 domain is free")
+
+
 class Ros2:
     """Nodes in a domain of their own. A context manager."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.domain = 1 + os.getpid() % 100
+        self.domain, self._held = _own_domain()
         self.started: list[subprocess.Popen[str]] = []
         set_up = f". {PREFIX}/env.sh; . {WORKSPACE}/install/local_setup.bash; env -0"
         done = subprocess.run(["bash", "-c", set_up], capture_output=True, text=True, check=True)
@@ -97,13 +112,18 @@ class Ros2:
 
     def __exit__(self, *_: object) -> None:
         self.end()
+        self._held.close()
 
     def end(self) -> None:
-        """Kill what still runs."""
-        for process in self.started:
-            if process.poll() is None:
-                process.kill()
-                process.wait()
+        """What still runs: asked to end, so that others hear that it is gone, or killed."""
+        left = [process for process in self.started if process.poll() is None]
+        for process in left:
+            process.send_signal(signal.SIGINT)
+        for process in left:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(PATIENCE)
+            process.kill()
+            process.wait()
 
     def start(self, program: str, *arguments: object) -> subprocess.Popen[str]:
         """A program of the package; what it says goes to the file `said`."""
@@ -141,15 +161,6 @@ def finish(process: subprocess.Popen[str], signal_number: int = signal.SIGINT) -
     """Ask it to end, which it does without complaint."""
     process.send_signal(signal_number)
     assert process.wait(PATIENCE) == 0, said(process)
-
-
-def until(true: Callable[[], Any], what: str, patience: float = PATIENCE) -> Any:
-    """Wait until something is true; the value."""
-    end = time.monotonic() + patience
-    while not (found := true()):
-        assert time.monotonic() < end, what
-        time.sleep(0.02)
-    return found
 
 
 def idl(name: str) -> type:

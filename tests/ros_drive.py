@@ -19,7 +19,6 @@ CHANGE = {  # as `predict --live` answers to a node
 }  # fmt: skip
 SETTLED, OVER = 4.0, 24.0  # [s] of the drive, between which it is compared
 WORST = (0.003, 0.003, 0.01)  # [m/s, m/s, rad/s] RMS error of the velocity
-FEWEST = 300  # messages of odometry between them; a quiet machine gives 50 a second
 
 
 def s7() -> Trial:

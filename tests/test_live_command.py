@@ -4,17 +4,18 @@
 import json
 import os
 import signal
-import socket
 import subprocess
 import sys
 import threading
-import time
 import urllib.request
 from argparse import Namespace
+from contextlib import suppress
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import waiting
+from waiting import PATIENCE, free_port
 
 import seatrial
 from seatrial.commands import live
@@ -22,12 +23,11 @@ from seatrial.commands.cli import main
 from seatrial.poolside.state import LiveState, SignalState
 from seatrial.simulation.plan import load_plan
 
-PATIENCE = 120.0  # [s]
 TRIAL = "S4-MP"
 
 
 def get(port, path):
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=30) as answer:
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}{path}", timeout=PATIENCE) as answer:
         return json.load(answer)
 
 
@@ -43,22 +43,14 @@ def post(port, path, body):
 
 def until(port, wanted):
     """The state once it is as wanted."""
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        try:
-            state = get(port, "/api/state")
-        except OSError:
-            state = None
-        if state is not None and wanted(state):
-            return state
-        time.sleep(0.1)
-    raise AssertionError(state)
+    seen = []
 
+    def found():
+        with suppress(OSError):
+            seen[:] = [get(port, "/api/state")]
+            return seen[0] if wanted(seen[0]) else None
 
-def free_port():
-    with socket.socket() as found:
-        found.bind(("127.0.0.1", 0))
-        return found.getsockname()[1]
+    return waiting.until(found, lambda: seen)
 
 
 @pytest.fixture(scope="module")

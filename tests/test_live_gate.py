@@ -10,6 +10,7 @@ import pytest
 from live_states import FakeSession, shown_state
 from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
+from waiting import PATIENCE
 
 from seatrial.poolside.web.app import LONGEST_DISCARD, MOST_BYTES, MOST_PAGES, make_app
 from seatrial.poolside.web.gate import check_address, known_host
@@ -267,15 +268,15 @@ def test_connections_that_ask_for_nothing_lose_their_place(session, monkeypatch)
         server.serve(session)
         begin = time.monotonic()
         silent = []
-        while len(silent) < 80 and time.monotonic() < begin + 20.0:
+        while len(silent) < 80 and time.monotonic() < begin + PATIENCE:
             one = socket.create_connection(("127.0.0.1", server.port))
             one.send(b"GET / HTTP/1.1\r\n")
             silent.append(one)
-        end = time.monotonic() + 10.0
+        end = time.monotonic() + PATIENCE
         status = 503
         while status == 503 and time.monotonic() < end:
             time.sleep(0.1)
-            asked = HTTPConnection("127.0.0.1", server.port, timeout=10.0)
+            asked = HTTPConnection("127.0.0.1", server.port, timeout=PATIENCE)
             asked.request("GET", "/api/state")
             status = asked.getresponse().status
             asked.close()

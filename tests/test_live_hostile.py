@@ -11,6 +11,7 @@ from pathlib import Path
 
 import export_names
 import pytest
+from waiting import PATIENCE, until
 
 import seatrial
 from seatrial.commands.cli import main
@@ -138,8 +139,9 @@ def test_a_pipe_is_read_while_nobody_handles_its_lines():
     with os.fdopen(fed, "rb") as inlet, Path(os.devnull).open("wb") as out:
         source = Pipes(inlet, out)
         assert source.read(0.0) == []
-        for _ in range(5):
+        for count in range(1, 6):
             os.write(feeder, b"line\n")
+            until(lambda n=count: len(source._inbox._lines) == n)
             time.sleep(0.05)
         lines = source.read(1.0)
         os.close(feeder)
@@ -152,7 +154,7 @@ def test_a_pipe_is_read_while_nobody_handles_its_lines():
 def sender() -> socket.socket:
     own = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     own.bind(("127.0.0.1", 0))
-    own.settimeout(5.0)
+    own.settimeout(PATIENCE)
     return own
 
 
@@ -162,7 +164,7 @@ def test_answers_stay_with_the_sender_of_valid_lines():
         to = ("127.0.0.1", source.port)
 
         def read() -> list[str]:
-            for _ in range(100):
+            for _ in range(round(PATIENCE / 0.05)):
                 if (lines := source.read(0.05)) or source.ended:
                     return lines
             return []
@@ -192,7 +194,7 @@ def test_answers_stay_with_the_sender_of_valid_lines():
 def run(path, *arguments, shell="", **streams):
     command = f'"$0" predict "$1" --live "${{@:2}}" {shell}'
     return subprocess.run(
-        ["bash", "-c", command, PROGRAM, str(path), *arguments], capture_output=True, text=True, timeout=60,
+        ["bash", "-c", command, PROGRAM, str(path), *arguments], capture_output=True, text=True, timeout=PATIENCE,
         check=False, **streams,
     )  # fmt: skip
 
@@ -234,7 +236,7 @@ def test_any_command_with_a_broken_stream_has_no_traceback(path, tmp_path, strea
         ["bash", "-c", f'"$0" "$@" {streams}', PROGRAM, *arguments],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert "Traceback" not in done.stderr
@@ -248,7 +250,7 @@ def test_an_absurd_time_does_not_keep_the_simulator_for_ever(path, tmp_path, mon
         input=given,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE,
         check=False,
     )
     assert done.returncode == 0

@@ -6,6 +6,7 @@ import time
 from importlib.util import find_spec
 
 import pytest
+import waiting
 from live_states import FakeSession, shown_state
 from test_report_accessibility import LAPTOP, PHONE, violations
 from test_report_browser import CHROMIUM, browser  # noqa: F401  a fixture
@@ -21,7 +22,6 @@ pytestmark = [
     ),
     pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
 ]
-PATIENCE = 20.0  # [s]
 INK = """() => { const c = document.querySelector("#pool"), copy = document.createElement("canvas");
     [copy.width, copy.height] = [c.width, c.height];
     const pen = copy.getContext("2d", { willReadFrequently: true });
@@ -41,6 +41,7 @@ class Poolside:
             viewport={"width": width, "height": height}, has_touch=size == PHONE
         )
         self.page = self.context.new_page()
+        self.page.set_default_timeout(1e3 * waiting.PATIENCE)
         self.complaints, self.elsewhere = [], []
         self.page.on("console", lambda message: self.complaints.append(message.text))
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
@@ -53,11 +54,7 @@ class Poolside:
 
     def until(self, script, argument=None):
         """Wait until a script's value is true."""
-        end = time.monotonic() + PATIENCE
-        while not (found := self.page.evaluate(script, argument)):
-            assert time.monotonic() < end, script
-            time.sleep(0.05)
-        return found
+        return waiting.until(lambda: self.page.evaluate(script, argument), script)
 
     def shows(self, place, text):
         self.until(

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import msgspec
 import numpy as np
 import pytest
+from waiting import PATIENCE, until
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -121,10 +122,7 @@ class Parted:
         )
 
     def until(self, wanted):
-        end = time.monotonic() + 10.0
-        while not wanted(self.session.state()):
-            assert time.monotonic() < end, self.session.state()
-            time.sleep(0.01)
+        until(lambda: wanted(self.session.state()), self.session.state)
 
 
 @pytest.fixture
@@ -207,11 +205,11 @@ def test_poses_and_predictions_go_on_while_a_search_runs(parted):
 
     def search(**_):
         begun.set()
-        searched.wait(20.0)
+        searched.wait(PATIENCE)
         return False
 
     one.parts_estimator.work = search
-    assert begun.wait(10.0)
+    assert begun.wait(PATIENCE)
     one.drive(51)
     one.until(lambda state: state.poses == 51)
     looked = len(one.looks)
@@ -349,15 +347,16 @@ def test_a_search_that_ends_after_the_stop_changes_no_state(parted):
 
     def work(**_):
         going.set()
-        ended.wait(10.0)
+        ended.wait(PATIENCE)
         return False
 
     one.parts_estimator.work = work
-    assert going.wait(10.0)
+    assert going.wait(PATIENCE)
     one.session.stop()
     state = one.session.state()
     ended.set()
-    one.session._threads[2].join(10.0)
+    one.session._threads[2].join(PATIENCE)
+    assert not one.session._threads[2].is_alive()
     assert "too short" in state.message
     assert one.session.state() == state
 

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from platform import node
@@ -17,6 +16,7 @@ import psutil
 import pytest
 import scipy.stats
 from cli_tools import run
+from waiting import PATIENCE, until
 
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.fleet import dask_cluster
@@ -470,10 +470,8 @@ def test_a_killed_worker_loses_nothing(ran, boats, tmp_path):
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as running:
-        deadline = time.monotonic() + 120.0
         # a boat is begun: its worker, or the other one, is killed
-        while not list(out.glob("boats/*/vehicle.yaml")) and time.monotonic() < deadline:
-            time.sleep(0.02)
+        until(lambda: list(out.glob("boats/*/vehicle.yaml")), "a boat")
         victims = workers_of(running)
         assert victims
         os.kill(victims[0], signal.SIGKILL)
@@ -510,7 +508,7 @@ class ByHand:
         for one in reversed(self._running):
             one.terminate()
         for one in self._running:
-            one.wait(timeout=60)
+            one.wait(PATIENCE)
 
 
 @pytest.fixture
@@ -531,9 +529,7 @@ def command_of(*given):
 def test_a_scheduler_elsewhere_makes_the_same_table_and_says_when_it_ends(
     ran, boats, tmp_path, by_hand
 ):
-    deadline = time.monotonic() + 120.0
-    while not by_hand.file.exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
+    until(by_hand.file.exists, "the scheduler")
     out = tmp_path / "out"
     with command_of("fleet", boats, "-o", out, "--scheduler", by_hand.file) as running:
         _, errors = running.communicate(timeout=240)
@@ -557,8 +553,7 @@ boats: {{ada: {{vehicle: {boats}/ada/vehicle-MP.yaml, recordings: [{tmp_path}/no
     # the scheduler ends while boats are worked on
     later = tmp_path / "later"
     with command_of("fleet", boats, "-o", later, "--scheduler", by_hand.file) as running:
-        while not list(later.glob("boats/*/vehicle.yaml")) and time.monotonic() < deadline:
-            time.sleep(0.02)
+        until(lambda: list(later.glob("boats/*/vehicle.yaml")), "a boat")
         by_hand.scheduler.kill()
         _, errors = running.communicate(timeout=240)
     assert running.returncode == 1, errors

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_model import frd
+from waiting import PATIENCE
 
 import seatrial
 from seatrial.commands.cli import main
@@ -36,7 +37,7 @@ def path(boat, tmp_path_factory):
 def mimic(*arguments, lines=()):
     done = subprocess.run(
         [PROGRAM, "mimic", *map(str, arguments)], input="\n".join(lines), capture_output=True,
-        text=True, check=False, timeout=60.0,
+        text=True, check=False, timeout=PATIENCE,
     )  # fmt: skip
     return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 
@@ -95,7 +96,7 @@ def test_by_the_systems_clock_lines_need_no_stamp(path):
         process.stdin.flush()
         rows = [json.loads(process.stdout.readline()) for _ in range(30)]
         process.stdin.close()
-        assert process.wait(10.0) == 0
+        assert process.wait(PATIENCE) == 0
     assert rows[-1]["velocity"][0] > 0.03
     np.testing.assert_allclose(np.diff([row["t"] for row in rows]), 0.05, atol=1e-6)
 

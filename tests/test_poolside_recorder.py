@@ -126,7 +126,7 @@ def test_a_folder_that_is_gone_is_stated(tmp_path, how):
     with pytest.raises(
         FileError, match=r"poses.csv, vehicle.yaml is not there any more.*begin anew"
     ):
-        for _ in range(600):  # until it looks again, long after on a busy machine
+        for _ in range(1200):  # until it looks again, long after on a busy machine
             recorder.use("pose", given[1][0], given[1][1])
             written += 1
             time.sleep(0.1)
@@ -214,10 +214,10 @@ def test_a_killed_process_leaves_a_recording_that_inspect_opens(tmp_path, capsys
         [sys.executable, "-c", DRIVE, str(tmp_path / "vehicle.yaml"), str(folder)],
         stdout=subprocess.PIPE, text=True,
     ) as process:  # fmt: skip
-        begin, last = 0.0, 0
+        last = 0
         for line in process.stdout:
-            begin, last = begin or time.monotonic(), int(line)
-            if time.monotonic() - begin > 2.0:
+            last = int(line)
+            if last >= 500:
                 break
         process.send_signal(signal.SIGKILL)
         last = max([last, *(int(text) for text in process.stdout.read().split())])

@@ -25,6 +25,7 @@ from bag_tools import bag_records, joy_sent, poses_sent, ros1, ros2
 from bag_tools import vehicle as bag_boat
 from mcap_writer import mcap
 from test_init_logs import proposed
+from waiting import PATIENCE, until
 
 from seatrial.boat.vehicle import Vehicle, load_vehicle, vehicle_from
 from seatrial.io.bags.growing.db3 import GrowingDb3
@@ -38,14 +39,11 @@ from seatrial.poolside.sources.telemetry import FrameStream, TelemetrySource, te
 from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
 from seatrial.util.frames import POSE_SIGNS
 
-PATIENCE = 60.0  # [s] a machine that tests other things beside is slow
 
-
-def until(true) -> None:
-    """Wait until something is true, or for long; what follows asserts."""
-    end = time.monotonic() + PATIENCE
-    while not true() and time.monotonic() < end:
-        time.sleep(0.02)
+@pytest.fixture(autouse=True)
+def _no_silence(monkeypatch):
+    """A machine that stands still is no recorder that has stopped."""
+    monkeypatch.setattr("seatrial.poolside.sources.follow_bag.SILENT", float("inf"))
 
 
 VEHICLE = {
@@ -158,8 +156,7 @@ def test_lines_that_had_arrived_are_used_when_it_is_closed(sender):
         assert source.behind < PATIENCE
         for i in range(2, 102):
             sender.sendto(b"pose,%d,1,2,3" % i, place)
-        time.sleep(0.5)
-        source.close()
+        source.close()  # loopback hands over at once what is sent
         assert [e.stamp for e in (first, *events)] == [i * 1_000_000_000 for i in range(1, 102)]
         assert source.behind == 0.0
 
@@ -169,8 +166,8 @@ def test_a_line_that_waits_shows_how_far_its_user_is_behind(sender):
         sender.sendto(b"pose,1,1,2,3\npose,2,1,2,3", ("127.0.0.1", source._endpoint.port))
         events = iter(source)
         next(events)
-        time.sleep(0.3)
-        assert 0.3 <= source.behind < PATIENCE
+        behind = source.behind
+        until(lambda: source.behind > behind + 0.1)
 
 
 def test_an_empty_datagram_ends_nothing(sender):
@@ -358,7 +355,24 @@ def test_a_ros1_bag_that_grows_gives_what_it_reads_in_the_end(tmp_path, compress
     is_all_of(found, whole, bag_boat())
 
 
-def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path):
+def looks_at(source, monkeypatch):
+    """A function that waits until the source has looked at its bag, and used what it found, since it was called."""
+    looks, plain = [0], source._bag.grow
+
+    def grow():
+        looks[0] += 1
+        return plain()
+
+    monkeypatch.setattr(source._bag, "grow", grow)
+
+    def settled(_):
+        before = looks[0]
+        until(lambda: looks[0] > before + 2)
+
+    return settled
+
+
+def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path, monkeypatch):
     # rosbag writes lengths of 0, then the messages, then the lengths, and gives the bag its name
     boat, path = bag_boat(), tmp_path / "run.bag.active"
     whole = ros1(tmp_path / "whole.bag", poses_sent(6.0) + joy_sent(6.0), "none", chunk=1 << 22)
@@ -375,17 +389,17 @@ def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path):
     def write():
         for cut in (begin, begin + (end - begin) // 3, begin + (end - begin) // 2, end):
             path.write_bytes(content[:cut])
-            time.sleep(0.3)
+            settled(found)
             seen.append(len(found))
         for place, value in zip(lengths, known, strict=True):
             content[place : place + 4] = value
         path.write_bytes(content)
         path.rename(tmp_path / "run.bag")
-        time.sleep(0.3)
 
     found: list[object] = []
     with open_source(f"follow:{path}", boat) as source:
         thread = threading.Thread(target=lambda: found.extend(source))
+        settled = looks_at(source, monkeypatch)
         thread.start()
         write()
         source.close()
@@ -461,14 +475,16 @@ def test_a_folder_of_ros1_bags_is_followed_from_one_to_the_next(tmp_path):
     folder.mkdir()
     first = ros1(folder / "run_0.bag", sent[:300]).rename(folder / "run_0.bag.active")
 
-    def write():
-        time.sleep(0.3)
+    found: list[object] = []
+    with open_source(f"follow:{folder}", bag_boat()) as source:
+        thread = threading.Thread(target=lambda: found.extend(source))
+        thread.start()
+        until(lambda: found)
         first.rename(folder / "run_0.bag")
         ros1(tmp_path / "run_1.bag", sent[300:]).rename(folder / "run_1.bag.active")
-        time.sleep(0.5)
-
-    found, said = followed(folder, bag_boat(), write)
-    assert said == ()
+        source.close()
+        thread.join(PATIENCE)
+        assert source.problems == ()
     assert len(sent) - 5 < len(found) <= len(sent)
 
 
@@ -715,7 +731,7 @@ def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):
     boat, path = vehicle(), tmp_path / "run.csv"
     source = open_source(f"follow:{path}", boat)
     wait, thread = collected(source, 400)
-    time.sleep(0.2)
+    until(lambda: source.problems)
     assert source.problems[0].startswith("waiting:")
     with path.open("w") as file:
         for text in ("t,x,y,psi,F_u", ",F_v,F_r\n", lines[0][:7]):
@@ -742,6 +758,31 @@ def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):
             *[[e.values for e in several if e.kind == kind] for several in (events, recorded)]
         )
     assert source.problems == ()
+
+
+def test_a_large_table_that_was_begun_just_before_the_end_is_used_to_its_last_row(tmp_path):
+    """A busy machine looks late: what was written before it is closed is used, of more blocks than one."""
+    source = open_source(f"follow:{tmp_path / 'run.csv'}", vehicle())
+    lines = table(tmp_path / "run.csv", 20_000)
+    assert (tmp_path / "run.csv").stat().st_size > 1 << 20
+    source.close()
+    poses = poses_of(source)
+    assert len(poses) == len(lines)
+    assert source.problems == ()
+
+
+def test_bags_that_were_written_before_the_end_are_all_used(tmp_path):
+    """Of a folder: the first was being read when the others were written, and the source closed."""
+    sent = sorted(poses_sent(6.0) + joy_sent(6.0), key=lambda s: s.time)
+    mcap(tmp_path / "run_0.mcap", sent[:300])
+    with open_source(f"follow:{tmp_path}", bag_boat()) as source:
+        events = iter(source)
+        found = [next(events)]
+        mcap(tmp_path / "run_1.mcap", sent[300:400])
+        mcap(tmp_path / "run_2.mcap", sent[400:])
+        source.close()
+        found += events
+    assert len(sent) - 5 < len(found) <= len(sent)
 
 
 def test_a_bad_row_of_a_growing_table_is_counted(tmp_path):
@@ -800,7 +841,7 @@ def test_standard_input_by_a_real_pipe(tmp_path):
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(tmp_path / "vehicle.yaml")], input="pose,1,1,2,3\nbad\n",
-        capture_output=True, text=True, check=True, timeout=60,
+        capture_output=True, text=True, check=True, timeout=PATIENCE,
     )  # fmt: skip
     assert done.stdout.startswith("[('pose', 1000000000)] ('1 of 2 lines could not be used")
     assert load_vehicle(tmp_path / "vehicle.yaml").inputs == ("F_u", "F_v", "F_r")

@@ -3,12 +3,12 @@
 
 import re
 import shutil
-import time
 from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
 import pytest
+import waiting
 from conftest import TABLE_II, make_model
 
 import seatrial
@@ -79,10 +79,7 @@ class Visit:
 
     def until(self, script, argument=None):
         """Wait until a script's value is true (the page's policy forbids wait_for_function)."""
-        end = time.monotonic() + 20  # [s]
-        while not self.page.evaluate(script, argument):
-            assert time.monotonic() < end, script
-            time.sleep(0.05)
+        waiting.until(lambda: self.page.evaluate(script, argument), script)
 
     def wide(self):
         """The open recording's plot of surge velocity, drawn."""

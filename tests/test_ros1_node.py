@@ -6,7 +6,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -26,9 +25,10 @@ from ros1_node_tools import (
     stamp_of,
 )
 from ros1_tools import PARTS, Ros1
-from ros_drive import FEWEST, OVER, SETTLED, WORST, s7, save_model
+from ros_drive import OVER, SETTLED, WORST, s7, save_model
 from ros_drive import truth_at as truth
-from test_live_command import free_port, until
+from test_live_command import until as shown
+from waiting import PATIENCE, free_port
 
 import seatrial
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
@@ -68,10 +68,10 @@ def ros(tmp_path_factory):
 
 
 class Run:
-    """The node and a recorder, while a bag is played by its own clock."""
+    """The node and a recorder, while a bag is played in lock-step; it stops at times [s] for what is to be done."""
 
-    def __init__(self, ros, bag, model, out, rate=2.0, **parameters):
-        self.ros, self.bag, self.out, self.rate = ros, bag, out, rate
+    def __init__(self, ros, bag, model, out, stop=(), **parameters):
+        self.ros, self.bag, self.out, self.stop = ros, bag, out, stop
         self.parameters = {"model": model, "publish_map_to_odom": "true", **parameters}
 
     def node(self):
@@ -83,27 +83,31 @@ class Run:
     def __enter__(self):
         self.process = self.node()
         self.recorder = self.ros.record("-O", self.out, topics=RECORDED)
-        self.player = self.ros.start(
-            "rosbag", "play", "--clock", "--hz=500", f"--rate={self.rate}", "--delay=1", self.bag
-        )
+        script = ROOT / "tests" / "ros1_lockstep.py"
+        self.player = self.ros.start("python3", script, self.bag, *self.stop)
+        if self.stop:
+            self.ros.until(lambda: "stopped" in self.player.said.read_text(), "the stop")
         return self
 
+    def go_on(self):
+        self.player.stdin.write(b"\n")
+        self.player.stdin.flush()
+
     def __exit__(self, *_):
-        if self.player.poll() is None:
-            self.player.wait(60.0)
-        time.sleep(0.5)
+        self.ros.finish(self.player)
         self.ros.finish(self.recorder, signal.SIGINT)
         self.ros.finish(self.process, signal.SIGINT)
-        self.player.stdin.close()
 
 
 @pytest.fixture(scope="module")
 def recorded(ros, played, known, tmp_path_factory):
     out = tmp_path_factory.mktemp("recorded") / "out.bag"
-    with Run(ros, played, known, out) as going:
-        time.sleep(5.0)
+    with Run(ros, played, known, out, stop=[10.0]) as going:
         going.answer = ros.run("rosservice", "call", "/seatrial_odometry/reload")
         os.kill(going.process.pid, signal.SIGHUP)
+        said = going.process.said
+        ros.until(lambda: said.read_text().count(": reloaded") == 2, "reloaded")
+        going.go_on()
     return out, going
 
 
@@ -117,10 +121,9 @@ def truth_at(trial, stamps):
 
 def test_velocity_is_near_the_truth_in_steps_of_the_timer(recorded, trial):
     got = odometry(recorded[0])
-    # a busy machine leaves ticks of the timer out; this run does not measure the rate
-    assert np.quantile(np.diff(got.stamp) * 1e-9, 0.25) == pytest.approx(0.02, abs=0.004)
+    assert np.median(np.diff(got.stamp) * 1e-9) == pytest.approx(0.02, abs=1e-6)
     late = compared(got.stamp)
-    assert late.sum() > FEWEST
+    assert late.sum() > 0.95 * 50 * (OVER - SETTLED)
     wrong = got.velocity[late] - truth_at(trial, got.stamp[late])[:, 3:]
     rms = np.sqrt(np.mean(wrong**2, axis=0))
     assert np.all(rms < WORST), rms
@@ -177,10 +180,10 @@ def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
     assert said.count(": reloaded") == 2
 
 
-def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):
+def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, played, known):
     done = subprocess.run(
         [built("script"), f"model={known}"],
-        input="\n".join(script(recorded[0])), capture_output=True, text=True, check=True,
+        input="\n".join(script(recorded[0], played)), capture_output=True, text=True, check=True,
     )  # fmt: skip
     rows = [line.split() for line in done.stdout.splitlines() if line[0].isdigit()]
     by_stamp = {
@@ -197,12 +200,20 @@ def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, known):
 
 
 def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, trial, tmp_path):
-    with Run(ros, played, known, tmp_path / "out.bag", rate=1.0) as going:
-        time.sleep(8.0)
+    with Run(ros, played, known, tmp_path / "out.bag", stop=[8.0]) as going:
         os.kill(going.process.pid, signal.SIGKILL)
-        going.process.wait(5.0)
+        going.process.wait(PATIENCE)
         going.process.stdin.close()
         going.process = ros.start(str(NODE), f"_model:={known}")
+        inputs = ("/joy", "/slam/pose", "/clock")
+        ros.until(
+            lambda: all(
+                "/seatrial_odometry" in ros.subscribers(topic) and ros.connected(topic)
+                for topic in inputs
+            ),
+            "the new node",
+        )
+        going.go_on()
     got = odometry(tmp_path / "out.bag")
     at = int(np.argmax(np.diff(got.stamp)))
     assert np.diff(got.stamp)[at] < 1e9
@@ -231,7 +242,7 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
 )
 def test_a_mistake_is_one_line(ros, known, arguments, words):
     process = ros.start(str(NODE), *(a.format(model=known) for a in arguments))
-    assert process.wait(20.0) == 1
+    assert process.wait(PATIENCE) == 1
     process.stdin.close()
     said = process.said.read_text().strip()
     assert words in said
@@ -282,7 +293,7 @@ def test_a_topic_of_another_type_is_said(ros, known):
     ros.until(lambda: "std_msgs/String; expected one of" in node.said.read_text(), "complaint")
     for process in (other, node):
         os.killpg(process.pid, signal.SIGINT)
-        process.wait(20.0)
+        process.wait(PATIENCE)
         process.stdin.close()
     ros.run("rosparam", "set", "use_sim_time", "true")
 
@@ -301,8 +312,8 @@ def answered(ros, known, rate, commands):
 
 def test_odometry_follows_each_command_at_once(ros, known):
     sent, heard = answered(ros, known, 0, 100)
-    assert sent > 50  # of 300, fewer where the machine is busy
-    assert 0.9 * sent < heard <= sent
+    assert sent > 10  # of 300, fewer where the machine is busy
+    assert 0.8 * sent < heard <= sent
 
 
 def test_odometry_keeps_its_rate_by_system_time(ros, known, tmp_path):
@@ -330,12 +341,12 @@ def test_a_live_session_hears_the_node(ros, played, known, trial, tmp_path):
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
     try:
-        until(page, lambda _: True)
+        shown(page, lambda _: True)
         with Run(ros, played, known, tmp_path / "out.bag", live_port=port):
             pass
-        until(page, lambda state: state["poses"] > 0.9 * len(trial.pose_stamps))
+        shown(page, lambda state: state["poses"] > 0.9 * len(trial.pose_stamps))
         session.send_signal(signal.SIGINT)
-        complained, _ = session.communicate(timeout=60.0)
+        complained, _ = session.communicate(timeout=PATIENCE)
     finally:
         session.kill()
         ros.run("rosparam", "delete", "/seatrial_odometry")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from ros1_node_tools import CATKIN, NODE, build, heading, messages, odometry, stamp_of
 from ros1_tools import PARTS, Ros1
+from waiting import PATIENCE
 
 import seatrial
 from seatrial import _core
@@ -74,8 +75,8 @@ def ros(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def recorded(ros, files, tmp_path_factory):
-    """Twenty seconds of simulated time at twice real time."""
-    out = tmp_path_factory.mktemp("recorded") / "out.bag"
+    """Twenty seconds of simulated time at twice real time; and how long [s] that was at most."""
+    begin, out = time.monotonic(), tmp_path_factory.mktemp("recorded") / "out.bag"
     model = files / "model.yaml"
     recorder = ros.record("-O", out, topics=RECORDED)
     odometer = ros.start(str(NODE), f"_model:={model}", "_current_x:=0.02", "_current_y:=-0.01")
@@ -86,13 +87,12 @@ def recorded(ros, files, tmp_path_factory):
     )  # fmt: skip
     ros.until(lambda: "/seatrial_simulator" in ros.subscribers("/joy"), "simulator")
     ros.until(lambda: ros.connected("/scan"), "recorder")
-    time.sleep(0.3)  # a scan or two at rest
+    ros.run("rostopic", "echo", "-n2", "/scan")  # a scan or two at rest
     for axes in DRIVES:
-        joypad = ros.joypad(*axes)
-        time.sleep(5.0)
-        ros.finish(joypad, signal.SIGINT)
+        ros.finish(ros.joypad(10.0, *axes))
     for process in (odometer, recorder, simulator):
         ros.finish(process, signal.SIGINT)
+    (files / "took").write_text(str(time.monotonic() - begin))
     return out
 
 
@@ -195,11 +195,12 @@ def test_the_imu_turns_as_the_truth_and_feels_gravity(recorded):
     assert np.allclose(up, 9.80665)
 
 
-def test_the_clock_keeps_to_twice_real_time_and_the_odometry_node_lives_on_it(recorded):
+def test_the_clock_keeps_to_twice_real_time_and_the_odometry_node_lives_on_it(recorded, files):
     clock = [m.clock.sec * 10**9 + m.clock.nanosec for _, m in messages(recorded, "/clock")]
     assert np.all(np.diff(clock) >= 0)
     stamps, states = truth_of(recorded)
-    assert 18.0 < (stamps[-1] - stamps[0]) * 1e-9 < 40.0
+    # a busy machine is late, never early: the drives began when the clock did, or later
+    assert 20.0 < (stamps[-1] - stamps[0]) * 1e-9 <= 2.0 * float((files / "took").read_text())
     got = odometry(recorded)
     late = (got.stamp > stamps[0] + 4 * 10**9) & (got.stamp < stamps[-1] - 10**9)
     assert late.sum() > 300
@@ -246,7 +247,7 @@ def test_a_mistake_is_one_line(ros, files, arguments, words):
     (files / "named.yaml").write_text("seatrial: scene 1\nboats: [{name: tug}, {name: 2nd}]\n")
     names = {name: files / f"{name}.yaml" for name in ("model", "bad", "odd", "named")}
     process = ros.start(str(SIMULATOR), *(a.format(**names) for a in arguments))
-    assert process.wait(20.0) == 1
+    assert process.wait(PATIENCE) == 1
     process.stdin.close()
     said = process.said.read_text().strip()
     assert words in said

@@ -12,6 +12,7 @@ import yaml
 from conftest import ROOT, TABLE_II, make_model
 from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
 from ros1_tools import PARTS, Ros1
+from waiting import PATIENCE
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -89,7 +90,8 @@ def recorded(ros, files, tmp_path_factory):
     ros.finish(ros.start("python3", ROOT / "tests" / "ros1_course.py", files / "course.txt"))
     time.sleep(0.5)  # on the way to the second goal
     ros.finish(odometer, signal.SIGINT)
-    time.sleep(TIMEOUT + 0.7)
+    for _ in range(2):  # a second of simulated time each, or more
+        ros.run("rostopic", "echo", "-n50", "/truth")
     for process in (tracker, recorder, simulator):
         ros.finish(process, signal.SIGINT)
     return out
@@ -381,7 +383,7 @@ def test_a_mistake_is_one_line(ros, files, arguments, words):
     names["thrusters"] = files / "thrusters.yaml"
     names["thrusters"].write_text(yaml.safe_dump({**gains, "allocation": allocation}))
     process = ros.start(str(TRACKING), *(a.format(**names) for a in arguments))
-    assert process.wait(20.0) == 1
+    assert process.wait(PATIENCE) == 1
     process.stdin.close()
     said = process.said.read_text().strip()
     assert words in said

@@ -19,6 +19,7 @@ from test_changes import drives, sent
 from test_changes import model as driven_model
 from test_model import frd
 from test_ros_node import EPOCH, joy, model, play
+from waiting import PATIENCE, free_port, until
 
 import seatrial
 from seatrial.evaluation.comparison.cause_candidates import ONE_THRUSTER
@@ -39,7 +40,7 @@ def inlet():
     """A port on loopback that hears the node."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
         opened.bind(("127.0.0.1", 0))
-        opened.settimeout(10.0)
+        opened.settimeout(PATIENCE)
         yield opened
 
 
@@ -85,11 +86,8 @@ def test_a_session_hears_the_node(program, model):
         for line in (joy(EPOCH + k, 0.1, 0.2, 0.3, 0.4), pose(EPOCH + k, 1.0, 2.0, 0.1))
     ]
     play(program, events, model=model[1], live_port=source._endpoint.port)
-    end = time.monotonic() + 10.0
-    while len(found) < 100 and time.monotonic() < end:
-        time.sleep(0.02)
-    source.close()
-    thread.join(10.0)
+    source.close()  # what was sent before is used
+    thread.join(PATIENCE)
     assert [e.kind for e in found] == ["command", "pose"] * 50
     assert source.problems == ()
 
@@ -100,28 +98,22 @@ def test_odometry_is_the_same_with_nobody_listening(program, model):
         t = EPOCH + k * 20_000_000
         events += [joy(t, 0.1, 0.2, 0.3, 0.4), pose(t, 0.01 * k, 0.0, 0.0), f"{t} tick"]
     quiet = play(program, events, model=model[1])
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    lost = play(program, events, model=model[1], live_port=port)
+    lost = play(program, events, model=model[1], live_port=free_port())
     assert [row for row in lost if row[0].isdigit()] == [row for row in quiet if row[0].isdigit()]
     assert any("without a receiver" in " ".join(row) for row in lost)
 
 
-def answered(program, model, inlet, answers):
-    """The diagnosis of a node to which these come back."""
-
-    def answer() -> None:
-        _, place = inlet.recvfrom(65536)
-        for text in answers:
-            inlet.sendto(text, place)
-
-    thread = threading.Thread(target=answer)
-    thread.start()
-    events = [pose(EPOCH, 1.0, 2.0, 0.1), f"{EPOCH} wait", *[f"{EPOCH} tick"] * 4]
-    rows = play(program, events, model=model[1], live_port=inlet.getsockname()[1])
-    thread.join(10.0)
-    return [" ".join(row) for row in rows if not row[0].isdigit()]
+def answered(program, model, inlet, answers, other=None):
+    """The diagnosis of a node to which these come back, from another socket where one is given."""
+    node = Node(program, model=model[1], live_port=inlet.getsockname()[1])
+    node.give([pose(EPOCH, 1.0, 2.0, 0.1)])
+    node.ask(f"{EPOCH} tick")
+    _, place = inlet.recvfrom(65536)
+    for text in answers:  # on loopback an answer is there when it is sent
+        (other or inlet).sendto(text, place)
+    for _ in range(4):
+        node.ask(f"{EPOCH} tick")
+    return [" ".join(line.split()) for line in node.end().splitlines()]
 
 
 def test_a_change_of_the_boat_is_diagnosed(program, model, inlet):
@@ -156,17 +148,9 @@ def test_answers_that_are_none_harm_nothing(program, model, inlet, text):
 def test_answers_of_others_are_not_heard(program, model, inlet):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
-
-        def answer() -> None:
-            _, place = inlet.recvfrom(65536)
-            other.sendto(json.dumps({"change": CHANGE}).encode(), place)
-
-        thread = threading.Thread(target=answer)
-        thread.start()
-        events = [pose(EPOCH, 1.0, 2.0, 0.1), f"{EPOCH} wait", f"{EPOCH} tick"]
-        rows = play(program, events, model=model[1], live_port=inlet.getsockname()[1])
-        thread.join(10.0)
-    assert "boat changed" not in str(rows)
+        line = json.dumps({"t": 1.0, "change": CHANGE}).encode()
+        assert "boat changed" not in str(answered(program, model, inlet, [line], other))
+        assert "boat changed" in str(answered(program, model, inlet, [line]))
 
 
 @pytest.mark.parametrize(
@@ -234,7 +218,7 @@ class Node:
         return self.process.stdout.readline().split()
 
     def end(self) -> str:
-        return self.process.communicate(timeout=30.0)[0]
+        return self.process.communicate(timeout=PATIENCE)[0]
 
 
 def events_of(rows):
@@ -252,9 +236,7 @@ def test_a_changed_boat_is_found_beside_the_node_and_its_model_taken(
     """Node, `seatrial predict --live`, diagnostics, adapted model: a thruster at 60 %, on a line of its own."""
     path, adapted = tmp_path / "model.yaml", tmp_path / "adapted.yaml"
     seatrial.save(driven_model, path)
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     command = [
         "predict",
         path,
@@ -280,10 +262,12 @@ def test_a_changed_boat_is_found_beside_the_node_and_its_model_taken(
         said = [beside.stderr.readline() for _ in range(2)]
         assert ["noticed" in said[0], "confirmed" in said[1]] == [True, True]
         drive(node, [row for row in rows if row[0] >= end - 5 * 10**9])
-        before = node.ask(f"{end} tick")
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as pilot:
             pilot.sendto(json.dumps({"stamp": end, "adapt": True}).encode(), ("127.0.0.1", port))
-        until(adapted.exists)
+        until(adapted.exists)  # all lines before are answered
+        for _ in range(60):
+            node.ask(f"{end} tick")
+        before = node.ask(f"{end} tick")
         assert node.ask(f"{end} adopt") == ["adopt", str(adapted)]
         after = node.ask(f"{end} tick")
         np.testing.assert_allclose(
@@ -309,10 +293,6 @@ def drive(node, rows) -> None:
             node.ask(f"{stamp} tick")
         else:
             node.give([event])
-    for _ in range(3):
-        node.give([f"{rows[-1][0]} wait"])
-        for _ in range(60):
-            node.ask(f"{rows[-1][0]} tick")
 
 
 def listens(port) -> bool:
@@ -323,10 +303,3 @@ def listens(port) -> bool:
         except OSError:
             return True
         return False
-
-
-def until(condition, patience=60.0) -> None:
-    end = time.monotonic() + patience
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)

@@ -2,7 +2,6 @@
 """The node without ROS: what it makes of messages, by scripts of events, beside Python's odometer."""
 
 import subprocess
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -235,11 +234,11 @@ def test_a_bad_model_leaves_the_one_before(program, model, spoil, words):
     ) as process:
         process.stdin.write(first + second)
         process.stdin.flush()
-        time.sleep(1.0)  # for it to read them
+        before, plain = (process.stdout.readline().rstrip("\n") for _ in range(2))
         spoil(known, path)
         process.stdin.write(f"{EPOCH} reload\n{second}")
         process.stdin.close()
-        before, plain, said, after, *_ = process.stdout.read().splitlines()
+        said, after, *_ = process.stdout.read().splitlines()
     assert words in said
     assert "unknown" not in before
     assert after == plain

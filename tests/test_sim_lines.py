@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_model import frd
+from waiting import PATIENCE, free_port, until
 
 import seatrial
 from seatrial.commands.cli import main
@@ -38,7 +39,7 @@ def path(boat, tmp_path_factory):
 def sim(*arguments, lines=()):
     done = subprocess.run(
         [PROGRAM, "sim", *map(str, arguments)], input="\n".join(lines), capture_output=True,
-        text=True, check=False, timeout=60.0,
+        text=True, check=False, timeout=PATIENCE,
     )  # fmt: skip
     return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 
@@ -81,7 +82,7 @@ def test_it_pipes_into_the_live_predictor(path):
     _, rows, _ = sim(path, *kinds, "pose,command", lines=commands())
     predicted = subprocess.run(
         [PROGRAM, "predict", str(path), "--live", "--rate", "10"], capture_output=True, text=True,
-        check=True, input="\n".join(map(json.dumps, rows)), timeout=60.0,
+        check=True, input="\n".join(map(json.dumps, rows)), timeout=PATIENCE,
     )  # fmt: skip
     assert predicted.stderr == ""
     answers = {round(a["t"], 6): a for a in map(json.loads, predicted.stdout.splitlines())}
@@ -147,31 +148,30 @@ def test_it_keeps_to_the_clock(path):
     took = time.monotonic() - begin
     assert code == 0
     assert rows[-1]["t"] == pytest.approx(3.0)
-    assert 1.5 <= took < 60.0  # a busy machine is late, never early
+    assert took >= 1.5  # a busy machine is late, never early
 
 
 def test_by_udp_a_command_moves_it(path):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     program = subprocess.Popen(
-        [PROGRAM, "sim", str(path), "--udp", str(port), "--lines", "truth", "--duration", "60"]
+        [PROGRAM, "sim", str(path), "--udp", str(port), "--lines", "truth", "--duration", "3600"]
     )
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as boat:
             boat.connect(("127.0.0.1", port))
             boat.settimeout(0.2)
-            speed, end = 0.0, time.monotonic() + 30.0
-            while speed < 0.05:
-                assert time.monotonic() < end
+
+            def moves():
                 try:
                     boat.send(b'{"command": [1, 0, 0]}')
-                    speed = json.loads(boat.recv(65536))["truth"][3]
+                    return json.loads(boat.recv(65536))["truth"][3] >= 0.05
                 except OSError:  # not there yet
-                    time.sleep(0.05)
+                    return False
+
+            until(moves)
     finally:
         program.terminate()
-        program.wait(10.0)
+        program.wait(PATIENCE)
 
 
 def test_what_can_not_be_used_is_said_and_left_out(path):

@@ -10,16 +10,13 @@
 //   ARRIVAL tick
 //   ARRIVAL reload
 //   ARRIVAL adopt
-//   ARRIVAL wait          0.3 s, for what comes from the live port
 // Each tick answers: stamp, then in odom x y psi, u v r, in map x y psi, odom in map x y psi,
 // health; or "stamp unknown". At the end the diagnosis.
-#include <chrono>
 #include <cinttypes>
 #include <cstdio>
 #include <iostream>
 #include <map>
 #include <sstream>
-#include <thread>
 
 #include "seatrial_ros/node.hpp"
 
@@ -100,8 +97,6 @@ void follow(sr::Node& node, const std::string& line) {
   } else if (what == "adopt") {
     const std::string wrong = node.adopt();
     std::printf("adopt %s\n", wrong.empty() ? node.model_path().c_str() : wrong.c_str());
-  } else if (what == "wait") {
-    std::this_thread::sleep_for(std::chrono::milliseconds(300));
   } else if (what == "pose") {
     sr::PoseMessage in;
     in.arrival = arrival;

@@ -19,6 +19,7 @@ LOOPBACK = "127.0.0.1"
 LONGEST_LINE = 65536  # [bytes] of a line, and of a datagram
 MOST_WAITING = 1 << 24  # [bytes] that wait to be handled: minutes of a fast sender
 CLOSING = 0.1  # [s] after which a closed port is free
+MOST_BUFFERED = 4096  # datagrams that are read after it is closed: the system holds fewer
 Address = tuple[str, int]
 
 
@@ -171,8 +172,14 @@ class Datagrams:
         self._socket.close()
 
     def _fill(self, inbox: Inbox) -> None:
-        while not self._closed:
-            if not select.select([self._socket], [], [], CLOSING)[0]:
+        left = MOST_BUFFERED
+        while left:
+            closed = self._closed  # before the look: what had arrived then is read
+            if closed:
+                left -= 1
+            if not select.select([self._socket], [], [], 0.0 if closed else CLOSING)[0]:
+                if closed:
+                    return
                 continue
             try:
                 block, sender = self._socket.recvfrom(LONGEST_LINE)

@@ -102,14 +102,14 @@ class FollowSource(EventSource):
     def __iter__(self) -> Iterator[SourceEvent]:
         """See `EventSource`."""
         with TemporaryDirectory(prefix="seatrial-") as folder:
-            while not self._closed.is_set():
+            open_still = True
+            while open_still:
+                open_still = not self._closed.wait(POLL)
                 if self._conversion is None:
                     self._begin(Path(folder))
-                else:
-                    yield from self._new(self._conversion)
-                self._closed.wait(POLL)
-            if self._conversion is not None:  # what was added before it was closed
-                yield from self._new(self._conversion)
+                # all that is there: where it is closed, what was added before
+                while self._conversion is not None and (parts := self._new(self._conversion)):
+                    yield from self._conversion.events(parts, time.time_ns())
 
     def close(self) -> None:
         """See `EventSource`."""
@@ -138,15 +138,14 @@ class FollowSource(EventSource):
             self._tables.append(table)
         self._conversion = conversion
 
-    def _new(self, conversion: Conversion) -> Iterator[SourceEvent]:
-        """Events of the rows that were added."""
+    def _new(self, conversion: Conversion) -> list[tuple[Request, Stamps, Array]]:
+        """The rows that were added, of a block of each table at most."""
         parts = []
         for table in self._tables:
             rows = table.rows()
             if rows:
                 parts += self._parts(table, rows, conversion)
-        if parts:
-            yield from conversion.events(parts, time.time_ns())
+        return parts
 
     def _parts(
         self, table: GrowingTable, rows: list[bytes], conversion: Conversion

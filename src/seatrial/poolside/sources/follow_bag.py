@@ -67,7 +67,11 @@ class FollowBag(EventSource):
                 yield from self._events(topics)
             else:
                 self._closed.wait(POLL)
-        yield from self._events(self._bag.grow())
+        # what was added before it was closed: a block at a time, and file by file
+        before = None
+        while before != self._bag.place:
+            before = self._bag.place
+            yield from self._events(self._bag.grow())
 
     def close(self) -> None:
         """See `EventSource`."""

@@ -46,6 +46,11 @@ class GrowingBag(Bag):
         self.topics = {n: replace(t, messages=counts[n]) for n, t in self.topics.items()}
         return {topic for topic, _, _ in self._new}
 
+    @property
+    def place(self) -> tuple[int, int, bool]:
+        """How far it is read: files, place in the newest one, whether that one is complete."""
+        return len(self.files), self._at, self._complete
+
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """Those of the last `grow`."""
         return (one for one in self._new if one[0] in names)

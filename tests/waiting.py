@@ -1,0 +1,35 @@
+# SPDX-License-Identifier: MIT
+"""Waiting for another process, thread or clock: for what is to happen, never for a time in which it should have."""
+
+import random
+import socket
+import time
+from collections.abc import Callable
+from typing import Any
+
+PATIENCE = (
+    120.0  # [s] a machine that tests other things beside is slow, or stands still for a while
+)
+PORTS = (20_000, 32_000)  # below those that Linux hands out by itself
+
+
+def until(true: Callable[[], Any], what: object = "", patience: float = PATIENCE) -> Any:
+    """Its value, once it is true. Fails after `patience` [s]; `what` says what was waited for, or shows it."""
+    end = time.monotonic() + patience
+    while not (found := true()):
+        assert time.monotonic() < end, what() if callable(what) else what
+        time.sleep(0.02)
+    return found
+
+
+def free_port() -> int:
+    """A port of loopback that nobody has, for a program that is about to take it: no other gets it by chance."""
+    while True:
+        port = random.SystemRandom().randrange(*PORTS)
+        with socket.socket() as stream, socket.socket(type=socket.SOCK_DGRAM) as datagrams:
+            try:
+                stream.bind(("127.0.0.1", port))
+                datagrams.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port
