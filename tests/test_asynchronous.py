@@ -129,6 +129,7 @@ def test_a_gyro_of_another_axis_is_refused(drive, noise):
         with_yaw_rate(drive.recording, stamps, roll, "pose: yaw_rate")
 
 
+@pytest.mark.system
 def test_a_gyro_makes_the_coefficients_of_yaw_surer(mp, drive):
     vehicle = mp
     trials = {t.name[:2]: t for t in simulate(with_seed(load_plan("clean"), 3), mp)}

@@ -74,7 +74,7 @@ SCENES = {
 @pytest.mark.parametrize(
     "name",
     [
-        "let go in position alone",
+        at_length("let go in position alone"),
         "let go while far off",
         at_length("as long as may be"),
         at_length("diverging"),

@@ -8,7 +8,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import CSE1
+from conftest import CSE1, at_length
 from scipy import stats
 
 import seatrial
@@ -193,7 +193,7 @@ def test_an_unchanged_boat_is_as_probable_as_ever(model, drives):
         )
 
 
-@pytest.mark.parametrize("cause", [NO_CHANGE, BATTERY])
+@pytest.mark.parametrize("cause", [at_length(NO_CHANGE), BATTERY])
 def test_running_filters_know_the_evidence_of_a_window(model, drives, cause):
     """A filter that goes on with the drive against one that runs along the window alone."""
     space, log = change_space(model), RecentLog(model.vehicle, 60.0)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model, on_request
+from conftest import TABLE_II, at_length, make_model, on_request
 from scipy import stats
 
 import seatrial
@@ -147,7 +147,12 @@ def unsure(vehicle, values, rng):
 
 
 @pytest.mark.parametrize(
-    ("mass", "thrust"), [(LOADED, 1.0), (1.0, WEAK), (LOADED, WEAK)], ids=["mass", "thrust", "both"]
+    ("mass", "thrust"),
+    [
+        at_length(LOADED, 1.0, id="mass"),
+        at_length(1.0, WEAK, id="thrust"),
+        pytest.param(LOADED, WEAK, id="both"),
+    ],
 )
 def test_compare_finds_the_change_in_every_axis(rows, mass, thrust):
     rng, off, fits = np.random.default_rng(6), [], []

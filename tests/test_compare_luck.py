@@ -79,6 +79,7 @@ def unsure(model, size):
     return replace(model, covariance=np.diag(np.square(size * both)))
 
 
+@pytest.mark.system
 def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
     a, b, record = drive
     found = compare(unsure(a, 0.1), unsure(b, 0.1), [record])

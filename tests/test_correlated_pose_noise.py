@@ -132,6 +132,7 @@ def test_position_errors_that_last_for_seconds_are_no_motion(sd, memory):
     assert not model.findings_of(FindingKind.NO_BETTER_THAN_CONSTANT)
 
 
+@pytest.mark.system
 def test_a_strong_push_is_not_taken_for_a_velocity_that_wanders():
     """A sixth of full thrust, and commands that answer it: the boat goes from place to place by itself."""
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
@@ -198,6 +199,7 @@ def _pushed_tug():
     return vehicle_from(content, "pushed tug")
 
 
+@pytest.mark.system
 def test_metres_of_pose_noise_are_as_centimetres_of_a_smaller_boat():
     """Lengths times 40: the same poses, the same numbers."""
     both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731

@@ -71,6 +71,7 @@ def test_every_thrust_gain_has_the_sign_of_the_ships_geometry(trained):
     assert c["N_d"] > 0
 
 
+@pytest.mark.system
 def test_levers_of_propellers_and_bow_thruster_are_nearly_the_drawings(coupled):
     model, _ = coupled
     c = model.values

@@ -7,7 +7,7 @@ from functools import partial
 import msgspec
 import numpy as np
 import pytest
-from conftest import make_model, on_request
+from conftest import at_length, make_model, on_request
 from survey_boat import TRUTH, as_stated
 from survey_boat import driven as surveyed
 
@@ -135,7 +135,7 @@ def test_positions_are_interpolated_to_the_headings(delay):
     ("hull", "late"),
     [
         (MIDDLE, (0.2, 0.0)),
-        (SMALL, (0.0, 0.2)),
+        at_length(SMALL, (0.0, 0.2)),
         on_request(MIDDLE, (0.0, 0.2)),
         on_request(SMALL, (0.2, 0.0)),
     ],
@@ -162,6 +162,7 @@ def latency_of(model):
     return dict(zip(model.vehicle.constants.names, model.constants, strict=True))["latency"]
 
 
+@pytest.mark.system
 def test_so_it_is_with_poses_of_a_satellite_receiver_and_a_compass():
     off = []
     for seed in range(1, 4):
@@ -191,6 +192,7 @@ def gnss(seed, late=(0.25, 0.0)):
     )
 
 
+@pytest.mark.system
 def test_so_it_is_where_the_boat_is_pushed():
     push = DisturbanceForce(0.05, 5.0)
     vehicle, recordings = driven(SMALL, CHAIN, seed=1, white=5e-3, late=(0.2, 0.0), push=push)

@@ -147,6 +147,7 @@ def test_short_recordings_in_fast_water_each_find_their_own_current():
         within(found, f"current_y.{name}", flow[1])
 
 
+@pytest.mark.system
 def test_trim_is_found_in_every_recording(known):
     plan, vehicle, _ = known
     lines = {**vehicle.structure.lines()}

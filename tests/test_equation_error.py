@@ -188,6 +188,7 @@ def test_the_end_of_one_recording_does_not_hang_together_with_the_next_one_s_beg
     assert a.covariance != pytest.approx(one.covariance, rel=1e-3)
 
 
+@pytest.mark.system
 def test_standard_errors_of_all_four_steps_are_the_spread_over_repeated_trials(mp):
     """White accelerations: no errors in variables, so the claimed errors must be the true ones."""
     c, dt, runs, n = TABLE_II["AF"], 1 / RATE, 150, 900

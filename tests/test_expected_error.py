@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import TABLE_II, at_length, make_model
 from scipy.linalg import expm
 
 from seatrial.boat.findings import FindingKind, of_kinds
@@ -59,7 +59,7 @@ def drive(af):
     return believing(plant_model(plan, af), plan, true_process(plan)), trial.recording
 
 
-@pytest.mark.parametrize("seconds", [0.2, 1.0, 5.0])
+@pytest.mark.parametrize("seconds", [0.2, 1.0, at_length(5.0)])
 def test_what_the_force_makes_is_the_closed_form(af, drive, seconds):
     """Yaw with linear drag alone: a linear system, its variance by Van Loan's matrix exponential."""
     _, recording = drive
@@ -119,6 +119,7 @@ def test_a_model_that_is_right_scores_what_it_foresees(drive):
     assert not of_kinds(row.findings, BEYOND)
 
 
+@pytest.mark.system
 def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
     model, _ = drive
     plan = plan_of(seed=6)

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from conftest import at_length
 from survey_boat import TRUTH, as_stated, driven
 
 from seatrial.boat.noise_parameters import noise_vector
@@ -41,7 +42,7 @@ def test_a_log_that_begins_without_a_fix_is_identified_as_one_with(drive, second
     assert model.standard_errors["X_u"] < 0.01
 
 
-@pytest.mark.parametrize("leap", [100.0, 1e4, 1e6])
+@pytest.mark.parametrize("leap", [100.0, at_length(1e4), 1e6])
 def test_a_jump_for_good_costs_the_same_however_far_it_is(drive, leap):
     vehicle, recording = drive
     near, far = (
@@ -53,7 +54,7 @@ def test_a_jump_for_good_costs_the_same_however_far_it_is(drive, leap):
             assert far.standard_errors[name] == pytest.approx(error, rel=0.02)
 
 
-@pytest.mark.parametrize("gap", [0, 30])
+@pytest.mark.parametrize("gap", [0, at_length(30)])
 def test_a_jumps_cost_has_no_step_where_it_is_further_than_anywhere(drive, gap):
     """10 m; a step of the likelihood there would be met by its derivatives."""
     vehicle, recording = drive

@@ -60,6 +60,7 @@ def test_the_file_proposed_identifies_the_model_that_the_right_one_does(
     assert vehicle.name == "pool"
 
 
+@pytest.mark.system
 def test_from_a_bag_to_a_model_by_two_commands(tmp_path, propose, capsys):
     """The file proposed, with the method that is taken where none is named."""
     path = drive(180.0, sticks=half).write(tmp_path / "pool.bag")

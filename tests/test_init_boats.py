@@ -274,6 +274,7 @@ def test_axes_that_nothing_drove_are_left_to_be_filled_in(tmp_path, propose, dri
         assert (report.recordings[0].axes[i].rms == 0.0) == (axis in missing)
 
 
+@pytest.mark.system
 def test_what_is_filled_in_as_the_comments_say_is_the_whole_boat(tmp_path, propose):
     """The lines for sway and yaw without their '#': the file for all trials."""
     surge = drive(sticks=lambda t, seed: half(t) * [1, 0, 0]).write(tmp_path / "surge.bag")

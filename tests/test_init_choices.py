@@ -266,15 +266,14 @@ headers = st.text(
 ) | st.sampled_from(["t", "x", "y", "psi", "valid", "F_u", "yaw", "x [mm]", "a_b", "a b", "z", "stamp"])  # fmt: skip
 
 
+@pytest.mark.system
 @settings(max_examples=40)
 # S: seconds by its name, a position by its values
-@pytest.mark.system
 @example(["F:U", "S", "Y", "Psi", "X0MM"], False)
 @given(st.lists(headers, min_size=3, max_size=9), st.booleans())
 def test_whatever_the_columns_are_called_there_is_a_file_or_one_line(
-    tmp_path_factory, names, usual
+    log, tmp_path_factory, names, usual
 ):
-    log = drive(sticks=half)
     names = ["t", "x", "y", "psi", *names] if usual else names
     at = np.searchsorted(log.command_t, log.pose_t)
     data = np.column_stack(

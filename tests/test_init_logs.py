@@ -8,6 +8,7 @@ import autopilot_logs
 import numpy as np
 import pytest
 from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, px4, telemetry, trial
+from conftest import at_length
 
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands.cli import main
@@ -47,7 +48,7 @@ def proposed(path, folder, **choices):
 
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("boat", BOATS)
-@pytest.mark.parametrize("axes", [FRD, FLU])
+@pytest.mark.parametrize("axes", [FRD, at_length(FLU)])
 def test_the_proposed_file_reads_the_truth(logs, tmp_path, name, boat, axes):
     """Position within GNSS's noise, heading and yaw rate, commands to the resolution of a pulse."""
     _, vehicle = proposed(logs[boat, name], tmp_path, axes=axes)
@@ -209,7 +210,7 @@ CHOSEN = {  # fields of position, heading, yaw rate and motors, as `init` finds 
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("axes", [FRD, FLU])
+@pytest.mark.parametrize("axes", [at_length(FRD), FLU])
 @pytest.mark.parametrize("name", CHOSEN)
 def test_chosen_fields_read_as_those_that_are_recognised(logs, tmp_path, name, axes):
     """All of them, the position alone, the heading alone, the commands alone."""

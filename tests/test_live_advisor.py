@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import at_length
 from live_advice_boat import known_boat
 
 from benchmarks.studies.guidance import boat as twin
@@ -29,7 +30,7 @@ def effort(one):
     return np.sqrt(np.mean(np.square(one.commands), axis=0))
 
 
-@pytest.mark.parametrize(("letter", "stick"), [("X", 0), ("Y", 1), ("N", 2)])
+@pytest.mark.parametrize(("letter", "stick"), [("X", 0), at_length("Y", 1), ("N", 2)])
 def test_the_axis_that_is_not_known_is_driven(letter, stick):
     first = advice(known_boat(0.005, **{letter: 0.5}))[0]
     assert effort(first)[stick] > 0.25
@@ -46,7 +47,9 @@ def test_the_best_comes_first_and_is_a_manoeuvre_of_some_seconds():
         assert max(np.abs(one.commands).max(axis=0)) <= 1.0
 
 
-@pytest.mark.parametrize("place", [(0.0, 0.0, 0.3), (1.1, 0.5, 0.5), (-1.2, -0.7, -2.0)])
+@pytest.mark.parametrize(
+    "place", [at_length((0.0, 0.0, 0.3)), (1.1, 0.5, 0.5), at_length((-1.2, -0.7, -2.0))]
+)
 def test_it_keeps_clear_of_the_walls(place):
     state = np.array([*place, 0.05, 0.0, 0.1])
     for one in advice(known_boat(0.2), state):
@@ -82,6 +85,7 @@ def test_position_errors_are_those_of_models_drawn_from_the_covariance():
     assert found[0] == 0.0
 
 
+@pytest.mark.system
 def test_a_poor_model_keeps_further_off_the_walls():
     area = rectangle(3.6, 2.4)
     near = np.array([0.9, 0.5, 0.6, 0.1, 0.0, 0.0])
@@ -105,6 +109,7 @@ def test_the_drawn_path_is_what_the_model_does_with_the_sticks():
     assert np.array(one.path) == pytest.approx(states[:, :3], abs=0.02)
 
 
+@pytest.mark.system
 def test_in_axes_forward_right_down_path_and_sticks_are_mirrored():
     left, right = (known_boat(0.2, axes=f"forward-{side}") for side in ("left-up", "right-down"))
     area = np.array([[-2.0, -0.5], [2.0, -0.5], [2.0, 1.5], [-2.0, 1.5]])

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from conftest import at_length
 
 import seatrial
 from seatrial.identification.first_search import first_maximum
@@ -23,7 +24,7 @@ SECOND = 1_000_000_000  # [ns]
 DRIVES = {"holonomic": holonomic, "twin in wind": twin_in_wind}
 
 
-@pytest.fixture(scope="module", params=DRIVES)
+@pytest.fixture(scope="module", params=["holonomic", at_length("twin in wind")])
 def drive(request):
     """The vehicle and a recording of three minutes."""
     return DRIVES[request.param](180.0, seed=5, rate=10.0)
@@ -275,6 +276,7 @@ def test_of_an_automatic_structure_the_usual_terms_are_estimated():
     assert apart(model, seatrial.identify([recording], usual)).max() < 0.1
 
 
+@pytest.mark.system
 def test_a_start_model_is_the_estimate_until_there_is_one():
     vehicle, recording = holonomic(120.0, seed=11, rate=10.0)
     known = seatrial.identify([holonomic(150.0, seed=12, rate=10.0)[1]], vehicle)

@@ -52,6 +52,7 @@ def begun(recording: Recording, at: float, lasts: float = 60.0) -> Recording:
     return replace(part, commands=Signal(c.names, c.stamps[rows], c.values[rows]))
 
 
+@pytest.mark.system
 def test_poses_count_from_when_the_first_command_has_lasted(tracked, af):
     _, drives = tracked
     for recording, at in drives:

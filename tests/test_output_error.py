@@ -8,7 +8,7 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 import pytest
-from conftest import on_request
+from conftest import at_length, on_request
 from method_trials import driven
 from scipy.linalg import expm
 
@@ -199,7 +199,7 @@ def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(
         output_error(recordings, vehicle, settings=settings, start=starts[0])
 
 
-@pytest.mark.parametrize("hole", [(100.0, 102.0), (100.0, 105.0)])
+@pytest.mark.parametrize("hole", [at_length((100.0, 102.0)), (100.0, 105.0)])
 def test_lost_commands_cost_no_more_than_the_poses_beside_them(hole):
     """What drove the boat there is not known: the filter begins afresh."""
     vehicle, (r, *others) = driven("paper-like", "mallard-mp", 8)
@@ -265,6 +265,7 @@ def test_what_the_vehicle_file_states_is_kept(trials):
     assert problem.names[: problem.n_coefficients] == vehicle.structure.coefficients
 
 
+@pytest.mark.system
 def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_seen(
     trials, tmp_path
 ):

@@ -68,11 +68,12 @@ def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
         at_length("hard", PUSH),
     ],
 )
-@pytest.mark.parametrize("names", [("S1", "S2", "S3"), ("S7",), ("S6",)])
+@pytest.mark.parametrize("names", [("S1", "S2", "S3"), at_length(("S7",)), at_length(("S6",))])
 def test_a_boat_that_stays_what_it_is_has_no_note(mp, preset, force, names):
     assert drift_of(mp, with_seed(load_plan(preset), 711), force, names) == ()
 
 
+@pytest.mark.system
 def test_what_a_structure_lacks_is_no_change_of_the_boat(mp):
     """Quadratic drag, that the plant has: what is left follows speed, which comes and goes."""
     plan = with_seed(load_plan("hard"), 741)

@@ -273,6 +273,7 @@ def test_the_scale_signal_drives_the_thrust(cse1_vehicle):
     assert p.at(1.0).velocity[0] == pytest.approx(full / 4.0, rel=0.05)
 
 
+@pytest.mark.system
 def test_the_benchmark_prints_its_tables():
     table = matches.table().splitlines()
     assert len(table) == 2 + 2 * len(SCENES)

@@ -170,6 +170,7 @@ def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
     assert 3 <= alarms <= 34  # three tests that are correlated at 5 % in all
 
 
+@pytest.mark.system
 def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, before, after):
     """Three of them: errors in units of those of a minute alone."""
     truth, trials = after

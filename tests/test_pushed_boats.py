@@ -71,7 +71,7 @@ def test_where_a_structure_is_not_right_the_pushs_side_is_asked_again(seed):
 
 @pytest.mark.parametrize(
     ("share", "seed"),
-    [(0.0, 0), (0.05, 2), at_length(0.01, 1), on_request(0.05, 3), on_request(0.05, 5)],
+    [at_length(0.0, 0), (0.05, 2), at_length(0.01, 1), on_request(0.05, 3), on_request(0.05, 5)],
 )
 def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
     """Edges that were twice too large stood for it, 4 to 17 standard errors away; or it was believed loosely."""

@@ -187,6 +187,7 @@ def test_commands_to_the_thrusters_give_the_forces_that_the_allocation_gave():
         np.testing.assert_allclose(direct, own, atol=1e-12)
 
 
+@pytest.mark.system
 def test_a_seed_is_worked_stored_and_shown(tmp_path):
     """Two minutes of each trial, nearly: everything runs, and the boat comes back."""
     scene = scenes()["hard MP"]

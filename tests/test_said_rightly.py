@@ -30,6 +30,7 @@ def test_noisy_fast_poses_are_not_in_other_units():
     assert [s for s in implausible_values(in_mm) if "mm or cm" in s]
 
 
+@pytest.mark.system
 def test_slow_poses_are_said_where_their_velocities_are_used():
     _, recording = driven({}, [both, both], stamps=even(1.0))
     model = make_model(boat([{"latency": 0.05, "lag": 0.1}]), TRUTH)

@@ -121,6 +121,7 @@ def test_scores_without_a_reference_are_the_stencils(stencil_scores, tmp_path):
     assert found.reference == "stencil"
 
 
+@pytest.mark.system
 def test_a_report_from_the_stencils_scores_compares_with_the_stencil(
     model, drives, stencil_scores, scores
 ):
@@ -158,6 +159,7 @@ def test_the_command_takes_the_file(pool, tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.system
 def test_the_command_has_the_stencils_scores_too(pool, tmp_path, capsys):
     model, drive, path = str(pool / "model.yaml"), str(pool / "S7-AF"), tmp_path / "scores.json"
     for chosen, word in (

@@ -373,6 +373,7 @@ def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupl
     assert "v_dot = - u r + Y_v v" in shown.replace("= -u", "= - u")
 
 
+@pytest.mark.system
 def test_a_term_that_changes_sign_between_repeats_goes(mp):
     records = trials(mp, 5, names=SIX[:3], extra={"Y_r": 0.02})
     records += trials(mp, 5, names=SIX[3:], extra={"Y_r": -0.012})

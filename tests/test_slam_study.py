@@ -196,6 +196,7 @@ def test_the_gate_asks_for_convergence_overlap_and_a_speed_that_boats_have():
     assert not plausible(Match(turned, True, 0.9, 5), guess, 10.5)
 
 
+@pytest.mark.system
 def test_a_drive_keeps_clear_turns_as_fast_as_the_paper_s_boat_and_is_followed(true_model):
     made = drive("aggressive", 52)
     assert pool_scene().distance(made.truth[:, :2]).min() > 0.3

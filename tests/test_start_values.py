@@ -95,6 +95,7 @@ def test_delays_that_differ_by_group_are_found_apart(mp):
     assert found["latency.stern"] == pytest.approx(0.03, abs=0.01)
 
 
+@pytest.mark.system
 def test_of_long_recordings_pieces_are_enough(af):
     """An hour: a part of it is looked at."""
     plan = load_plan("paper-like")

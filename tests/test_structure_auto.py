@@ -95,6 +95,7 @@ def test_a_centre_of_mass_beside_the_middle_is_an_acceleration_and_no_thrust(boa
         assert found.values[name] == pytest.approx(truth, abs=4 * found.standard_errors[name])
 
 
+@pytest.mark.system
 def test_another_method_estimates_the_terms_that_output_error_chooses(boat, lifted):
     model = seatrial.identify(lifted, boat.with_automatic_structure(), method="weak-form")
     assert set(model.values) == BASE | {"Y_ur"}

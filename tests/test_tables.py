@@ -337,9 +337,9 @@ def nested(depth):
 def bomb():
     raw = matrix(6, (1, 1), struct.pack("<II", 9, 1 << 30))
     packer = zlib.compressobj(9)
-    packed = packer.compress(raw)
-    zeros = bytes(1 << 24)
-    packed += b"".join(packer.compress(zeros) for _ in range(66)) + packer.flush()
+    packed = packer.compress(raw) + packer.flush(zlib.Z_FULL_FLUSH)
+    # after a full flush equal bytes are packed alike: no gigabyte needs to be packed
+    packed += 66 * (packer.compress(bytes(1 << 24)) + packer.flush(zlib.Z_FULL_FLUSH))
     return struct.pack("<II", 15, len(packed)) + packed
 
 

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import at_length
 from rich.cells import cell_len
 
 from seatrial.util import printing, terminal
@@ -192,7 +193,7 @@ def on_terminal(*arguments, columns: int, **environment: str) -> str:
     return shown.decode().replace("\r\n", "\n")
 
 
-@pytest.mark.parametrize("columns", [60, 80])
+@pytest.mark.parametrize("columns", [60, at_length(80)])
 def test_inspect_on_a_terminal_fits_it(pool, columns):
     shown = on_terminal("inspect", pool / "S1-AF", "-q", columns=columns)
     assert "\x1b[1m" in shown

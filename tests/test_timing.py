@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.recording.timing import Clock, describe, longest_rising, only_changes, regular_period
+from seatrial.recording.timing import (
+    Clock,
+    coarse_commands,
+    describe,
+    longest_rising,
+    only_changes,
+    regular_period,
+)
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
 
@@ -31,6 +38,30 @@ def header(stamps, arrival, role="commands"):
 
 def column(stamps):
     return describe("poses", "t.csv", "table", clock=Clock.COLUMN, stamps=nanoseconds(stamps))
+
+
+def signals(source, clock, rate):
+    """Poses at 10 Hz of a.csv, and commands of a source."""
+    commands = describe(
+        "commands", source, "", clock=clock, stamps=nanoseconds(np.arange(200) / rate)
+    )
+    poses = describe(
+        "poses", "a.csv", "table", clock=Clock.COLUMN, stamps=nanoseconds(np.arange(200) / 10.0)
+    )
+    return [poses, commands]
+
+
+@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("a.csv", Clock.COLUMN)])
+def test_rare_samples_of_commands_are_a_doubt(source, clock):
+    (doubt,) = coarse_commands(signals(source, clock, 10.0))
+    assert f"commands of {source} are samples, 0.1 s apart" in doubt
+    assert "Log commands at 50 Hz or more" in doubt
+    assert coarse_commands(signals(source, clock, 50.0)) == []
+
+
+@pytest.mark.parametrize(("source", "clock"), [("b.csv", Clock.COLUMN), ("/joy", Clock.HEADER)])
+def test_rare_commands_are_themselves_where_they_have_a_place_of_their_own(source, clock):
+    assert coarse_commands(signals(source, clock, 10.0)) == []
 
 
 # Rates, gaps and order. #

@@ -4,6 +4,7 @@
 import ast
 import re
 import sys
+from functools import cache
 
 import pytest
 from test_docs import ROOT
@@ -19,8 +20,9 @@ import troubleshooting
 PAGE = troubleshooting.page()
 
 
-def messages() -> list[str]:
-    """Strings of the program, … for what is filled in."""
+@cache
+def messages() -> str:
+    """Strings of the program, a line each, … for what is filled in."""
     found = []
     for path in (ROOT / "src" / "seatrial").rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
@@ -29,7 +31,7 @@ def messages() -> list[str]:
                 found.append("".join(parts))
             elif isinstance(node, ast.Constant) and isinstance(node.value, str):
                 found.append(node.value)
-    return found
+    return "\n".join(found)
 
 
 def test_a_message_is_found_by_its_words():
@@ -85,7 +87,7 @@ def test_every_fault_and_every_flag_is_on_the_page():
 
 @pytest.mark.parametrize("group", troubleshooting.ERRORS)
 def test_every_error_on_the_page_is_one_of_the_programs(group):
-    known = "\n".join(messages())
+    known = messages()
     for message, meaning, advice in troubleshooting.ERRORS[group]:
         assert message in known, message
         assert f"- `{message}`  \n  {meaning}  \n  **Do:** {advice}" in PAGE

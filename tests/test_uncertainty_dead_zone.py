@@ -32,6 +32,7 @@ def wider(result):
     return dict(zip(result.names, ratio, strict=True))
 
 
+@pytest.mark.system
 def test_between_equal_edges_the_likelihood_rises_sooner_than_its_curvature_says():
     result = found("hard MP pushed", 1005)
     ratio = wider(result)

@@ -100,6 +100,7 @@ def test_a_lever_arm_is_named_with_its_length(lever):
     assert "--effect lever" in note
 
 
+@pytest.mark.system
 def test_a_current_is_named_with_its_speed():
     vehicle, recordings = drives(carried(np.array([0.08, -0.06])))
     (finding,) = asked(output_error(recordings, vehicle))

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import TABLE_II, at_length, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -35,7 +35,7 @@ def test_the_true_model_from_true_starts_predicts_to_the_last_digit(truth_af, cl
     assert got.floor.tolist() == [0, 0, 0]
 
 
-@pytest.mark.parametrize("preset", ["paper-like", "hard"])
+@pytest.mark.parametrize("preset", [at_length("paper-like"), "hard"])
 def test_a_perfect_models_score_is_the_noise_floor(af, preset):
     """The floor is computed from noise and sensitivities; the score is measured."""
     import msgspec

@@ -38,7 +38,7 @@ from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import joined
 from seatrial.util.progress import over, stage
 from seatrial.util.questions import Questions
-from seatrial.workflow.next_step import NextStep, asked_for, command
+from seatrial.workflow.next_step import NextStep, asked_for, command, identify_line
 
 
 @dataclass(frozen=True)
@@ -104,6 +104,7 @@ def auto(
     )
     with stage("identifying", 0.55):
         model = _model(here, training, vehicle, made_from)
+    _whole_recordings(here, model, held_out)
     # 4. scores on what was held out, 5. the report on all of it
     with stage("validating", 0.1):
         tested = _as_model_reads(here, model, vehicle, held_out)
@@ -228,6 +229,21 @@ def _model(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_fro
     return found.model
 
 
+def _whole_recordings(here: Task, model: Model, held_out: Sequence[Recording]) -> None:
+    """State how to identify from the last quarters, too."""
+    if not any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out):
+        return
+    whole = here.file("model-of-all.yaml")
+    line = identify_line(here.logs, here.file("vehicle.yaml"), whole, *_effect_options(model))
+    here.assumed.append(f"the model is not identified from what tests it; from all of it: {line}")
+
+
+def _effect_options(model: Model) -> list[str]:
+    """Options of `identify` with the model's effects."""
+    effects = str(model.estimator.settings.get("effects") or "").split(", ")
+    return [word for effect in effects if effect for word in ("--effect", effect)]
+
+
 def _lever_stated_wrong(here: Task, model: Model, vehicle: Vehicle) -> None:
     """State that the lever arm is the log's: the user's, or the origin, does not stand."""
     if model.vehicle.lever == vehicle.lever:
@@ -274,10 +290,8 @@ def _report(here: Task, model: Model, recordings: Sequence[Recording], scores: S
     here.say(f"validate  {predicted(evidence)}  -> {here.file('scores.json')}")
     here.say(f"report    -> {here.file('report.html')}")
     # what `auto` estimated stays, and so does its model
-    effects = str(model.estimator.settings.get("effects") or "").split(", ")
-    options = [word for effect in effects if effect for word in ("--effect", effect)]
     vehicle, further = here.file("vehicle.yaml"), here.file("model-2.yaml")
-    wanted = asked_for(model, here.logs, vehicle, further, options)
+    wanted = asked_for(model, here.logs, vehicle, further, _effect_options(model))
     if wanted is not None:
         return wanted
     step = following(evidence)

@@ -25,6 +25,7 @@ from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording
 from seatrial.recording.resolution import coarse_position
+from seatrial.recording.timing import coarse_commands
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -47,14 +48,16 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     known, doubts = _poses(given, vehicle, name)
     signs = dict(zip(vehicle.inputs, vehicle.input_signs, strict=True))
     inputs = [_signed(signal_of(*each), signs) for each in driven]
+    streams = [rows.stream for rows in read]
     position, heading = vehicle.delays
     recording = make_recording(
         name, stamps_of_headings(known.stamps, heading), known.eta,
         merged(inputs, vehicle.inputs),
         scales=_finite(merged([signal_of(*s) for s in factors], vehicle.scales)) if factors else None,
         marked_valid=given[0][1].marked_valid, timeout=vehicle.file.command_timeout,
-        sources=[Source(file) for file in signals.files], streams=[rows.stream for rows in read],
-        remarks=[*signals.remarks, *bursts], doubts=doubts, position_delay=position - heading, parts=known.parts,
+        sources=[Source(file) for file in signals.files], streams=streams,
+        remarks=[*signals.remarks, *bursts], doubts=[*doubts, *coarse_commands(streams)],
+        position_delay=position - heading, parts=known.parts,
         asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),
     )  # fmt: skip
     recording = with_enough_poses(recording)

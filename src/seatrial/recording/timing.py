@@ -2,6 +2,7 @@
 """Timing of signals: rate, gaps, order of stamps; offset, drift and steps of their clock."""
 
 from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -27,6 +28,9 @@ STEP_LASTING_BLOCKS = 3  # least blocks on either side: a queue that empties lat
 STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after it
 LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
+COARSE_SAMPLING = (
+    0.05  # [s] from here on samples of commands are too far apart for the thrusters' constants
+)
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 
@@ -109,6 +113,27 @@ def describe(
         float(np.std(near)) if len(near) else 0.0,
         int((steps == 0).sum()), int((steps < 0).sum()), regular_period(forward) is None, delay, publishers,
     )  # fmt: skip
+
+
+def coarse_commands(streams: Sequence[Stream]) -> list[str]:
+    """The doubt where commands are samples far apart: an autopilot's log, or a column beside the poses.
+
+    A message of ROS is the command itself, and its stamp the time of the change.
+    """
+    places = {stream.source for stream in streams if stream.role == "poses"}
+    periods = [
+        (stream.source, 1.0 / stream.rate)
+        for stream in streams
+        if stream.role == "commands" and stream.rate and not stream.on_change
+        if stream.clock is Clock.LOG or stream.source in places
+    ]
+    return [
+        f"the commands of {source} are samples, {period:.2g} s apart: a change is up to as much older than the "
+        "row that shows it. Latency, lag and dead zone may be off by more than their intervals say. Log "
+        "commands at 50 Hz or more (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
+        for source, period in periods
+        if period >= COARSE_SAMPLING
+    ][:1]
 
 
 def regular_period(steps: Array) -> float | None:
