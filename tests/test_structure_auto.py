@@ -13,10 +13,12 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.physical_library import base_terms, library_tiers
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import fit
+from seatrial.identification.selection.significance import enough_blocks, least_length
 from seatrial.identification.selection.terms import choose_structure, given_candidates
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import aliases
 from seatrial.identification.selection.terms.decisions import TermVerdict
+from seatrial.identification.selection.terms.select_terms import estimated_parameters
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
@@ -119,6 +121,12 @@ def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
     added_mass = {"X_vr", "Y_ur", "N_uv"}
     found = seatrial.identify(short, boat.with_automatic_structure())
     assert set(found.values) == BASE | added_mass
+    # the length that `identify` asks for is enough, and no more
+    fitted = estimated_parameters(boat.with_automatic_structure(), short)
+    least = least_length(short, fitted)
+    piece, count = lifted[0].cut(0.0, 20.0), round(least / 20.0)
+    assert enough_blocks([piece] * count, fitted)
+    assert not enough_blocks([piece] * (count - 1), fitted)
 
 
 def test_a_prior_has_terms_already(boat, lifted):

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 TERMS_NOT_CHOSEN = (
     "structure: auto: {length:.0f} s are too short to choose terms. The model has drag, thrust and free added "
-    "mass of every axis. "
-    "Record 20 s for each parameter, or write the terms in the vehicle file"
+    "mass of every axis. Record {least:.0f} s or more, 20 s for each parameter, or write the terms in the vehicle "
+    "file"
 )
 
 
@@ -156,7 +156,9 @@ def _terms(
     prior: "Model | None",
 ) -> "tuple[str, TermChoice | None]":
     """The terms of a vehicle with `structure: auto`, and why, in words."""
+    from seatrial.identification.selection.significance import least_length
     from seatrial.identification.selection.terms import chosen_terms_text, selection_text
+    from seatrial.identification.selection.terms.select_terms import estimated_parameters
     from seatrial.identification.term_choice import choose_terms
 
     if not vehicle.automatic:
@@ -169,7 +171,9 @@ def _terms(
     if prior is not None:
         return "", choice
     length = sum(recording.duration for recording in recordings)
-    return TERMS_NOT_CHOSEN.format(length=length), choice
+    fitted = estimated_parameters(choice.vehicle, recordings)
+    least = least_length(recordings, fitted)
+    return TERMS_NOT_CHOSEN.format(length=length, least=least), choice
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:

@@ -23,6 +23,7 @@ from seatrial.guide.answers import (
 from seatrial.guide.held_out import HELD_OUT_SUFFIX, hold_out, place_of
 from seatrial.guide.steps import Say, Steps, Task, digest_of
 from seatrial.identification.guided import identify_guided
+from seatrial.identification.selection.significance import least_length
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.inspection.proposal.sources import Choices
@@ -216,7 +217,11 @@ def _model(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_fro
     if found.chosen is not None:
         terms += ", terms chosen by the recordings"
     elif vehicle.automatic:
-        terms += ", those that every boat has: the recordings are too short to choose terms"
+        least = least_length(training, len(found.solution.problem.free))
+        terms += (
+            ", those that every boat has: the recordings are too short to choose terms "
+            f"({least:.0f} s or more, beside what tests the model)"
+        )
     with_them = f"; with {joined(found.effects)}" if found.effects else ""
     if here.ask is None:
         here.assumed += [

@@ -44,6 +44,11 @@ class TooShortError(IdentificationError):
     """Recordings that are too short to test terms."""
 
 
+def least_length(recordings: Sequence[Recording], fitted: int) -> float:
+    """Seconds of recordings that tests with so many fitted parameters need, where these are too short."""
+    return 2.0 * BLOCK * max(fitted, blocks_of(recordings) // 2 + 1)
+
+
 def enough_blocks(recordings: Sequence[Recording], fitted: int) -> bool:
     """Whether recordings have the blocks of `BLOCK` [s] that a test with so many fitted parameters needs."""
     return blocks_of(recordings) >= 2 * fitted

@@ -59,7 +59,7 @@ def select(
     """
     # enough data, repeats of the experiment, candidates
     check_recordings(recordings)
-    freedom(blocks_of(recordings), _estimated(vehicle, recordings))
+    freedom(blocks_of(recordings), estimated_parameters(vehicle, recordings))
     tiers = candidate_tiers(vehicle) if candidates is None else (tuple(candidates),)
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
@@ -83,7 +83,7 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
     actuator chain with the chosen terms. The recordings are checked, every axis was driven. Raises
     IdentificationError where no solution is found.
     """
-    if not enough_blocks(recordings, _estimated(vehicle, recordings)):
+    if not enough_blocks(recordings, estimated_parameters(vehicle, recordings)):
         return None
     parts = folds(vehicle, recordings)
     together = tuple(r for part in parts for r in part.recordings)
@@ -152,7 +152,7 @@ def _supported(
             there = there.refitted([t for t in there.terms if t.coefficient not in worst.values()])
 
 
-def _estimated(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
+def estimated_parameters(vehicle: Vehicle, recordings: Sequence[Recording]) -> int:
     """Number of parameters to be estimated: coefficients, and constants of the chain that are not stated."""
     whole = with_free_stages(vehicle, recordings)
     stated = set(vehicle.constants.names) - set(whole.estimated)
