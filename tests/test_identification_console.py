@@ -78,8 +78,11 @@ def test_noise_in_words(model):
         "1 % in yaw of the largest commanded force, time constant 2 s." in summary(model)
     )
     process = msgspec.structs.replace(model.noise.process, earth_fixed=True)
-    assert "time constant 2 s, earth-fixed." in summary(
-        replace(model, noise=msgspec.structs.replace(model.noise, process=process))
+    windy = replace(model, noise=msgspec.structs.replace(model.noise, process=process))
+    assert "time constant 2 s, earth-fixed." in summary(windy)
+    drift = Entry("S1", 60.0, effects={"current_x": 0.1, "current_y": 0.0})
+    assert "earth-fixed, with the current of the recordings, unknown on board." in summary(
+        replace(windy, recordings=(drift,))
     )
     quiet = replace(
         model, noise=NoiseEntry(0.004, 0.003, ProcessEntry(2e-3, 9e-3, 1e-6, 1e-6, 2.0))

@@ -2,7 +2,7 @@
 """Current and wind of a recording as size and direction, in the words of the recording's own frame."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import atan2, degrees, hypot
 
@@ -62,3 +62,9 @@ def _knows_north(pose: PoseSource, axes: Axes) -> bool:
     x = as_column(pose.x)
     words = re.findall(r"[a-z]+", f"{x.column} {x.field}".lower())
     return pose.latitude is not None or not FIRST_AXES[axes].isdisjoint(words)
+
+
+def forces_as_noise(recordings: Iterable[RecordingEntry]) -> list[str]:
+    """Kinds of effects of a model's recordings, which it states as process noise: on board they are not known."""
+    names = {name.partition("_")[0] for entry in recordings for name in entry.effects}
+    return [kind for kind in ("current", "wind", "trim") if kind in names]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.earth_effects import earth_effects
+from seatrial.boat.earth_effects import earth_effects, forces_as_noise
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION, FindingKind
 from seatrial.boat.findings import finding_text, most_important, sentence_of
 from seatrial.boat.model import Model
@@ -198,13 +198,19 @@ def _noise(model: Model) -> str:
     ]
     said += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
-        f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}"
+        f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}{_with_effects(model)}"
         if parts else "; no significant process noise"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > LEAST_WALK:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
         said += f"; velocity random walk {_above(LEAST_WALK, *walks)} in 1 s"
     return f"{said}."
+
+
+def _with_effects(model: Model) -> str:
+    """That the process noise includes what is not known on board."""
+    kinds = forces_as_noise(model.recordings)
+    return f", with the {joined(kinds)} of the recordings, unknown on board" if kinds else ""
 
 
 def _above(least: float, *sizes: tuple[float, str]) -> str:

@@ -4,8 +4,10 @@
 from collections import Counter
 from collections.abc import Sequence
 
+from seatrial.boat.earth_effects import forces_as_noise
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION
 from seatrial.boat.findings import finding_text, most_important
+from seatrial.boat.model import Model
 from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.uncertainty.identifiability import Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
@@ -104,7 +106,7 @@ def predicted(evidence: Evidence) -> str:
     return (
         f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {verdicts}: "
         f"RMS error {joined(sizes)}, {joined(shares)} times that of constant "
-        f"velocity{_floor(runs, rms)}{missing}."
+        f"velocity{_floor(runs)}{_over_expected(evidence.model, runs, rms)}{missing}."
     )
 
 
@@ -126,27 +128,32 @@ def axis_word(resolved: float, hidden: bool, ratio: float) -> str:
     return word if word == ratio_word(0.0) else "as well as these poses resolve"
 
 
-def _floor(runs: Sequence[Run], rms: Array) -> str:
+def _floor(runs: Sequence[Run]) -> str:
     """The noise floor."""
     noise = floors(runs)
     sizes = [
         f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), ERROR_UNITS, strict=True)
     ]
     more = ", not exceeded" if at_floor(runs).all() else ""
-    return f"; the noise floor is {joined(sizes)}{more}{_over_expected(runs, rms)}"
+    return f"; the noise floor is {joined(sizes)}{more}"
 
 
-def _over_expected(runs: Sequence[Run], rms: Array) -> str:
+def _over_expected(model: Model, runs: Sequence[Run], rms: Array) -> str:
     """RMS error over the expected RMS."""
     own = expected_rms(runs)
     if own is None:
         return ""
     over = (rms / own).tolist()
     times = joined([number(t, 2) for t in over])
+    kinds = forces_as_noise(model.recordings)
     cautious = (
-        ", so that the model states larger errors than it makes" if max(over) < CAUTIOUS else ""
+        f", which allows for an unknown {joined(kinds)}"
+        if kinds
+        else ", so that the model states larger errors than it makes"
     )
-    return f"; the error is {times} times the expected RMS{cautious}"
+    return (
+        f"; the error is {times} times the expected RMS{cautious if max(over) < CAUTIOUS else ''}"
+    )
 
 
 def following(evidence: Evidence) -> str:
