@@ -5,20 +5,27 @@ import dataclasses
 
 import msgspec
 import pytest
-from boats.hulls import CROSS, FREE, MIDDLE, driven
+from boats.hulls import CROSS, FREE, MIDDLE, TUG, driven
+from conftest import at_length
 
 import seatrial
 from seatrial.boat.findings import FindingKind, of_kinds
 from seatrial.boat.schema import AllocationEntry
+from seatrial.identification.estimator import fit
 from seatrial.identification.first_search import first_maximum
+from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.thruster_layout import (
     LAYOUTS,
+    contradicted_layout,
     forces_alone,
     select_layout,
     with_layout,
 )
+from seatrial.simulation.plan import DisturbanceForce
 
 EDGES = {"forward": 0.1, "reverse": 0.12}
+PUSH = DisturbanceForce(0.03, 2.0, earth_fixed=True)
+TOED_IN = [(-0.35, 0.2, 20.0), (-0.35, -0.2, -20.0), (0.4, 0.05, 80.0)]  # no usual layout
 
 
 def without_thrusters(vehicle):
@@ -69,6 +76,40 @@ def test_a_vehicle_with_a_layout_reads_like_one_of_the_user(layout, mp):
     assert not forces_alone(given)
     assert given.inputs == plain.inputs
     assert given.chain is not None  # the allocation has an inverse
+
+
+def stated_wrong(vehicle, wrong):
+    """The vehicle file with a mistake in its thrusters."""
+    thrusters = dict(vehicle.file.thrusters)
+    if wrong == "one is missing":
+        thrusters.pop("t4")
+    if wrong == "one points aside":
+        thrusters["t2"] = msgspec.structs.replace(thrusters["t2"], angle_deg=135.0)
+    return dataclasses.replace(
+        vehicle, file=msgspec.structs.replace(vehicle.file, thrusters=thrusters)
+    )
+
+
+@pytest.mark.parametrize("wrong", ["one is missing", at_length("one points aside")])
+def test_thrusters_that_the_recordings_contradict_are_told(wrong):
+    chain = {"lag": 0.1, "dead_zone": EDGES}
+    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, seconds=60.0)
+    solution = fit(recordings, stated_wrong(vehicle, wrong))
+    (found,) = contradicted_layout(solution)
+    assert found.values["layout"] == "four in an X, all ahead"
+    assert found.number("gain") > 1000.0
+
+
+@pytest.mark.parametrize(
+    "places", [MIDDLE.places, *(at_length(places) for places in (CROSS, TUG, TOED_IN))]
+)
+def test_right_thrusters_are_not_contradicted_where_something_pushes(places):
+    hull = dataclasses.replace(MIDDLE, places=places)
+    chain = {"lag": 0.1, "dead_zone": EDGES}
+    vehicle, recordings = driven(hull, chain, seed=4, push=PUSH, white=1e-3, seconds=60.0)
+    solution = fit(recordings, vehicle)
+    assert not without_process_noise(solution.point)
+    assert contradicted_layout(solution) == []
 
 
 @pytest.mark.system

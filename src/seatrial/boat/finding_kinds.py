@@ -92,6 +92,17 @@ class FindingKind(Enum):
             words={"layout": None},
         ),
     )
+    THRUSTER_LAYOUT_CONTRADICTED = (
+        "thruster-layout-contradicted",
+        Spec(
+            "thrusters: the usual layout '{layout}' explains the recordings much better than those of the vehicle "
+            "file (-2 log L falls by {gain:.0f}). A thruster, its direction or the allocation scheme is probably "
+            "wrong there, and forces and drag are biased",
+            "Compare thrusters: and allocation: in the vehicle file with the boat",
+            numbers={"gain": "-"},
+            words={"layout": None},
+        ),
+    )
     DEAD_ZONE_ONE_EDGE = (
         "dead-zone-one-edge",
         Spec(
@@ -509,6 +520,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.HEADING_OFFSET,
     FindingKind.CLOCK_HOMOGENEITY,
     FindingKind.OUTLIERS,
+    FindingKind.THRUSTER_LAYOUT_CONTRADICTED,
     # the model lacks something that biases its coefficients
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEQUAL_THRUSTER_GAINS,

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import msgspec
 
+from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
@@ -23,6 +24,7 @@ from seatrial.identification.regression.equation_error import (
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
 from seatrial.identification.selection.terms import missing_term_findings
+from seatrial.identification.selection.thruster_layout import contradicted_layout
 from seatrial.identification.solution import StartValues
 from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.inspection.consistency.between_recordings import check_each_recording
@@ -106,12 +108,8 @@ def identify_with_fit(
                 solution = _output_error(
                     recordings, vehicle, prior, prior_spread, effects, begin=begin
                 )
-            if choice is None or choice.selection is None:
-                more = missing_term_findings(solution)
-                solution = replace(solution, findings=(*solution.findings, *more))
-            if choice is not None:
-                solution = replace(solution, findings=(*choice.findings, *solution.findings))
-            model = solution.model()
+            found = _findings(solution, choice, prior)
+            model = (solution := replace(solution, findings=found)).model()
             if prior is not None:
                 model = with_prior_findings(model, prior, prior_spread)
         elif method == WEAK_FORM:
@@ -129,6 +127,17 @@ def identify_with_fit(
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
         return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+
+
+def _findings(solution: Fit, choice: TermChoice | None, prior: Model | None) -> tuple[Finding, ...]:
+    """A solution's, with those on its terms and on the thrusters of the vehicle file."""
+    chosen = () if choice is None else choice.findings
+    found = [*chosen, *solution.findings]
+    if choice is None or choice.selection is None:
+        found += missing_term_findings(solution)
+    if prior is None and not of_kinds(chosen, FindingKind.THRUSTER_LAYOUT_SELECTED):
+        found += contradicted_layout(solution)
+    return tuple(found)
 
 
 def _check_options(

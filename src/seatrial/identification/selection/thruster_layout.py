@@ -16,10 +16,12 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.schema import AllocationEntry, ThrusterEntry
 from seatrial.boat.vehicle import WRENCH, Vehicle
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, search
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.actuator_selection import moved_to, wider_problem
 from seatrial.identification.selection.actuator_stages import (
     has_curve,
@@ -27,7 +29,7 @@ from seatrial.identification.selection.actuator_stages import (
     with_estimated_stages,
 )
 from seatrial.identification.selection.held import held_test
-from seatrial.identification.solution import OutputErrorSettings
+from seatrial.identification.solution import Fit, OutputErrorSettings
 from seatrial.util.frames import Array
 
 LEAST_LAYOUT_GAIN = 100.0  # fall of -2 log L: a layout changes what every command does
@@ -89,6 +91,25 @@ def select_layout(at: Point, vehicle: Vehicle, effects: Sequence[str] = ()) -> L
     return LayoutChoice(layout, there, finding)
 
 
+def contradicted_layout(found: Fit) -> list[Finding]:
+    """A usual layout that explains the recordings much better than the thrusters of the vehicle file.
+
+    None where no process noise shows that anything is wrong, and where the file states none.
+    """
+    problem, effects = found.problem, found.settings.effects
+    vehicle = without_thrusters(problem.vehicle)
+    stated = bool(problem.vehicle.file.thrusters) and forces_alone(vehicle)
+    if not stated or found.horizon or without_process_noise(found.point):
+        return []
+    at = first_maximum(problem.recordings, vehicle, effects)
+    best = select_layout(at, vehicle, effects)
+    gain = 0.0 if best is None else found.runs.cost - best.at.runs.cost
+    if best is None or gain < LEAST_LAYOUT_GAIN:
+        return []
+    kind = FindingKind.THRUSTER_LAYOUT_CONTRADICTED
+    return [finding_of(kind, layout=best.layout, gain=gain)]
+
+
 @dataclass(frozen=True)
 class _Tested:
     """A layout before its search."""
@@ -131,6 +152,13 @@ def with_thrusters_of(known: Vehicle, vehicle: Vehicle) -> Vehicle:
         return vehicle
     thrusters, allocation = known.file.thrusters, known.file.allocation
     file = msgspec.structs.replace(vehicle.file, thrusters=thrusters, allocation=allocation)
+    return replace(vehicle, file=file)
+
+
+def without_thrusters(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with forces alone, as a file that states no thrusters and nothing of their chain."""
+    allocation = AllocationEntry(limit=vehicle.file.allocation.limit)
+    file = msgspec.structs.replace(vehicle.file, thrusters={}, allocation=allocation, chain=[])
     return replace(vehicle, file=file)
 
 
