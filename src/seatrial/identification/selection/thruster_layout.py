@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
+import numpy as np
 
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.findings import Finding, FindingKind, finding_of
@@ -29,7 +30,7 @@ from seatrial.identification.selection.actuator_stages import (
     with_estimated_stages,
 )
 from seatrial.identification.selection.held import held_test
-from seatrial.identification.solution import Fit, OutputErrorSettings
+from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
 from seatrial.util.frames import Array
 
 LEAST_LAYOUT_GAIN = 100.0  # fall of -2 log L: a layout changes what every command does
@@ -67,10 +68,13 @@ class LayoutChoice:
         return with_layout(vehicle, self.layout)
 
 
-def select_layout(at: Point, vehicle: Vehicle, effects: Sequence[str] = ()) -> LayoutChoice | None:
+def select_layout(
+    at: Point, vehicle: Vehicle, effects: Sequence[str] = (), least: float = -np.inf
+) -> LayoutChoice | None:
     """The layout that explains the recordings best, if one does much better than none; `at`: without one.
 
-    None as well where the vehicle file states thrusters or a curve.
+    `least`: fall of -2 log L that its score test must promise. None as well where the vehicle file states
+    thrusters or a curve.
     """
     if not forces_alone(vehicle):
         return None
@@ -80,6 +84,8 @@ def select_layout(at: Point, vehicle: Vehicle, effects: Sequence[str] = ()) -> L
     layout = max(found, key=lambda name: found[name].gain)
     # the best of them is estimated, with the whole curve, which its gain needs, and as the search goes on
     best = found[layout]
+    if best.gain < least:
+        return None
     curved, outcome = _searched(best.whole, best.theta, at.noise)
     gain = at.runs.cost - curved.runs.cost
     if outcome is not Outcome.CONVERGED or gain < LEAST_LAYOUT_GAIN:
@@ -101,8 +107,11 @@ def contradicted_layout(found: Fit) -> list[Finding]:
     stated = bool(problem.vehicle.file.thrusters) and forces_alone(vehicle)
     if not stated or found.horizon or without_process_noise(found.point):
         return []
-    at = first_maximum(problem.recordings, vehicle, effects)
-    best = select_layout(at, vehicle, effects)
+    start = StartValues.of_model(found.model())
+    at = first_maximum(problem.recordings, vehicle, effects, start=start)
+    # a layout that promises no more than the stated one is not searched
+    own = _tested(at, _without_chain(problem.vehicle), OutputErrorSettings(effects=effects))
+    best = select_layout(at, vehicle, effects, own.gain + LEAST_LAYOUT_GAIN)
     gain = 0.0 if best is None else found.runs.cost - best.at.runs.cost
     if best is None or gain < LEAST_LAYOUT_GAIN:
         return []
@@ -158,8 +167,14 @@ def with_thrusters_of(known: Vehicle, vehicle: Vehicle) -> Vehicle:
 def without_thrusters(vehicle: Vehicle) -> Vehicle:
     """The vehicle with forces alone, as a file that states no thrusters and nothing of their chain."""
     allocation = AllocationEntry(limit=vehicle.file.allocation.limit)
-    file = msgspec.structs.replace(vehicle.file, thrusters={}, allocation=allocation, chain=[])
-    return replace(vehicle, file=file)
+    bare = _without_chain(vehicle)
+    return replace(
+        bare, file=msgspec.structs.replace(bare.file, thrusters={}, allocation=allocation)
+    )
+
+
+def _without_chain(vehicle: Vehicle) -> Vehicle:
+    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, chain=[]))
 
 
 def with_layout(vehicle: Vehicle, layout: str) -> Vehicle:
