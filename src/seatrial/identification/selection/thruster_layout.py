@@ -31,6 +31,7 @@ from seatrial.identification.selection.actuator_stages import (
 )
 from seatrial.identification.selection.held import held_test
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
+from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
 LEAST_LAYOUT_GAIN = 100.0  # fall of -2 log L: a layout changes what every command does
@@ -108,7 +109,10 @@ def contradicted_layout(found: Fit) -> list[Finding]:
     if not stated or found.horizon or without_process_noise(found.point):
         return []
     start = StartValues.of_model(found.model())
-    at = first_maximum(problem.recordings, vehicle, effects, start=start)
+    try:
+        at = first_maximum(problem.recordings, vehicle, effects, start=start)
+    except IdentificationError:  # the stated thrusters have a solution, forces alone have none
+        return []
     # a layout that promises no more than the stated one is not searched
     own = _tested(at, _without_chain(problem.vehicle), OutputErrorSettings(effects=effects))
     best = select_layout(at, vehicle, effects, own.gain + LEAST_LAYOUT_GAIN)
