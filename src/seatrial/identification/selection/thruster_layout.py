@@ -104,10 +104,10 @@ def contradicted_layout(found: Fit) -> list[Finding]:
     None where no process noise shows that anything is wrong, and where the file states none.
     """
     problem, effects = found.problem, found.settings.effects
-    vehicle = without_thrusters(problem.vehicle)
-    stated = bool(problem.vehicle.file.thrusters) and forces_alone(vehicle)
-    if not stated or found.horizon or without_process_noise(found.point):
+    allocated = problem.vehicle.file.thrusters and set(problem.vehicle.inputs) == set(WRENCH)
+    if not allocated or found.horizon or without_process_noise(found.point):
         return []
+    vehicle = without_thrusters(problem.vehicle)
     start = StartValues.of_model(found.model())
     try:
         at = first_maximum(problem.recordings, vehicle, effects, start=start)
