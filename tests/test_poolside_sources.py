@@ -488,6 +488,23 @@ def test_a_folder_of_ros1_bags_is_followed_from_one_to_the_next(tmp_path):
     assert len(sent) - 5 < len(found) <= len(sent)
 
 
+def test_a_file_of_a_split_recording_without_a_message_is_passed(tmp_path):
+    """As rosbag writes it where it is split before the first message: the header of a bag and nothing else."""
+    folder, sent = tmp_path / "run", poses_sent(2.0)
+    folder.mkdir()
+    header = ros1(tmp_path / "whole.bag", sent).read_bytes()[:4117]
+    (folder / "run_0.bag").write_bytes(header)
+    bag = GrowingRos1(folder)
+    assert bag.grow() == bag.grow() == set()
+    ros1(folder / "run_1.bag", sent)
+    (folder / "run_2.bag").write_bytes(header)
+    ros1(folder / "run_3.bag", sent)
+    for _ in range(12):
+        bag.grow()
+    (topic,) = bag.topics.values()
+    assert topic.messages == 2 * len(sent)
+
+
 @pytest.mark.parametrize("step", ["glob", "exists", "open"])
 def test_no_message_is_lost_when_a_bag_gets_its_last_name(tmp_path, monkeypatch, step):
     """The recorder renames at any moment: here before each step of the search in turn."""

@@ -39,7 +39,12 @@ class GrowingBag(Bag):
         if self._complete or not self.files:
             self._open_next()
         if self.files and not self._complete:
+            later, before = (
+                self._left(),
+                self._at,
+            )  # a recorder closes a file before it begins the next
             self._read()
+            self._complete |= bool(later) and not self._new and self._at == before
         self._message_counts.update(topic for topic, _, _ in self._new)
         self.topics |= merged_topics(self._known_topics())
         counts = self._message_counts
@@ -79,10 +84,13 @@ class GrowingBag(Bag):
         found = sorted(self.path.glob(f"*{self.suffix}"), key=by_number) if folder else [self.path]
         return [file for file in found if file.exists()]
 
+    def _left(self) -> list[Path]:
+        """Files that are not used yet."""
+        return [file for file in self._there() if file not in self.files]
+
     def _open_next(self) -> None:
         """Go on with the first file that is not used yet, if there is one."""
-        left = [file for file in self._there() if file not in self.files]
-        if left:
+        if left := self._left():
             self.files = (*self.files, left[0])
             self._at, self._complete = 0, False
             self._begin()
