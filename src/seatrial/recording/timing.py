@@ -28,9 +28,7 @@ STEP_LASTING_BLOCKS = 3  # least blocks on either side: a queue that empties lat
 STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after it
 LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
-COARSE_SAMPLING = (
-    0.05  # [s] from here on samples of commands are too far apart for the thrusters' constants
-)
+COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 

@@ -17,9 +17,7 @@ from seatrial.poolside.sources.source import (
 from seatrial.util.errors import LiveError, SeatrialError
 
 WAIT = 0.2  # [s] after which a closed source is noticed
-GATHER = (
-    0.02  # [s] between two looks at what has arrived: waking for each line costs more than using it
-)
+GATHER = 0.02  # [s] between two looks: waking for each line costs more than using it
 
 
 class LineSource(EventSource):
