@@ -140,7 +140,7 @@ def test_it_is_tested_on_what_was_held_out(guided):
         assert score.ratio < 0.3 and score.as_foreseen
     assert any(LAST_QUARTER in one for one in found.assumed)
     assert any("lever is estimated" in one for one in found.assumed)
-    (whole,) = (one for one in found.assumed if "from all of it: " in one)
+    (whole,) = (one for one in found.assumed if "A model of all the data: " in one)
     assert "--effect lever" in whole and "model-of-all.yaml" in whole
     assert [line.split()[0] for line in said] == [
         "vehicle",

@@ -81,8 +81,9 @@ def test_noise_in_words(model):
     windy = replace(model, noise=msgspec.structs.replace(model.noise, process=process))
     assert "time constant 2 s, earth-fixed." in summary(windy)
     drift = Entry("S1", 60.0, effects={"current_x": 0.1, "current_y": 0.0})
-    assert "earth-fixed, with the current of the recordings, unknown on board." in summary(
-        replace(windy, recordings=(drift,))
+    assert (
+        "earth-fixed, including the current of the recordings, which is not known on board."
+        in summary(replace(windy, recordings=(drift,)))
     )
     quiet = replace(
         model, noise=NoiseEntry(0.004, 0.003, ProcessEntry(2e-3, 9e-3, 1e-6, 1e-6, 2.0))

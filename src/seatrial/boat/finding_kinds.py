@@ -95,9 +95,9 @@ class FindingKind(Enum):
     THRUSTER_LAYOUT_CONTRADICTED = (
         "thruster-layout-contradicted",
         Spec(
-            "thrusters: the usual layout '{layout}' explains the recordings much better than those of the vehicle "
-            "file (-2 log L falls by {gain:.0f}). A thruster, its direction or the allocation scheme is probably "
-            "wrong there, and forces and drag are biased",
+            "thrusters: the usual layout '{layout}' explains the recordings much better than the layout in the "
+            "vehicle file (-2 log L falls by {gain:.0f}). A thruster, its direction or the allocation scheme is "
+            "probably wrong there, and forces and drag are biased",
             "Compare thrusters: and allocation: in the vehicle file with the boat",
             numbers={"gain": "-"},
             words={"layout": None},

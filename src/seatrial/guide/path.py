@@ -240,7 +240,9 @@ def _whole_recordings(here: Task, model: Model, held_out: Sequence[Recording]) -
         return
     whole = here.file("model-of-all.yaml")
     line = identify_line(here.logs, here.file("vehicle.yaml"), whole, *_effect_options(model))
-    here.assumed.append(f"the model is not identified from what tests it; from all of it: {line}")
+    here.assumed.append(
+        f"what tests the model is not used to identify it. A model of all the data: {line}"
+    )
 
 
 def _effect_options(model: Model) -> list[str]:

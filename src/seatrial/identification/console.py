@@ -210,7 +210,11 @@ def _noise(model: Model) -> str:
 def _with_effects(model: Model) -> str:
     """That the process noise includes what is not known on board."""
     kinds = forces_as_noise(model.recordings)
-    return f", with the {joined(kinds)} of the recordings, unknown on board" if kinds else ""
+    return (
+        f", including the {joined(kinds)} of the recordings, which is not known on board"
+        if kinds
+        else ""
+    )
 
 
 def _above(least: float, *sizes: tuple[float, str]) -> str:

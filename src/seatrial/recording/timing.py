@@ -126,9 +126,9 @@ def coarse_commands(streams: Sequence[Stream]) -> list[str]:
         if stream.clock is Clock.LOG or stream.source in places
     ]
     return [
-        f"the commands of {source} are samples, {period:.2g} s apart: a change is up to as much older than the "
-        "row that shows it. Latency, lag and dead zone may be off by more than their intervals say. Log "
-        "commands at 50 Hz or more (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
+        f"the commands of {source} are samples, {period:.2g} s apart: a command may have changed that long "
+        "before the row that shows it. Latency, lag and dead zone may be off by more than their intervals say. "
+        "Log commands at 50 Hz or more (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
         for source, period in periods
         if period >= COARSE_SAMPLING
     ][:1]
