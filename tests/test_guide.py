@@ -482,3 +482,21 @@ def test_names_of_sides_are_compared_with_what_they_do(names, wrong):
     assert bool(contradicting_names(forces, "forward-left-up")) == wrong
     mirrored = {**forces, "F_r": {"axis": "yaw", "of": dict(zip(names, (-0.5, 0.5), strict=True))}}
     assert bool(contradicting_names(mirrored, "forward-right-down")) == wrong
+
+
+def test_data_that_is_there_is_used_before_more_is_driven(tmp_path):
+    """The boat is fast in the last quarter only, which tests the model."""
+    calls = iter(range(10**6))
+
+    def size(rng):
+        return rng.uniform(-1.0, 1.0) * (0.35 if next(calls) < 100 else 1.0)
+
+    log = tables(tmp_path / "logs" / "pond", driven({}, [size, size], seconds=240.0)[1])
+    step = seatrial.auto([log], tmp_path / "pond").next
+    words = shlex.split(step.do)
+    assert (
+        words[:2] == ["seatrial", "identify"]
+        and str(tmp_path / "pond" / "model-of-all.yaml") in words
+    )
+    assert make_parser().parse_args(words[1:])
+    assert "lacks the last quarter of each log. If that is not enough: " in step.why

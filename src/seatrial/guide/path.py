@@ -31,6 +31,7 @@ from seatrial.io import read
 from seatrial.io.reader import recording_name
 from seatrial.recording.recording import Recording
 from seatrial.recording.undriven import undriven_motion
+from seatrial.report.evidence.advice import wants_more_data
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
 from seatrial.report.model_report import write_evidence
@@ -105,14 +106,18 @@ def auto(
     )
     with stage("identifying", 0.55):
         model = _model(here, training, vehicle, made_from)
-    _whole_recordings(here, model, held_out)
+    whole = _identify_whole(here, model, held_out)
+    if whole is not None:
+        here.assumed.append(
+            f"what tests the model is not used to identify it. A model of all the data: {whole}"
+        )
     # 4. scores on what was held out, 5. the report on all of it
     with stage("validating", 0.1):
         tested = _as_model_reads(here, model, vehicle, held_out)
         scores = _scores(here, model, tested or training, made_from)
     with stage("report"):
         seen = _as_model_reads(here, model, vehicle, training)
-        step = _report(here, model, [*tested, *seen], scores)
+        step = _report(here, model, [*tested, *seen], whole)
     return Guide(here.folder, model, scores, tuple(here.assumed), step, inspection)
 
 
@@ -234,15 +239,12 @@ def _model(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_fro
     return found.model
 
 
-def _whole_recordings(here: Task, model: Model, held_out: Sequence[Recording]) -> None:
-    """State how to identify from the last quarters, too."""
+def _identify_whole(here: Task, model: Model, held_out: Sequence[Recording]) -> str | None:
+    """The command that identifies from the last quarters, too; None where none is held out."""
     if not any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out):
-        return
+        return None
     whole = here.file("model-of-all.yaml")
-    line = identify_line(here.logs, here.file("vehicle.yaml"), whole, *_effect_options(model))
-    here.assumed.append(
-        f"what tests the model is not used to identify it. A model of all the data: {line}"
-    )
+    return identify_line(here.logs, here.file("vehicle.yaml"), whole, *_effect_options(model))
 
 
 def _effect_options(model: Model) -> list[str]:
@@ -289,8 +291,10 @@ def _scores(here: Task, model: Model, tested: Sequence[Recording], made_from: st
     return scores
 
 
-def _report(here: Task, model: Model, recordings: Sequence[Recording], scores: Scores) -> NextStep:
-    """The page; and what to do next."""
+def _report(
+    here: Task, model: Model, recordings: Sequence[Recording], whole: str | None
+) -> NextStep:
+    """The page; and what to do next. whole: the command that identifies from what is held out, too."""
     found = assess(model, recordings, DEFAULT_HORIZON)
     evidence = evidence_of(model, found, scores_of(model, found, DEFAULT_HORIZON))
     write_evidence(evidence, here.file("report.html"))
@@ -306,4 +310,10 @@ def _report(here: Task, model: Model, recordings: Sequence[Recording], scores: S
         out = here.file("odometry.csv")
         use = command("predict", here.file("model.yaml"), here.logs[0], "-o", out)
         return NextStep(use, "velocity and odometry as on board; other uses: docs/uses.md")
-    return NextStep(step.removeprefix("Next: "))
+    wish = step.removeprefix("Next: ")
+    # what is held out may have the driving that the model lacks
+    if whole is not None and wants_more_data(evidence):
+        return NextStep(
+            whole, f"this model lacks the last quarter of each log. If that is not enough: {wish}"
+        )
+    return NextStep(wish)

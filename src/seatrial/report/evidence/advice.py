@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.boat.model import Model
+from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.experiment_design import next_drive
 from seatrial.recording.excitation import EXCITED
 from seatrial.report.evidence.model_evidence import Evidence
@@ -42,12 +43,30 @@ def advice(evidence: Evidence) -> list[str]:
             "from a part of the recordings. Scores on the identification data are optimistic."
         )
     found += _one_sided(runs)
-    computed = next_drive(evidence.known, evidence.gains)
-    found += computed or _insignificant(model)
+    found += _more_of_an_axis(evidence)
     found += _at_floor(runs)
     return found + [
         s for r in runs for s in (*_many_excluded(r), *_biased(r), *_beyond_envelope(model, r))
     ]
+
+
+def wants_more_data(evidence: Evidence) -> bool:
+    """Whether the first advice is to drive more, which recordings that only tested the model may replace."""
+    if evidence.physics.unstable:
+        return False
+    wanted = [
+        *implausible_coefficients(evidence.model),
+        *_one_sided(evidence.runs),
+        *_more_of_an_axis(evidence),
+        *(s for r in evidence.runs for s in _beyond_envelope(evidence.model, r)),
+    ]
+    first = [*implausible_coefficients(evidence.model), *advice(evidence)][:1]
+    return bool(first) and first[0] in wanted
+
+
+def _more_of_an_axis(evidence: Evidence) -> list[str]:
+    """What to drive for the coefficients that are not known well."""
+    return next_drive(evidence.known, evidence.gains) or _insignificant(evidence.model)
 
 
 def _insignificant(model: Model) -> list[str]:
