@@ -98,9 +98,9 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     bad = _plain_faults(stamps, eta, marked_valid)
     t = _times(stamps, ~bad[FaultKind.STAMP])
     good = _faultless(name, bad, t)
-    # 2. Two mixed sources of poses: refused.
-    # 2. Two mixed sources of poses: refused.
-    _refuse_two_places(name, eta[good])
+    # 2. Two mixed sources of poses, be it with equal stamps: refused.
+    bad_but_stamps = bad[FaultKind.MARKED] | bad[FaultKind.NOT_FINITE]
+    _refuse_two_places(name, eta[~bad_but_stamps & in_order(stamps, strict=False)])
     # 3. Frozen samples; then the heading is unwrapped over the usable ones.
     bad[FaultKind.FROZEN] = _mask_of(len(t), good[_frozen(eta[good]) | _stuck(eta[good])])
     good = _faultless(name, bad, t)
@@ -121,7 +121,6 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     bad[FaultKind.EXCURSION][good[island]] = True
     segment = np.zeros(len(t), dtype=np.int64)
     segment[good] = number
-    # 6. The list of faults.
     # 6. The list of faults.
     faults = [f for kind, mask in bad.items() for f in _fault_runs(kind, mask, t)]
     faults += [Fault(FaultKind.GAP, float(a), float(b), 0) for a, b in gaps]
