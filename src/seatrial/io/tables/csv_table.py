@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.io.tables.base import Table, unique_names
+from seatrial.io.tables.base import NO_VALUE, Table, unique_names
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -44,6 +44,8 @@ class CsvTable(Table):
         self.delimiter = _separator(head, rows[0] if rows else "")
         cells_of_head = _header_cells(head, rows[0] if rows else "", self.delimiter)
         self.names, renamed = unique_names(cells_of_head)
+        self._header = cells_of_head
+        self._no_rows: set[int] = set()  # lines among the rows
         self.remarks += renamed
         cells = [self._split(row) for row in rows]
         self._numeric: list[str] = []
@@ -240,13 +242,29 @@ class CsvTable(Table):
             lines = islice(file, self._skipped, None)
             if self.delimiter == SPACES:
                 for number, line in enumerate(lines, self._skipped + 1):
-                    if line.strip():
+                    if line.strip() and not self._is_no_row(line.split(), number):
                         yield line.split(), number
                 return
             reader = csv.reader(lines, delimiter=self.delimiter)
             for row in reader:
-                if row:
-                    yield row, self._skipped + reader.line_num
+                number = self._skipped + reader.line_num
+                if row and not self._is_no_row(row, number):
+                    yield row, number
+
+    def _is_no_row(self, row: list[str], line: int) -> bool:
+        """Whether a line among the rows is a comment, or the header again, as where a logger was started again."""
+        comment = row[0].lstrip().startswith(COMMENTS)
+        if not comment and [cell.strip().strip('"') for cell in row] != self._header:
+            return False
+        if not self._no_rows:
+            self.remarks.append("")
+            self._remark = len(self.remarks) - 1
+        self._no_rows.add(line)
+        self.remarks[self._remark] = (
+            f"{len(self._no_rows)} lines among the rows are comments or the header again, and count as no row "
+            f"(the first is line {min(self._no_rows)})"
+        )
+        return True
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -275,7 +293,7 @@ class CsvTable(Table):
         text = self._checked(row, i, line)[i]
         try:
             plain = text.replace(",", ".") if comma else text
-            return float(plain) if text.strip() else float("nan")
+            return float("nan") if text.strip().lower() in NO_VALUE else float(plain)
         except ValueError:
             hint = ": write a decimal point, not a comma" if COMMA_NUMBER.fullmatch(text) else ""
             raise RecordingError(

@@ -33,7 +33,42 @@ DATE_TIME = re.compile(
     re.VERBOSE,
 )
 
+FEWEST_ROUNDED = 50  # rows
+ROUNDED_SHARE = (
+    0.55  # of the rows that have the stamp of the row before: more than two rows a stamp
+)
+ROUNDED_SLACK = (
+    0.25  # of the step between stamps, by which a row on an even clock may leave its stamp
+)
+
 Place = Callable[[int], str]  # a row as the error names it: `log.csv line 7`
+
+
+def spread_evenly(stamps: Stamps) -> tuple[Stamps, str]:
+    """Stamps (n,) [ns] of rows on an even clock that were cut off to whole steps, and what was found.
+
+    As they are where they were not cut off, or the clock is not even.
+    """
+    steps = np.diff(stamps)
+    apart = steps[steps != 0]
+    if len(stamps) < FEWEST_ROUNDED or len(apart) < 3 or np.any(steps < 0):
+        return stamps, ""
+    unit = int(apart.min())
+    if np.mean(steps == 0) < ROUNDED_SHARE or np.any(apart % unit):
+        return stamps, ""
+    number = np.arange(len(stamps))
+    elapsed = (stamps - stamps[0]).astype(np.float64)
+    even = np.polyval(np.polyfit(number, elapsed, 1), number)
+    late = even - elapsed  # a row that was cut off: 0 to one step
+    if float(np.ptp(late)) > (1.0 + ROUNDED_SLACK) * unit:
+        return stamps, ""
+    even = even + 0.5 * (unit - float(late.max()) - float(late.min()))
+    period = (even[-1] - even[0]) / (len(even) - 1)
+    text = (
+        f"stamps are whole steps of {unit * 1e-9:g} s with {unit / period:.3g} rows each; the rows are put on the "
+        f"even clock of {1e9 / period:.4g} Hz that fits them"
+    )
+    return np.asarray(stamps[0] + np.rint(even).astype(np.int64)), text
 
 
 def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
