@@ -107,6 +107,7 @@ NUMBERED = frozenset((Kind.X, Kind.Y, Kind.LATITUDE, Kind.LONGITUDE, Kind.HEADIN
 NUMBERED_COMMANDS = ("u", "n", "f", "m", "d", "out")  # with a number: u1, n_2
 UNITS = {  # as they end a name, or stand in brackets
     "m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "cm": "cm", "mm": "mm",
+    "ft": "ft", "foot": "ft", "feet": "ft",
     "rad": "rad", "radian": "rad", "radians": "rad", "deg": "deg", "degree": "deg", "degrees": "deg",
     "°": "deg", "grad": "deg", "s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "msec": "ms",
     "millis": "ms", "us": "us", "usec": "us", "micros": "us", "µs": "us", "μs": "us", "ns": "ns", "nsec": "ns",
