@@ -242,7 +242,7 @@ def _channels(
             )
         merged = any(first is own for own in pose.tables)
         likely = (_named_commands(able) if merged else []) or able
-        full, sparse = _equally_filled(_commanded(first, likely))
+        full, sparse = _equally_filled(first, _commanded(first, likely))
         found = named((c.name, {"column": c.name}) for c in full)
     if not found:
         raise RecordingError(f"{path}: no column of {', '.join(t.key for t in driven)} changes")
@@ -281,10 +281,17 @@ def _spare(
     )[:MOST_SPARE]  # fmt: skip
 
 
-def _equally_filled(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], list[str]]:
-    """The largest group of columns filled in the same rows, and the names of the others."""
-    groups: dict[int, list[ColumnView]] = {}
+def _equally_filled(
+    table: TableSeen, columns: Sequence[ColumnView]
+) -> tuple[list[ColumnView], list[str]]:
+    """The largest group of columns filled in the same rows, and the names of the others.
+
+    Where no two are filled in the same rows each is logged on change: all of them.
+    """
+    groups: dict[bytes, list[ColumnView]] = {}
     for column in columns:
-        groups.setdefault(column.empty, []).append(column)
-    chosen = max(groups.items(), key=lambda g: (len(g[1]), -g[0]))[1]
+        groups.setdefault(np.isfinite(table.numbers(column.name)).tobytes(), []).append(column)
+    chosen = max(groups.values(), key=lambda own: (len(own), -own[0].empty))
+    if len(chosen) == 1:
+        return list(columns), []
     return chosen, [c.name for c in columns if c not in chosen]

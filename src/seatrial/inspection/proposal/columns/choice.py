@@ -108,7 +108,8 @@ def _refuse_y_up(position: Position) -> None:
     if z > max(VERTICAL_STEPS * y, VERTICAL_SHARE * x):
         raise RecordingError(
             f"{position.table.view.path}: {second} ranges over {y:.2g} m, {third} over {z:.2g} m: y is up in "
-            "this log (Motive, Unity), and the boat turns about y. Export it with z up, or name columns with --pose"
+            "this log (Motive, Unity), and the boat turns about y. Export it with z up, or name other columns "
+            "with --pose"
         )
 
 
