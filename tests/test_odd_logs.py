@@ -10,9 +10,13 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.inspection.proposal.sources import Choices
+from seatrial.io.bags.write import BagTopic, write_bag
+from seatrial.recording.excitation import excitation
 from seatrial.util.errors import RecordingError
+from tests import autopilot_logs
 from tests.autopilot_logs import TWIN, geodetic, trial
-from tests.logs import drive
+from tests.logs import drive, nanoseconds
 
 RATE = 20.0  # [Hz]
 STEP = 0.4  # [s] over which velocities are compared
@@ -263,3 +267,113 @@ def test_two_boats_with_equal_stamps(tmp_path):
         *(two[k] for k in ("t", "east", "north", "psi", "left", "right")),
     )  # fmt: skip
     assert "are two robots, or two sources of poses" in refusal(path)
+
+
+def test_channels_logged_on_change_in_one_table(tmp_path):
+    """A row holds a pose, or the one command that changed; an empty cell holds the last value."""
+    c = columns()
+    run = trial(TWIN, 120.0, 0)
+    rows = [(t, f"{t:.4f},{x:.5f},{y:.5f},{psi:.5f},,") for t, x, y, psi in zip(c["t"], c["east"], c["north"], c["psi"], strict=True)]  # fmt: skip
+    for i, cells in enumerate(("{:.4f},,,,{:.4f},", "{:.4f},,,,,{:.4f}")):
+        for k in np.flatnonzero(np.diff(run.commands[:, i], prepend=1.0)).tolist():
+            rows.append(
+                (run.t[k] + 0.001 * i, cells.format(run.t[k] + 0.001 * i, run.commands[k, i]))
+            )
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["t,x,y,psi,left,right", *(row for _, row in sorted(rows))]) + "\n")
+    vehicle, recording = read(path)
+    assert vehicle.inputs == ("left", "right")
+    moves_as_the_boat(recording)
+
+
+def test_two_drives_and_a_night_between(tmp_path):
+    """The hours without commands do not count: the axes are excited."""
+    c = columns()
+    later = {k: np.concatenate([v, v + (50_000.0 if k == "t" else 0.0)]) for k, v in c.items()}
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
+        *(later[k] for k in ("t", "east", "north", "psi", "left", "right")),
+    )  # fmt: skip
+    vehicle, recording = read(path)
+    once = seatrial.read(path, vehicle).cut(None, 119.0)
+    found, expected = excitation(vehicle, recording), excitation(vehicle, once)
+    np.testing.assert_allclose(found.rms[[0, 2]], expected.rms[[0, 2]], rtol=0.03)
+
+
+def imu_bag(path, heading, rate):
+    """GNSS at 10 Hz, the heading [rad] of an IMU as its driver gives it, commands; names of the bag's topics."""
+    run = trial(TWIN, 120.0, 0)
+    t, ti, tc = (np.arange(0.0, 119.9, 1 / hz) for hz in (10.0, 50.0, 50.0))
+    noise = np.random.default_rng(1).normal(size=(len(t), 2)) * 0.005
+    lat, lon = geodetic(*(run.at(t)[:, :2] + noise).T)
+    state = run.at(ti)
+    psi, r = heading(state[:, 2]), rate(state[:, 5])
+    imu = {
+        "orientation.z": np.sin(psi / 2),
+        "orientation.w": np.cos(psi / 2),
+        "angular_velocity.z": r,
+    }
+    left, right = run.command_at(tc).T
+    one, two, three = (nanoseconds(x) for x in (t, ti, tc))
+    return write_bag(path, [
+        BagTopic("/fix", "sensor_msgs/msg/NavSatFix", one, one, {"latitude": lat, "longitude": lon}),
+        BagTopic("/imu/data", "sensor_msgs/msg/Imu", two, two, imu),
+        BagTopic("/thrust", "std_msgs/msg/Float64MultiArray", three, three, {"data[0]": left, "data[1]": right}),
+    ])  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("heading", "rate"),
+    [
+        (lambda h: np.pi / 2 - h, lambda r: -r),  # REP-103
+        (lambda h: -h, lambda r: -r),  # 0 is north
+        (lambda h: h, lambda r: r),  # north-east-down
+        (lambda h: np.pi / 2 - h, lambda r: 0.0 * r),  # no gyro
+    ],
+    ids=["REP-103", "zero is north", "NED", "no gyro"],
+)
+def test_an_imu_of_any_convention(tmp_path, heading, rate):
+    """Position in degrees shows the heading's sense; two thrusters that turn the boat drive it ahead."""
+    moves_as_the_boat(read(imu_bag(tmp_path / "run.bag", heading, rate))[1])
+
+
+def test_swapped_latitude_and_longitude(tmp_path):
+    """The compass turns against the track; with the columns exchanged it follows."""
+    c = columns(10.0)
+    lat, lon = ([f"{v:.9f}" for v in values] for values in geodetic(c["north"], c["east"]))
+    path = written(
+        tmp_path / "log.csv", ("t", "latitude", "longitude", "heading", "left", "right"), c["t"], lon, lat,
+        c["heading"], c["left"], c["right"],
+    )  # fmt: skip
+    text = refusal(path)
+    option = "lat=longitude,lon=latitude,heading=heading"
+    assert (
+        f"latitude and longitude are swapped, or it counts counter-clockwise. If they are swapped: --pose {option}"
+        in text
+    )
+    path.with_suffix(".yaml").write_text(seatrial.init(path, choices=Choices(pose=option)).text)
+    moves_as_the_boat(seatrial.read(path, seatrial.load_vehicle(path.with_suffix(".yaml"))))
+
+
+def test_the_receiver_with_the_best_fix(tmp_path, monkeypatch):
+    """The first of two receivers has no corrections, and metres of error; the second is RTK."""
+    plain, rng, off = autopilot_logs.binary_message, np.random.default_rng(3), np.zeros(2)
+
+    def two_receivers(name, values):
+        nonlocal off
+        if name != "GPS":
+            return plain(name, values)
+        off = 0.98 * off + rng.normal(0.0, 0.3, 2)  # [m]
+        status, lat, lng = 2, 7, 8
+        poor, good = list(values), list(values)
+        poor[status], poor[lat], poor[lng] = (
+            3,
+            values[lat] + off[0] / 111e3,
+            values[lng] + off[1] / 55e3,
+        )
+        good[1], good[status] = 1, 6
+        return plain(name, poor) + plain(name, good)
+
+    monkeypatch.setattr(autopilot_logs, "binary_message", two_receivers)
+    path = autopilot_logs.ardupilot(tmp_path / "1.BIN", trial(TWIN, 120.0, 0))
+    assert read(path)[0].file.pose.topic == "GPS[1]"
