@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.boat.vehicle import as_column
+from seatrial.inspection.proposal.channel_scales import scale_of
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.recording.excitation import excitation
@@ -377,3 +379,54 @@ def test_the_receiver_with_the_best_fix(tmp_path, monkeypatch):
     monkeypatch.setattr(autopilot_logs, "binary_message", two_receivers)
     path = autopilot_logs.ardupilot(tmp_path / "1.BIN", trial(TWIN, 120.0, 0))
     assert read(path)[0].file.pose.topic == "GPS[1]"
+
+
+@pytest.mark.parametrize(
+    ("neutral", "full"), [(512, 511), (128, 127), (992, 820), (50, 50), (4915, 1638)]
+)
+def test_commands_whose_neutral_is_in_the_middle(tmp_path, neutral, full):
+    """Analogue sticks, bytes, SBUS, per cent, duty cycles: rest is where the log begins."""
+    c = columns()
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"), c["t"], c["east"], c["north"],
+        c["psi"], np.rint(neutral + full * c["left"]), np.rint(neutral + full * c["right"]),
+    )  # fmt: skip
+    vehicle, recording = read(path)
+    assert [as_column(v).offset for v in vehicle.file.commands.inputs.values()] == [
+        neutral,
+        neutral,
+    ]
+    assert np.abs(recording.commands.values[0]).max() == 0.0
+    moves_as_the_boat(recording)
+
+
+def test_a_throttle_that_cruises_has_its_zero():
+    """60 % most of the time, and 0 at the start: no neutral in the middle."""
+    values = np.concatenate([np.zeros(50), np.full(500, 60.0), np.linspace(0.0, 100.0, 50)])
+    assert scale_of(values) == {"scale": 100.0}
+
+
+def test_a_compass_that_hangs(tmp_path):
+    """The heading stands still for 12 s and catches up: those poses are left out."""
+    c = columns()
+    hangs = (c["t"] >= 50.0) & (c["t"] < 62.0)
+    c["psi"][hangs] = c["psi"][np.argmax(hangs)]
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"), c["t"], c["east"], c["north"],
+        c["psi"], c["left"], c["right"],
+    )  # fmt: skip
+    vehicle, recording = read(path)
+    assert not recording.valid[hangs][1:].any()
+    assert recording.valid[~hangs].all()
+    assert [f.axis for f in vehicle.forces] == [0, 2]
+
+
+def test_rounded_degrees(tmp_path):
+    """Six digits after the point are 0.11 m of latitude, 0.056 m of longitude at 59.9 deg."""
+    c = columns(10.0)
+    lat, lon = ([f"{v:.6f}" for v in values] for values in geodetic(c["north"], c["east"]))
+    path = written(
+        tmp_path / "log.csv", ("t", "lat", "lon", "heading", "left", "right"), c["t"], lat, lon,
+        c["heading"], c["left"], c["right"],
+    )  # fmt: skip
+    assert "x moves in steps of 0.056 m, y in steps of 0.11 m" in read(path)[1].doubts[0]

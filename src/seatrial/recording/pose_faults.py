@@ -314,13 +314,20 @@ def _frozen(eta: Array) -> Mask:
 
 
 def _stuck(eta: Array) -> Mask:
-    """Positions that repeat exactly while the heading goes on, and then catch up: a receiver without a fix.
+    """Positions, or headings, that repeat exactly while the other goes on, and then catch up.
 
-    Rounded positions of a slow boat repeat, too; their next step is a usual one.
+    A receiver without a fix, a compass that hangs. Rounded positions of a slow boat repeat, too; their next step
+    is a usual one.
     """
-    repeats = _repeats(eta[:, :2])
-    steps = np.hypot(*np.diff(eta[:, :2], axis=0).T)
-    stuck = np.zeros(len(eta), dtype=bool)
+    heading = np.column_stack([np.cos(eta[:, 2]), np.sin(eta[:, 2])])
+    return _part_stuck(eta[:, :2]) | _part_stuck(heading)
+
+
+def _part_stuck(part: Array) -> Mask:
+    """The same of positions, or of the heading's cosine and sine (n, 2)."""
+    repeats = _repeats(part)
+    steps = np.hypot(*np.diff(part, axis=0).T)
+    stuck = np.zeros(len(part), dtype=bool)
     moving = steps[steps > 0]
     usual = float(np.percentile(moving, USUAL_STEP)) if len(moving) else 0.0
     for first, last in _runs(repeats):

@@ -58,7 +58,7 @@ def spread_evenly(stamps: Stamps) -> tuple[Stamps, str]:
         return stamps, ""
     number = np.arange(len(stamps))
     elapsed = (stamps - stamps[0]).astype(np.float64)
-    even: Array = np.polyval(np.polyfit(number, elapsed, 1), number)
+    even = np.asarray(np.polyval(np.polyfit(number, elapsed, 1), number), dtype=np.float64)
     late = even - elapsed  # a row that was cut off: 0 to one step
     if float(np.ptp(late)) > (1.0 + ROUNDED_SLACK) * unit:
         return stamps, ""
