@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.other_clock import other_unit, other_zone
+from seatrial.recording.other_clock import other_epoch, other_unit, other_zone
 from seatrial.recording.timing import (
     SHORTEST_SILENCE,
     longest_rising,
@@ -155,8 +155,10 @@ def silences(
     if unit:
         raise RecordingError(f"{name}: {unit}")
     if commands[0] > poses.max() or commands[-1] + hole < poses[0]:
-        cause = other_zone(poses, commands) or (
-            "check the units of both stamps, and that both were recorded together"
+        cause = (
+            other_zone(poses, commands)
+            or other_epoch(poses, commands)
+            or "check the units of both stamps, and that both were recorded together"
         )
         raise RecordingError(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "

@@ -20,7 +20,7 @@ from seatrial.util.frames import Array
 SEPARATORS = ",;\t|"
 SPACES = " "  # any number of them between two cells
 COMMENTS = ("#", "%", "//")  # that lines before the header begin with
-MOST_TITLES = 5  # lines of text above the header
+MOST_TITLES = 12  # lines of text above the header
 ENCODED = 1 << 16  # [bytes] by which the encoding is found
 NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 LONGEST_LINE = 1 << 20  # [characters]
@@ -28,6 +28,7 @@ MOST_COMMENTS = 1000  # lines before the header
 READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
 OTHER_FILES = ("seatrial:", "# Proposed by", "%YAML")
 COMMA_NUMBER = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+NMEA = re.compile(r"[$!][A-Z]{2}[A-Z0-9]{3},")
 UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
 
 
@@ -139,6 +140,11 @@ class CsvTable(Table):
         except UnicodeDecodeError:
             raise RecordingError(f"{self.path}: is not a CSV text file") from None
         lines = [line for line in lines if line]
+        if lines and NMEA.match(lines[0]):
+            raise RecordingError(
+                f"{self.path}: has NMEA 0183 sentences, not columns; write time, latitude, longitude, heading and "
+                "commands as a table (docs/formats.md)"
+            )
         if lines and lines[0].startswith(OTHER_FILES):
             raise RecordingError(
                 f"{self.path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"

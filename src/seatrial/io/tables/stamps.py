@@ -33,6 +33,7 @@ DATE_TIME = re.compile(
     re.VERBOSE,
 )
 
+WRAP_STEPS = 10.0  # usual steps, less than which a counter goes on where it begins again
 FEWEST_ROUNDED = 50  # rows
 ROUNDED_SHARE = (
     0.55  # of the rows that have the stamp of the row before: more than two rows a stamp
@@ -78,6 +79,7 @@ def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
         raise RecordingError(f"{place(row)}: column '{column.column}' has no stamp")
     with np.errstate(over="ignore"):
         scale = TO_NANOSECONDS[column.unit or "s"]
+        raw = unwrapped(raw, 1e9 / scale)
         stamps = column.sign * (raw - column.offset) / column.scale * scale
     if len(stamps) and np.abs(stamps).max() > MOST_NANOSECONDS:
         row = int(np.abs(stamps).argmax())
@@ -86,6 +88,23 @@ def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
             "is its unit ms, us or ns? Name it in the vehicle file"
         )
     return np.rint(stamps).astype(np.int64)
+
+
+def unwrapped(raw: Array, second: float) -> Array:
+    """Numbers (n,) of a counter that began again at 0: of 16 or 32 bits, or seconds of a day or a GPS week.
+
+    `second`: in the counter's unit. As they are where they fall otherwise.
+    """
+    steps = np.diff(raw)
+    falls = steps < 0
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if not falls.any() or usual <= 0:
+        return raw
+    for turn in (2.0**16, 2.0**32, 86_400 * second, 604_800 * second):
+        rest = steps[falls] + turn
+        if raw.min() >= 0 and raw.max() < turn and np.all((rest > 0) & (rest < WRAP_STEPS * usual)):
+            return np.asarray(raw + turn * np.concatenate([[0], np.cumsum(falls)]))
+    return raw
 
 
 def from_two_columns(seconds: Array, rest: Array, column: Column, place: Place) -> Stamps:

@@ -63,10 +63,13 @@ def psi_of(
         entry = {"quaternion": list(heading.names)}
     if shown_unit:
         entry["unit"] = unit
+    if heading.scale != 1.0:
+        entry["scale"] = heading.scale
     if sign < 0:
         entry["sign"] = -1
     if offset:
-        entry["offset"] = offset if unit == "deg" else round(float(np.radians(offset)), 9)
+        turned = offset if unit == "deg" else round(float(np.radians(offset)), 9)
+        entry["offset"] = turned * heading.scale
     if heading.grade is Grade.PART:
         sure = Sureness.GUESS
     elif sure is Sureness.LIKELY and sense == PLAIN and unit_of(raw) and not is_compass(heading):

@@ -42,7 +42,7 @@ SYNONYMS = {
         "utc|utc time|utc datetime|date time|datetime|date|sec|secs|second|seconds|s|ms|us|ns|msec|usec|nsec|"
         "millis|micros|nanos|milliseconds|microseconds|nanoseconds|time boot|time since boot|"
         "time utc|time unix|gps time|system time|sys time|local time|rosbag timestamp|stamp sec|time usec|"
-        "t capture|host stamp|log time|record time|receive time|publish time|zeit"
+        "t capture|host stamp|log time|record time|receive time|publish time|zeit|tow|itow|gps tow|time of week"
     ),
     Kind.X: "x|px|x pos|pos x|position x|x position|x coordinate|x world|x map|x local|x loc|x est|x meas",
     Kind.Y: "y|py|y pos|pos y|position y|y position|y coordinate|y world|y map|y local|y loc|y est|y meas",

@@ -3,10 +3,12 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from seatrial.inspection.proposal.columns.heading_sense import wraps_in_degrees
 from seatrial.inspection.proposal.columns.names import (
     UNITS,
     Grade,
@@ -40,6 +42,7 @@ WIDEST = 2.0  # [deg] that a small boat moves in latitude or longitude, at most
 NO_FIX = 1e-6  # [deg] from latitude and longitude 0
 HARDLY_MOVES = 0.02  # of the other coordinate's range
 LEAST_CORRELATION = 0.6  # of a yaw rate with the derivative of the heading
+FINE_DEGREES = (10.0, 100.0)  # in a degree, of headings as whole numbers
 GYRO_WORDS = ("gyro", "gyr", "gz", "gyroscope", "imu")  # a sensor's own rate
 LISTED = 40  # columns in an error message
 
@@ -95,12 +98,20 @@ class Heading:
 
     @property
     def values(self) -> Array:
-        """(n,) as written, or [rad] of a quaternion."""
+        """(n,) as written, by its scale; or [rad] of a quaternion."""
         columns = [self.table.numbers(name) for name in self.names]
         if len(columns) == 1:
-            return columns[0]
+            return columns[0] / self.scale
         x, y, z, w = columns
         return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+    @cached_property
+    def scale(self) -> float:
+        """10 or 100 where the heading wraps at 3600 or 36000: tenths or hundredths of a degree."""
+        raw = self.table.numbers(self.names[0])
+        return next(
+            (s for s in FINE_DEGREES if len(self.names) == 1 and wraps_in_degrees(raw / s)), 1.0
+        )
 
 
 def stated_unit(table: TableSeen, name: str) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.columns.names import (
+    UNITS,
     Grade,
     Kind,
     family,
@@ -16,7 +17,7 @@ from seatrial.inspection.proposal.columns.names import (
 )
 from seatrial.inspection.proposal.columns.signals import LISTED, shown
 from seatrial.inspection.proposal.sources import Recognised, Sureness
-from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
+from seatrial.io.columns import DATE_TIME_UNIT, DAY, SERIAL_DAYS, ColumnView, TableSeen
 from seatrial.util.errors import RecordingError
 
 MOST_REST = 1e9  # [ns] of a second
@@ -132,11 +133,14 @@ def _earliness(column: ColumnView) -> float:
 
 def _stamp(column: ColumnView) -> dict[str, Any]:
     """Column and unit: by name, else by value."""
+    if column.unit in SERIAL_DAYS:
+        return {"column": column.name, "offset": SERIAL_DAYS[column.unit], "scale": 1 / DAY}
     name = column.name.strip().lower()
     read = read_name(column.name)
     unit = column.unit or "s"
     if column.unit not in ("s.ns", DATE_TIME_UNIT):
-        stated = name if name in TIME_UNITS[1:] else read.unit
+        stated = UNITS.get(name, "")
+        stated = stated if stated in TIME_UNITS[1:] else read.unit
         unit = stated if stated in TIME_UNITS else unit
     plain = unit in ("s", DATE_TIME_UNIT)
     return {"column": column.name} | ({} if plain else {"unit": unit})
