@@ -7,6 +7,7 @@ import pytest
 import seatrial
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
+from seatrial.recording.resolution import interpolated_position
 from tests import autopilot_logs
 from tests.autopilot_logs import TWIN, geodetic, trial
 from tests.logs import nanoseconds
@@ -187,3 +188,24 @@ def test_nmea_sentences(tmp_path):
         "$GPGGA,120000.00,5954.462,N,01045.000,E,4,12,0.8,3.0,M,40,M,,*00\n$GPHDT,50.0,T*00\n"
     )
     assert "has NMEA 0183 sentences, not columns" in refusal(path)
+
+
+def test_positions_between_those_of_a_slow_receiver(tmp_path):
+    """Rows at 20 Hz on straight lines between positions at 1 Hz: stated. The boat's own are not, at any rate and digits."""
+    c = columns()
+    for name in ("east", "north"):
+        c[name] = np.interp(c["t"], c["t"][::20], c[name][::20])
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
+        *(c[k] for k in ("t", "east", "north", "psi", "left", "right")),
+    )  # fmt: skip
+    assert (
+        read(path)[1]
+        .doubts[0]
+        .startswith("positions lie on straight lines between about each 20th")
+    )
+    run = trial(TWIN, 120.0, 0)
+    for rate in (1.0, 5.0, 20.0, 100.0):
+        t = np.arange(0.0, 119.9, 1 / rate)
+        for digits in (2, 3, 4, 6, 9):
+            assert not interpolated_position(nanoseconds(t), np.round(run.at(t)[:, :2], digits))

@@ -24,7 +24,7 @@ from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording
-from seatrial.recording.resolution import coarse_position
+from seatrial.recording.resolution import coarse_position, interpolated_position
 from seatrial.recording.timing import coarse_commands
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError
@@ -56,11 +56,12 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         scales=_finite(merged([signal_of(*s) for s in factors], vehicle.scales)) if factors else None,
         marked_valid=given[0][1].marked_valid, timeout=vehicle.file.command_timeout,
         sources=[Source(file) for file in signals.files], streams=streams,
-        remarks=[*signals.remarks, *bursts], doubts=[*doubts, *coarse_commands(streams)],
+        remarks=[*signals.remarks, *bursts], doubts=doubts,
         position_delay=position - heading, parts=known.parts,
         asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),
     )  # fmt: skip
-    recording = with_enough_poses(recording)
+    sampled = coarse_commands(recording.streams)
+    recording = with_enough_poses(replace(recording, doubts=(*recording.doubts, *sampled)))
     # 4. Yaw rates of a gyro, their bias removed.
     for one, rows in _by_role(found, "yaw rates"):
         r = scaled(rows.values[:, 0], one.columns[0])
@@ -163,7 +164,7 @@ def _poses(
     else:
         written = position = np.column_stack([scaled(raw[:, i], columns[i]) for i in range(2)])
     doubt = coarse_position(name, written)
-    doubts = [doubt] if doubt else []
+    doubts = [text for text in (doubt, interpolated_position(rows.stamps, position)) if text]
     if len(found) == 1:
         eta = np.column_stack([position, heading_of(raw[:, 2], columns[2])])
         return Poses(rows.stamps, of_origin(eta, vehicle, rows.stamps)), doubts

@@ -6,13 +6,18 @@ import numpy as np
 from seatrial import _core
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Stamps
 
 FEW_ROWS = 50
 LEAST_STEPS_PERCENTILE = 10.0  # [%] of the steps between the values that occur: the resolution
 COARSE_SHARE = 0.3  # of the larger range, step of a coordinate from which nothing can be identified
 HELD_SHARE = 0.5  # of the rows that repeat a coordinate while the other moves: its step shows
 RANGE = (5.0, 95.0)  # [%] percentiles of a coordinate
+ON_LINES_SHARE = (
+    0.6  # of the positions, on lines between their neighbours, where they are interpolated
+)
+CLEAR_OF_DIGITS = 10.0  # times the digits of the log, least step and least bend that count
+FEW_BENDS = 10
 ROUNDED = 10.0 ** -np.arange(7)  # digits of degrees or of radians that a log may have
 
 
@@ -55,6 +60,34 @@ def coarse_position(name: str, position: Array) -> str:
             "rounding as noise"
         )
     return ""
+
+
+def interpolated_position(stamps: Stamps, position: Array) -> str:
+    """The doubt where positions (n, 2) [m] lie on straight lines between some of them; else nothing.
+
+    A logger or a script fills the rows between the fixes of a slow receiver. stamps: (n,) [ns].
+    """
+    good = np.isfinite(position).all(axis=1)
+    t, p = (stamps[good] - stamps[0]) * 1e-9, position[good]
+    if len(t) < FEW_ROWS or np.any(np.diff(t) <= 0):
+        return ""
+    # 1. How far each position is from the line through its neighbours, by its time.
+    share = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
+    off = np.linalg.norm(p[1:-1] - (1.0 - share) * p[:-2] - share * p[2:], axis=1)
+    step = np.linalg.norm(p[2:] - p[:-2], axis=1)
+    digits = 3.0 * max(resolution(p[:, 0]), resolution(p[:, 1]))
+    # 2. Of those that move: most on the line to the digits of the log, the others far from it.
+    moving = step > CLEAR_OF_DIGITS * digits
+    bent = off[moving & (off > digits)]
+    if not 0 < len(bent) < (1.0 - ON_LINES_SHARE) * moving.sum() or len(bent) < FEW_BENDS:
+        return ""
+    if float(np.median(bent)) < CLEAR_OF_DIGITS * digits:
+        return ""
+    rows = moving.sum() / len(bent)
+    return (
+        f"positions lie on straight lines between about each {rows:.0f}th: they were interpolated from slower "
+        "ones, and the boat did not move so; log the receiver's own positions at their own stamps"
+    )
 
 
 def heading_step(recording: Recording) -> float:
