@@ -28,14 +28,22 @@ def test_degrees_and_minutes(tmp_path):
     moves_as_the_boat(recording)
 
 
-@pytest.mark.parametrize(("name", "turns"), [("yaw", False), ("heading", True)])
-def test_compass_beside_x_and_y(tmp_path, name, turns):
-    """0 to 360 clockwise from north though it is named yaw; and one that is not wrapped."""
+COMPASSES = {  # name and values of a heading from its degrees (n,), 0 to 360
+    "0 to 360": ("yaw", lambda h: h),
+    "-180 to 180": ("yaw", lambda h: (h + 180) % 360 - 180),
+    "radians": ("psi", lambda h: np.radians((h + 180) % 360 - 180)),
+    "not wrapped": ("heading", lambda h: np.degrees(np.unwrap(np.radians(h)))),
+}
+
+
+@pytest.mark.parametrize("kind", COMPASSES)
+def test_compass_beside_x_and_y(tmp_path, kind):
+    """Clockwise from y, though it is named yaw: as the boat moves."""
     c = columns()
-    heading = 90 - np.degrees(c["psi"]) if turns else c["heading"]
+    name, values = COMPASSES[kind]
     path = written(
-        tmp_path / "log.csv", ("t", "x", "y", name, "left", "right"), c["t"], c["east"],
-        c["north"], heading, c["left"], c["right"],
+        tmp_path / "log.csv", ("t", "x", "y", name, "left", "right"), c["t"], c["east"], c["north"],
+        values(c["heading"]), c["left"], c["right"],
     )  # fmt: skip
     moves_as_the_boat(read(path)[1])
 
@@ -100,6 +108,22 @@ def imu_bag(path, heading, rate):
 def test_an_imu_of_any_convention(tmp_path, heading, rate):
     """Position in degrees shows the heading's sense; two thrusters that turn the boat drive it ahead."""
     moves_as_the_boat(read(imu_bag(tmp_path / "run.bag", heading, rate))[1])
+
+
+def test_a_compass_topic_in_radians(tmp_path):
+    """A number named heading counts as degrees; where the motion shows radians its zero is pi / 2, not 90."""
+    run = trial(TWIN, 120.0, 0)
+    t, tc = np.arange(0.0, 119.9, 0.1), np.arange(0.0, 119.9, 0.05)
+    noise = np.random.default_rng(1).normal(size=(len(t), 2)) * 0.005
+    lat, lon = geodetic(*(run.at(t)[:, :2] + noise).T)
+    one, two = nanoseconds(t), nanoseconds(tc)
+    left, right = run.command_at(tc).T
+    path = write_bag(tmp_path / "run.bag", [
+        BagTopic("/fix", "sensor_msgs/msg/NavSatFix", one, one, {"latitude": lat, "longitude": lon}),
+        BagTopic("/heading", "std_msgs/msg/Float64", two, two, {"data": run.at(tc)[:, 2] % (2 * np.pi)}),
+        BagTopic("/thrust", "std_msgs/msg/Float64MultiArray", two, two, {"data[0]": left, "data[1]": right}),
+    ])  # fmt: skip
+    moves_as_the_boat(read(path)[1])
 
 
 def test_swapped_latitude_and_longitude(tmp_path):

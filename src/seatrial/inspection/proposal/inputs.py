@@ -9,6 +9,7 @@ import numpy as np
 
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
+from seatrial.inspection.consistency.repair import ANGLES
 from seatrial.inspection.proposal.by_name import Parts, named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, DRIVES_T, Channels
@@ -129,12 +130,21 @@ def _units(
     corrected = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
         if unit is not None and (key in pose or "latitude" not in pose):
-            pose[key] = dict(pose.get(key, {})) | {"unit": unit}
+            pose[key] = _in_unit(dict(pose.get(key, {})), unit)
             corrected.append(f"{key} is in {unit}, by the motion of the boat")
     if corrected:
         draft = _draft(sources, pose, names)
         report = check_consistency(_read(sources, draft, salvage=salvage), draft)
     return pose, corrected, report
+
+
+def _in_unit(entry: dict[str, Any], unit: str) -> dict[str, Any]:
+    """A column with another unit; the offset of an angle, which is one of its zero, with it."""
+    before = ANGLES.get(entry.get("unit", "rad"))
+    turned = {}
+    if entry.get("offset") and before and unit in ANGLES:
+        turned["offset"] = round(entry["offset"] * before / ANGLES[unit], 9)
+    return entry | {"unit": unit} | turned
 
 
 def _read(sources: Sources, draft: Vehicle, *, salvage: bool) -> list[Recording]:

@@ -13,7 +13,6 @@ from seatrial.inspection.proposal.columns.heading_sense import (
     PLAIN,
     Sense,
     by_motion,
-    is_full_circle,
     unit_of,
 )
 from seatrial.inspection.proposal.columns.names import Grade, read_name
@@ -47,8 +46,7 @@ def psi_of(
     unit, shown_unit = _unit(position, heading, raw)
     radians = raw * TO_SI[unit or "rad"]
     motion = sense_by_motion(position, heading, raw)
-    named = is_compass(heading) or (unit == "deg" and is_full_circle(raw))
-    sense, sure, why = _sense(position, heading, motion, named=named)
+    sense, sure, why = _sense(position, heading, motion)
     geographic = position.east_north is not None
     if ask is not None and geographic and sure is not Sureness.CERTAIN:
         answers = sorted(READS, key=lambda text: READS[text] != sense)
@@ -105,9 +103,9 @@ def _unit(position: Position, heading: Heading, raw: Array) -> tuple[str, bool]:
 
 
 def _sense(
-    position: Position, heading: Heading, motion: Sense | None, *, named: bool
+    position: Position, heading: Heading, motion: Sense | None
 ) -> tuple[Sense, Sureness, str]:
-    """Zero and sense of the heading from its name, its range and the motion; `named`: as a compass."""
+    """Zero and sense of the heading from its name, its range and the motion."""
     geographic = position.east_north is not None
     quaternion = len(heading.names) > 1
     usual = COMPASS if geographic and not quaternion else PLAIN
@@ -124,7 +122,7 @@ def _sense(
     turned = (motion.offset - usual.offset) % 360
     if motion.sign == usual.sign and turned in (0, 180):
         return usual, Sureness.CERTAIN, f"{name}; {what[usual]}, as the boat moves"
-    if motion in what and (geographic or named):
+    if motion in what:
         return motion, Sureness.LIKELY, f"{name}; {what[motion]}, by the motion: check"
     sense = "counter-clockwise" if motion.sign > 0 else "clockwise"
     return (
