@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.tables.stamps import unwrapped
 from seatrial.recording.excitation import excitation
-from seatrial.recording.other_clock import other_epoch
+from tests.logs import nanoseconds
 from tests.odd_logs import RATE, columns, moves_as_the_boat, read, refusal, written
 
 
@@ -90,10 +91,39 @@ def test_a_clock_that_starts_again_is_no_counter(tmp_path):
     assert unwrapped(t, 1.0) is t
 
 
-def test_a_simulation_s_time_beside_the_clock_on_the_wall():
-    """Poses by use_sim_time, commands by their arrival."""
-    text = other_epoch(np.arange(0.0, 100.0), 1.7785e9 + np.arange(0.0, 100.0))
-    assert text.startswith(
-        "commands count from 1970, poses from a start: simulated time (use_sim_time)"
+def pose_bag(path, pose_stamps, speed=1.0):
+    """A bag: poses with these headers' stamps [ns] of t (n,) [s], commands by their arrival, played at a speed."""
+    c = columns()
+    arrival = nanoseconds(c["t"] * speed)
+    pose = {
+        "pose.position.x": c["east"], "pose.position.y": c["north"],
+        "pose.orientation.z": np.sin(c["psi"] / 2), "pose.orientation.w": np.cos(c["psi"] / 2),
+    }  # fmt: skip
+    commands = {"data[0]": c["left"], "data[1]": c["right"]}
+    return write_bag(path, [
+        BagTopic("/pose", "geometry_msgs/msg/PoseStamped", arrival, pose_stamps(c["t"]), pose),
+        BagTopic("/thrust", "std_msgs/msg/Float64MultiArray", arrival, arrival, commands),
+    ])  # fmt: skip
+
+
+def from_zero(t):
+    """Stamps [ns] of simulated time."""
+    return np.rint(t * 1e9).astype(np.int64)
+
+
+def test_simulated_time_beside_the_clock_on_the_wall(tmp_path):
+    """Headers by use_sim_time, commands by arrival: arrivals of both, where the simulation kept up."""
+    vehicle, recording = read(pose_bag(tmp_path / "run.bag", from_zero))
+    assert (vehicle.file.pose.clock, vehicle.file.commands.clock) == ("bag", "bag")
+    moves_as_the_boat(recording)
+    text = refusal(pose_bag(tmp_path / "slow.bag", from_zero, speed=1.3))
+    assert "commands count from 1970, poses from a start: simulated time (use_sim_time)" in text
+
+
+def test_a_clock_that_is_far_behind_is_named(tmp_path):
+    """Poses stamped 40 s before they arrive: no command seems to move the boat."""
+    path = pose_bag(tmp_path / "run.bag", lambda t: nanoseconds(t - 40.0))
+    assert (
+        "messages of /pose arrive 40 s or more after their stamps: if a clock is behind"
+        in refusal(path)
     )
-    assert not other_epoch(np.arange(0.0, 100.0), 7200.0 + np.arange(0.0, 100.0))

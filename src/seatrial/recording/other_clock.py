@@ -3,14 +3,26 @@
 
 import numpy as np
 
+from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 FACTORS = (1e3, 1e6, 1e9)  # between s, ms, us and ns
 FACTOR_SLACK = 0.2  # of a factor, by which the lengths may differ from it
+LENGTH_SLACK = 0.02  # of the length of poses and commands, by which they may differ
 SINCE_1970 = 9e8  # [s] least time from a start that is one from 1970
 ZONE = 1800.0  # [s] time zones differ by multiples of it
 ZONE_SLACK = 120.0  # [s] between the beginnings of two parts of one recording
 MOST_ZONES = 52  # of 26 h
+
+
+class OtherEpochError(RecordingError):
+    """Stamps from 1970 beside stamps from a start, both of the same length: arrivals may be used."""
+
+
+def same_length(poses: Array, commands: Array) -> bool:
+    """Whether both last as long: a simulation in real time."""
+    lengths = float(np.ptp(poses)), float(np.ptp(commands))
+    return abs(lengths[0] - lengths[1]) < LENGTH_SLACK * max(lengths)
 
 
 def other_unit(poses: Array, commands: Array) -> str:

@@ -8,7 +8,13 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.other_clock import other_epoch, other_unit, other_zone
+from seatrial.recording.other_clock import (
+    OtherEpochError,
+    other_epoch,
+    other_unit,
+    other_zone,
+    same_length,
+)
 from seatrial.recording.timing import (
     SHORTEST_SILENCE,
     longest_rising,
@@ -160,7 +166,12 @@ def silences(
             or other_epoch(poses, commands)
             or "check the units of both stamps, and that both were recorded together"
         )
-        raise RecordingError(
+        kind = (
+            OtherEpochError
+            if other_epoch(poses, commands) and same_length(poses, commands)
+            else RecordingError
+        )
+        raise kind(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
             f"{commands[-1]:.6g} s, poses from 0 s to {poses.max():.6g} s by the same clock; {cause}"
         )

@@ -9,8 +9,11 @@ import numpy as np
 
 from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.proposal.channels import Channels
+from seatrial.recording.clocks import SLOW_TRANSPORT
 from seatrial.recording.recording import Recording
+from seatrial.recording.timing import time_text
 from seatrial.util.errors import RecordingError
+from seatrial.util.format import joined
 from seatrial.util.frames import AXES
 
 LEAST_COMBINATION = (
@@ -53,8 +56,8 @@ def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
             )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; "
-            f"{_one_sided(recordings)}record some minutes in which it is driven, or write the vehicle file by "
-            "hand (docs/vehicle.md)"
+            f"{_one_sided(recordings)}{_late(recordings)}record some minutes in which it is driven, or write the "
+            "vehicle file by hand (docs/vehicle.md)"
         )
     remarks = dict.fromkeys(inputs, "check: chosen by name; no axis moves significantly with it")
     axes = dict(zip(WRENCH, AXES, strict=True))
@@ -70,6 +73,17 @@ def _one_sided(recordings: Sequence[Recording]) -> str:
         "none of them is ever negative: if gear or direction is another column, write one signed column for each; "
         "else "
     )
+
+
+def _late(recordings: Sequence[Recording]) -> str:
+    """What an error says of messages that arrive long after their stamps: another clock hides what drives."""
+    delays = {s.source: s.delay.least for r in recordings for s in r.streams if s.delay}
+    late = {source: least for source, least in delays.items() if least > SLOW_TRANSPORT}
+    found = [
+        f"messages of {s} arrive {time_text(least)} or more after their stamps"
+        for s, least in late.items()
+    ]
+    return f"{joined(found)}: if a clock is behind, correct its stamps; else " if found else ""
 
 
 def _combinations(recordings: Sequence[Recording]) -> int:

@@ -19,6 +19,7 @@ from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.formats import is_log
 from seatrial.io.reader import recording_name
+from seatrial.recording.other_clock import OtherEpochError
 from seatrial.recording.yaw_rate import YawRateError
 from seatrial.util.errors import VehicleError
 from seatrial.util.format import joined
@@ -119,11 +120,22 @@ def forces_of(names: Sequence[str], places: Sequence[Place]) -> dict[str, dict[s
 
 
 def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Sources, Drive]:
-    """The actuation. A yaw rate that nobody named, and that is not the heading's, is left out: an IMU without one
-    writes zeros."""
+    """The actuation, and the sources without what spoils them.
+
+    A yaw rate that nobody named, and that is not the heading's, is left out: an IMU without one writes zeros.
+    Beside stamps of simulated time, arrivals in the bag are used.
+    """
     count = len(choices.thrusters)
     try:
         return sources, find_drive(sources, thrusters=count, salvage=salvage)
+    except OtherEpochError:
+        if not is_bag(sources.path) or "clock" in sources.pose:
+            raise
+        arrival = {"clock": "bag"}
+        sources = replace(sources, pose=sources.pose | arrival, commands=sources.commands | arrival)
+        sources, drive = _drive(sources, choices, salvage=salvage)
+        text = "check: one of the stamps counts from a start (simulated time), so arrivals in the bag are used"
+        return sources, replace(drive, findings=(*drive.findings, text))
     except YawRateError as error:
         if "yaw_rate" in (choices.pose or ""):
             raise
