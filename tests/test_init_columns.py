@@ -50,7 +50,7 @@ HEADERS = {
     "t=t|x=x|y=y|psi=psi|u=u": ("x", "y", "psi", {}),
     "Time [s]=t|X [m]=x|Y [m]=y|Yaw [rad]=psi": ("X [m]", "Y [m]", "Yaw [rad]", {}),
     "time=t|pos.x(m)=x|pos.y(m)=y|pos.z(m)=z|heading=psi": ("pos.x(m)", "pos.y(m)", "heading", {}),
-    "stamp=t|posX=x|posY=y|yaw_deg=compass": ("posX", "posY", "yaw_deg", {"unit": "deg"}),
+    "stamp=t|posX=x|posY=y|yaw_deg=compass": ("posX", "posY", "yaw_deg", {"unit": "deg", "sign": -1, "offset": 90}),
     "t=t|gps_x=x|gps_y=y|ref_x=u|ref_y=u|ref_heading=u|imu_yaw=psi": ("gps_x", "gps_y", "imu_yaw", {}),
     "t=t|x=x|y=y|theta=psi|roll=z": ("x", "y", "theta", {}),
     "t=t|duck_x=x|duck_y=y|duck_psi=psi": ("duck_x", "duck_y", "duck_psi", {}),
@@ -82,10 +82,7 @@ def test_the_heading_is_counter_clockwise_from_x_whatever_the_log_has(tmp_path, 
     raw = read_tables(path)[0].numbers(found["column"])
     unit = np.pi / 180 if found.get("unit") == "deg" else 1.0
     psi = found.get("sign", 1) * (raw - found.get("offset", 0.0)) * unit
-    if names.startswith("stamp"):  # x, y of a map and a yaw in degrees: nothing says compass
-        assert found.get("sign", 1) == 1
-    else:
-        np.testing.assert_allclose(np.exp(1j * psi), np.exp(1j * PSI), atol=1e-6)
+    np.testing.assert_allclose(np.exp(1j * psi), np.exp(1j * PSI), atol=1e-6)
 
 
 def test_latitude_and_longitude_with_a_compass(tmp_path):
@@ -188,8 +185,12 @@ def test_signals_of_several_tables_have_their_file(tmp_path):
 
 def test_a_coordinate_that_hardly_moves_is_named_and_asked_about(tmp_path):
     path = table(tmp_path / "log.csv", "t=t|x=x|y=z|z=y|psi=psi")
-    found = pose_of(path)
-    assert "y hardly moves: is it a height?" in found.recognised[0].why
+    with pytest.raises(
+        SeatrialError, match=r"y ranges over 0\.002 m, z over 12 m: y is up in this log"
+    ):
+        pose_of(path)
+    still = table(tmp_path / "still.csv", "t=t|x=x|y=z|psi=psi")
+    assert "y hardly moves: is it a height?" in pose_of(still).recognised[0].why
     asked = []
 
     def ask(question, options):

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.boat.schema import Column
 from seatrial.boat.vehicle import Vehicle, as_column
-from seatrial.io.poses import POSE_UNITS, heading_of, in_plane, of_origin
+from seatrial.io.poses import POSE_UNITS, heading_of, in_plane, lengths_of_degrees, of_origin
 from seatrial.io.signals import (
     Request,
     Rows,
@@ -159,9 +159,10 @@ def _poses(
         raise RecordingError(f"{name}: 0 poses: no row of {request.place} has one")
     if request.names[0] in GEOGRAPHIC:
         position = in_plane(raw[:, :2], columns[:2], vehicle)
+        written = lengths_of_degrees(raw[:, :2], columns[:2])
     else:
-        position = np.column_stack([scaled(raw[:, i], columns[i]) for i in range(2)])
-    doubt = coarse_position(name, position)
+        written = position = np.column_stack([scaled(raw[:, i], columns[i]) for i in range(2)])
+    doubt = coarse_position(name, written)
     doubts = [doubt] if doubt else []
     if len(found) == 1:
         eta = np.column_stack([position, heading_of(raw[:, 2], columns[2])])

@@ -18,6 +18,12 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+DAY = 86_400.0  # [s]
+SERIAL_DAYS = {
+    "days of Excel": 25569.0,
+    "days of MATLAB": 719529.0,
+}  # the day that 1970 begins with
+PER_SECOND |= dict.fromkeys(SERIAL_DAYS, 1 / DAY)
 UNIX_TIMES = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100
 DATE_TIME_UNIT = "date and time"
 SLOWEST_RATE = 0.5  # [Hz] least plausible rate of a log
@@ -162,7 +168,10 @@ def _rate(table: Table, name: str, unit: Literal["s.ns"] | None) -> float:
 
 
 def _time_unit(most: float, step: float) -> str:
-    """The unit in which stamps are Unix times; else the largest with a plausible rate."""
+    """The unit in which stamps are Unix times or serial days; else the largest with a plausible rate."""
+    for unit, epoch in SERIAL_DAYS.items():
+        if UNIX_TIMES[0] < (most - epoch) * DAY < UNIX_TIMES[1] and step * DAY < 1 / SLOWEST_RATE:
+            return unit
     for unit, scale in PER_SECOND.items():
         if UNIX_TIMES[0] < most / scale < UNIX_TIMES[1]:
             return unit

@@ -18,6 +18,7 @@ LARGEST_POSE = 1e9  # [m], [rad] a larger value is not a pose
 POSE_UNITS = {"x": LENGTH_UNITS, "y": LENGTH_UNITS, "psi": ANGLE_UNITS, "yaw_rate": ANGLE_UNITS}
 NO_FIX = 1e-6  # [deg] from latitude and longitude 0, where a receiver without a fix is
 LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
+EARTH_RADIUS = 6.371e6  # [m] mean
 FAR = 2e4  # [m] from the origin, beyond which the plane that touches the earth is no map
 
 
@@ -98,3 +99,15 @@ def in_plane(raw: Array, columns: Sequence[Column], vehicle: Vehicle) -> Array:
     second = vehicle.axes is Axes.FRD
     out[known] = np.column_stack([north, east] if second else [east, north])
     return out
+
+
+def lengths_of_degrees(raw: Array, columns: Sequence[Column]) -> Array:
+    """East and north (n, 2) [m] on a sphere, each of its own column (n, 2) of latitude and longitude.
+
+    For the steps in which the log moves; NaN without a fix.
+    """
+    lat, lon = (c.sign * (raw[:, i] - c.offset) / c.scale for i, c in enumerate(columns))
+    lost = (np.abs(lat) <= NO_FIX) & (np.abs(lon) <= NO_FIX)
+    lat, lon = np.where(lost, np.nan, lat), np.where(lost, np.nan, lon)
+    shrunk = np.cos(np.radians(np.nanmedian(lat)))
+    return np.asarray(EARTH_RADIUS * np.radians(np.column_stack([shrunk * lon, lat])))

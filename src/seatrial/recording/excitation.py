@@ -85,8 +85,12 @@ def even_times(recording: Recording) -> Array:
 
 
 def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
-    """RMS of the generalised forces by axis, over the duration of the poses."""
+    """RMS of the generalised forces by axis, over the duration of the poses while commands are known."""
     t = even_times(recording)
+    unknown = np.zeros(len(t), dtype=bool)  # as in the night between two drives
+    for start, end in recording.unknown:
+        unknown |= (t >= start) & (t <= end)
+    t = t if unknown.all() else t[~unknown]
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     rms, largest, both = np.zeros(3), np.zeros(3), [False] * 3
     for axis in range(3):

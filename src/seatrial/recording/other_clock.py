@@ -7,6 +7,7 @@ from seatrial.util.frames import Array
 
 FACTORS = (1e3, 1e6, 1e9)  # between s, ms, us and ns
 FACTOR_SLACK = 0.2  # of a factor, by which the lengths may differ from it
+SINCE_1970 = 9e8  # [s] least time from a start that is one from 1970
 ZONE = 1800.0  # [s] time zones differ by multiples of it
 ZONE_SLACK = 120.0  # [s] between the beginnings of two parts of one recording
 MOST_ZONES = 52  # of 26 h
@@ -40,4 +41,15 @@ def other_zone(poses: Array, commands: Array) -> str:
     return (
         f"commands are {abs(zones) * ZONE / 3600:g} h {side} the poses: one of them is in another time zone; "
         "write both by the same clock"
+    )
+
+
+def other_epoch(poses: Array, commands: Array) -> str:
+    """What to say where one of the stamps [s] counts from 1970, and the other from a start; else empty."""
+    if abs(float(commands[0] - poses[0])) < SINCE_1970:
+        return ""
+    late, early = ("commands", "poses") if commands[0] > poses[0] else ("poses", "commands")
+    return (
+        f"{late} count from 1970, {early} from a start: simulated time (use_sim_time), or time since boot. Stamp "
+        "both by one clock; of a bag that was recorded in real time, clock: bag at pose takes arrivals"
     )

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.other_clock import other_unit, other_zone
+from seatrial.recording.other_clock import other_epoch, other_unit, other_zone
 from seatrial.recording.timing import (
     SHORTEST_SILENCE,
     longest_rising,
@@ -98,9 +98,9 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     bad = _plain_faults(stamps, eta, marked_valid)
     t = _times(stamps, ~bad[FaultKind.STAMP])
     good = _faultless(name, bad, t)
-    # 2. Two mixed sources of poses: refused.
-    # 2. Two mixed sources of poses: refused.
-    _refuse_two_places(name, eta[good])
+    # 2. Two mixed sources of poses, be it with equal stamps: refused.
+    bad_but_stamps = bad[FaultKind.MARKED] | bad[FaultKind.NOT_FINITE]
+    _refuse_two_places(name, eta[~bad_but_stamps & in_order(stamps, strict=False)])
     # 3. Frozen samples; then the heading is unwrapped over the usable ones.
     bad[FaultKind.FROZEN] = _mask_of(len(t), good[_frozen(eta[good]) | _stuck(eta[good])])
     good = _faultless(name, bad, t)
@@ -121,7 +121,6 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     bad[FaultKind.EXCURSION][good[island]] = True
     segment = np.zeros(len(t), dtype=np.int64)
     segment[good] = number
-    # 6. The list of faults.
     # 6. The list of faults.
     faults = [f for kind, mask in bad.items() for f in _fault_runs(kind, mask, t)]
     faults += [Fault(FaultKind.GAP, float(a), float(b), 0) for a, b in gaps]
@@ -156,8 +155,10 @@ def silences(
     if unit:
         raise RecordingError(f"{name}: {unit}")
     if commands[0] > poses.max() or commands[-1] + hole < poses[0]:
-        cause = other_zone(poses, commands) or (
-            "check the units of both stamps, and that both were recorded together"
+        cause = (
+            other_zone(poses, commands)
+            or other_epoch(poses, commands)
+            or "check the units of both stamps, and that both were recorded together"
         )
         raise RecordingError(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
@@ -315,13 +316,20 @@ def _frozen(eta: Array) -> Mask:
 
 
 def _stuck(eta: Array) -> Mask:
-    """Positions that repeat exactly while the heading goes on, and then catch up: a receiver without a fix.
+    """Positions, or headings, that repeat exactly while the other goes on, and then catch up.
 
-    Rounded positions of a slow boat repeat, too; their next step is a usual one.
+    A receiver without a fix, a compass that hangs. Rounded positions of a slow boat repeat, too; their next step
+    is a usual one.
     """
-    repeats = _repeats(eta[:, :2])
-    steps = np.hypot(*np.diff(eta[:, :2], axis=0).T)
-    stuck = np.zeros(len(eta), dtype=bool)
+    heading = np.column_stack([np.cos(eta[:, 2]), np.sin(eta[:, 2])])
+    return _part_stuck(eta[:, :2]) | _part_stuck(heading)
+
+
+def _part_stuck(part: Array) -> Mask:
+    """The same of positions, or of the heading's cosine and sine (n, 2)."""
+    repeats = _repeats(part)
+    steps = np.hypot(*np.diff(part, axis=0).T)
+    stuck = np.zeros(len(part), dtype=bool)
     moving = steps[steps > 0]
     usual = float(np.percentile(moving, USUAL_STEP)) if len(moving) else 0.0
     for first, last in _runs(repeats):

@@ -27,11 +27,15 @@ LEAST_DEVIATION = 1e-5  # [rad/s] of the noise: less is a simulated gyro
 DIFFERENCE = np.array([1.0, -3.0, 3.0, -1.0])  # zero for parabolas: smooth motion cancels
 
 
+class YawRateError(RecordingError):
+    """A yaw rate that is not the heading's."""
+
+
 def with_yaw_rate(recording: Recording, stamps: Stamps, rates: Array, where: str) -> Recording:
     """The recording with yaw rates (m,) [rad/s] of a gyro at stamps (m,) [ns], forward-left-up.
 
     The bias is removed: the heading shows it over the whole recording. where: the column, for messages.
-    Raises RecordingError where the rate is not that of the heading: another sense, axis or unit.
+    Raises YawRateError where the rate is not that of the heading: another sense, axis or unit.
     """
     good = np.abs(rates) < LARGEST_RATE
     stamps, rates = stamps[good], rates[good]
@@ -39,13 +43,13 @@ def with_yaw_rate(recording: Recording, stamps: Stamps, rates: Array, where: str
     stamps, rates = stamps[keep], rates[keep]
     inside = (stamps > recording.stamps[0]) & (stamps < recording.stamps[-1])
     if inside.sum() < FEWEST_INTERVALS:
-        raise RecordingError(
+        raise YawRateError(
             f"{recording.name}: {where} has {int(inside.sum())} yaw rates during the poses; leave it out"
         )
     t, r = _averaged(recording.seconds(stamps), rates)
     gain, bias = _gain_and_bias(*_turns(recording, t, r))
     if gain is not None and abs(gain - 1.0) > GAIN:
-        raise RecordingError(f"{recording.name}: {where} {_said(gain)}")
+        raise YawRateError(f"{recording.name}: {where} {_said(gain)}")
     return replace(recording, asynchronous=_joined(recording, t, r - bias))
 
 

@@ -52,12 +52,24 @@ def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
                 found.names,
             )
         raise RecordingError(
-            f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; record "
-            "some minutes in which it is driven, or write the vehicle file by hand (docs/vehicle.md)"
+            f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; "
+            f"{_one_sided(recordings)}record some minutes in which it is driven, or write the vehicle file by "
+            "hand (docs/vehicle.md)"
         )
     remarks = dict.fromkeys(inputs, "check: chosen by name; no axis moves significantly with it")
     axes = dict(zip(WRENCH, AXES, strict=True))
     return inputs, remarks, {n: {"axis": axes[n], "of": {n: 1.0}} for n in inputs}
+
+
+def _one_sided(recordings: Sequence[Recording]) -> str:
+    """What an error says of commands that are never negative."""
+    values = np.concatenate([r.commands.values for r in recordings])
+    if values.min() < 0.0 or values.max() <= 0.0:
+        return ""
+    return (
+        "none of them is ever negative: if gear or direction is another column, write one signed column for each; "
+        "else "
+    )
 
 
 def _combinations(recordings: Sequence[Recording]) -> int:

@@ -13,6 +13,20 @@ LEAST_REST_SHARE = 0.02  # of the rows, at one pulse width: that of rest
 OFF_VALUES = (0.0, 65535.0)  # [us] of outputs that are not driven
 OVERSHOOT = 1.05  # of full command, up to which a value still belongs to it
 USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
+HALF_RANGES = (
+    50.0,
+    100.0,
+    127.0,
+    128.0,
+    500.0,
+    512.0,
+    820.0,
+    1024.0,
+    2048.0,
+    32767.0,
+)  # from neutral to full
+NEUTRAL_WITHIN = 0.3  # of the range, between a neutral value and either end
+NEUTRAL_NOISE = 0.01  # of the range, of a stick at rest
 LEAST_REACHED = 0.5  # of a usual full command; below, the scale is rounded up from the data
 
 
@@ -34,6 +48,13 @@ def scale_of(values: Array, full: float | None = None) -> dict[str, float]:
         reached = max(most - neutral, neutral - least) / OVERSHOOT
         spans = (*(span for span in PWM_SPANS if span >= reached), PWM_SPANS[-1])
         return {"offset": neutral, "scale": spans[0]}
+    neutral = float(values[0])
+    if _is_neutral(values, neutral):
+        reach = max(most - neutral, neutral - least) / OVERSHOOT
+        return {
+            "offset": neutral,
+            "scale": next((x for x in HALF_RANGES if x >= reach), reach * OVERSHOOT),
+        }
     largest = max(abs(least), abs(most))
     usual = next((x for x in USUAL_FULL_COMMANDS if x > largest / OVERSHOOT), 0.0)
     if full is None and largest < LEAST_REACHED * usual and largest > OVERSHOOT:
@@ -41,6 +62,16 @@ def scale_of(values: Array, full: float | None = None) -> dict[str, float]:
         full = float(np.ceil(largest / OVERSHOOT / decade) * decade)
     scale = full or usual or largest
     return {} if scale == 1.0 else {"scale": scale}
+
+
+def _is_neutral(values: Array, value: float) -> bool:
+    """Whether a value in the middle of values without a sign is the one at rest: 512 of an analogue stick."""
+    least, most = float(values.min()), float(values.max())
+    apart = NEUTRAL_WITHIN * (most - least)
+    rests = np.mean(np.abs(values - value) < NEUTRAL_NOISE * (most - least)) >= LEAST_REST_SHARE
+    return bool(
+        rests and least >= 0.0 and least + apart <= value <= most - apart and most > OVERSHOOT
+    )
 
 
 def _neutral(pulses: Array) -> float:

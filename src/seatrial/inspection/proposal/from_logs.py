@@ -136,14 +136,14 @@ def _position(found: Found, choices: Choices, ask: Ask | None) -> Candidate:
             f"{found.log.path}: {what}; record with a GNSS receiver that has a fix, or with an external position. "
             f"The topics are {listed_topics(found.log)}"
         )
-    first = able[0].known.what  # the same kind of sensor: the fastest
+    first = able[0].known.what  # the same kind of sensor: the best fix, then the fastest
     alike = [c for c in able if c.known.what == first]
-    fastest = max(alike, key=lambda c: c.rate)
+    best = max(alike, key=lambda c: (c.fix, c.rate))
     if ask is not None and len(able) > 1:
-        ordered = [fastest, *(c for c in able if c is not fastest)]
+        ordered = [best, *(c for c in able if c is not best)]
         texts = [f"{c.topic.name} ({c.why})" for c in ordered]
         return ordered[texts.index(choose(found.log.path, "poses", texts, ask))]
-    return fastest
+    return best
 
 
 def _best(found: Found, known: Sequence[Known], what: str, least: int) -> Candidate:

@@ -6,6 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from seatrial.inspection.proposal.columns.choice import texts_of
 from seatrial.inspection.proposal.columns.names import (
     Grade,
     Kind,
@@ -24,10 +27,11 @@ from seatrial.inspection.proposal.columns.signals import (
 from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
     find_stamp,
+    no_stamp,
     recognised,
     stamp_columns,
 )
-from seatrial.inspection.proposal.command_sources import by_source
+from seatrial.inspection.proposal.command_sources import by_source, measured_twins
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
@@ -42,6 +46,7 @@ from seatrial.io.bags.contents import COMMAND_WORDS
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.columns import ColumnView, TableSeen, read_tables
 from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 COMMAND_TABLE_WORDS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
 NOT_COMMANDS = (("theta",),)  # beside those that are other signals by their names
@@ -52,6 +57,7 @@ MODES = (
     ("status",),
 )  # last words of columns that are no command
 SCALE_WORDS = frozenset(("volt", "voltage", "battery", "rpm", "current"))
+SWITCH_VALUES = 2  # of a switch; commands beside it have more than twice as many
 MOST_SPARE = 12  # columns in the comment
 OWN_TABLE_CHANNELS = 2  # most commands in each of several tables alike, one for each thruster
 
@@ -125,8 +131,7 @@ def _changing(tables: Sequence[TableSeen], more: Sequence[Path]) -> list[TableSe
 def _stamp(table: TableSeen) -> StampFound:
     found = find_stamp(table)
     if found is None:
-        listed = ", ".join(c.name for c in table.view.columns[:LISTED])
-        raise RecordingError(f"{table.view.path}: no column of stamps; it has {listed}")
+        raise no_stamp(table)
     return found
 
 
@@ -204,6 +209,19 @@ def _named_commands(columns: Sequence[ColumnView]) -> list[ColumnView]:
     return [c for c in columns if grade(c.name, Kind.COMMAND) is not None]
 
 
+def _commanded(table: TableSeen, columns: Sequence[ColumnView]) -> list[ColumnView]:
+    """Without what only measures a command, and without switches beside commands of many sizes."""
+    measured = measured_twins(c.name for c in columns)
+    rest = [c for c in columns if c.name not in measured]
+    sizes = {c.name: len(np.unique(_finite(table.numbers(c.name)))) for c in rest}
+    most = max(sizes.values(), default=0)
+    return [c for c in rest if sizes[c.name] != SWITCH_VALUES or most <= 2 * SWITCH_VALUES]
+
+
+def _finite(values: Array) -> Array:
+    return np.asarray(values[np.isfinite(values)])
+
+
 def _channels(
     path: Path, driven: Sequence[TableSeen], pose: PoseColumns
 ) -> tuple[dict[str, dict[str, Any]], list[str], Sureness, str]:
@@ -220,10 +238,11 @@ def _channels(
         if not able:
             raise RecordingError(
                 f"{first.view.path}: no column besides poses and stamps changes, so there are no commands"
+                f"{texts_of([first])}"
             )
         merged = any(first is own for own in pose.tables)
         likely = (_named_commands(able) if merged else []) or able
-        full, sparse = _equally_filled(likely)
+        full, sparse = _equally_filled(first, _commanded(first, likely))
         found = named((c.name, {"column": c.name}) for c in full)
     if not found:
         raise RecordingError(f"{path}: no column of {', '.join(t.key for t in driven)} changes")
@@ -262,10 +281,17 @@ def _spare(
     )[:MOST_SPARE]  # fmt: skip
 
 
-def _equally_filled(columns: Sequence[ColumnView]) -> tuple[list[ColumnView], list[str]]:
-    """The largest group of columns filled in the same rows, and the names of the others."""
-    groups: dict[int, list[ColumnView]] = {}
+def _equally_filled(
+    table: TableSeen, columns: Sequence[ColumnView]
+) -> tuple[list[ColumnView], list[str]]:
+    """The largest group of columns filled in the same rows, and the names of the others.
+
+    Where no two are filled in the same rows each is logged on change: all of them.
+    """
+    groups: dict[bytes, list[ColumnView]] = {}
     for column in columns:
-        groups.setdefault(column.empty, []).append(column)
-    chosen = max(groups.items(), key=lambda g: (len(g[1]), -g[0]))[1]
+        groups.setdefault(np.isfinite(table.numbers(column.name)).tobytes(), []).append(column)
+    chosen = max(groups.values(), key=lambda own: (len(own), -own[0].empty))
+    if len(chosen) == 1:
+        return list(columns), []
     return chosen, [c.name for c in columns if c not in chosen]

@@ -13,6 +13,7 @@ from seatrial.inspection.proposal.by_name import Parts, named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, DRIVES_T, Channels
 from seatrial.inspection.proposal.command_sources import by_source
+from seatrial.inspection.proposal.heading_zero import turned_heading
 from seatrial.inspection.proposal.sources import Sources, place_of
 from seatrial.inspection.proposal.thruster_weights import weights
 from seatrial.io.reader import read
@@ -56,6 +57,11 @@ def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
         recordings = _read(sources, draft, salvage=salvage)
     # 2. Offsets, scales and gains of the channels.
     channels = _channels(sources, draft, recordings, report.table)
+    turned = turned_heading(pose, channels, report)
+    if turned is not None:
+        sources = replace(sources, pose=turned.pose)
+        found = find_drive(sources, thrusters=thrusters, salvage=salvage)
+        return replace(found, findings=(turned.text, *corrected, *found.findings))
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)
     if not parts[0] and thrusters == len(channels.names):

@@ -17,6 +17,7 @@ from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 
 LEAST_POSITIONS = 20  # different ones, of a topic that is a position
 LEAST_HEADINGS = 20
+BEST_FIX = 6.0  # RTK with whole cycles, in the numbers of MAVLink
 
 
 @dataclass(frozen=True)
@@ -37,9 +38,15 @@ class Candidate:
     @property
     def different(self) -> int:
         """Number of different values, 0 and none left out."""
-        values = self.samples.values
+        values = self.samples.values[:, : len(self.known.fields)]
         known = np.isfinite(values).all(axis=1) & (values != 0.0).any(axis=1)
         return len(np.unique(values[known], axis=0)) if known.any() else 0
+
+    @property
+    def fix(self) -> float:
+        """The usual kind of fix of a receiver, `BEST_FIX` at most; 0 where the log does not state it."""
+        stated = self.samples.values[:, len(self.known.fields) :]
+        return min(float(np.median(stated)), BEST_FIX) if stated.size else 0.0
 
     @property
     def shown(self) -> str:
@@ -57,7 +64,10 @@ class Found:
 
     def __init__(self, log: Log, candidates: Sequence[tuple[Known, LogTopic]]) -> None:
         self.log = log
-        samples = log.read([Wanted(t.name, k.fields) for k, t in candidates])
+        wanted = [(*k.fields, *([k.fix] if k.fix in t.fields else [])) for k, t in candidates]
+        samples = log.read(
+            [Wanted(t.name, w) for (_, t), w in zip(candidates, wanted, strict=True)]
+        )
         self.all = [Candidate(k, t, s) for (k, t), s in zip(candidates, samples, strict=True)]
 
     def of(self, known: Sequence[Known], least: int) -> list[Candidate]:

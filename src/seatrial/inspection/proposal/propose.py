@@ -19,6 +19,7 @@ from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.formats import is_log
 from seatrial.io.reader import recording_name
+from seatrial.recording.yaw_rate import YawRateError
 from seatrial.util.errors import VehicleError
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES
@@ -64,7 +65,7 @@ def init(
         sources = replace(sources, pose=turned_about(sources.pose))
     # 2. Units, signs, scales, and which channel drives which axis, from the data.
     try:
-        drive = find_drive(sources, thrusters=len(choices.thrusters), salvage=salvage)
+        sources, drive = _drive(sources, choices, salvage=salvage)
     except ThrustersUnknownError as error:
         if choices.thrusters:
             one_each(choices.thrusters, error.names)
@@ -115,3 +116,22 @@ def forces_of(names: Sequence[str], places: Sequence[Place]) -> dict[str, dict[s
         if of:
             found[force] = {"axis": axis, "of": of}
     return found
+
+
+def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Sources, Drive]:
+    """The actuation. A yaw rate that nobody named, and that is not the heading's, is left out: an IMU without one
+    writes zeros."""
+    count = len(choices.thrusters)
+    try:
+        return sources, find_drive(sources, thrusters=count, salvage=salvage)
+    except YawRateError as error:
+        if "yaw_rate" in (choices.pose or ""):
+            raise
+        pose = {key: entry for key, entry in sources.pose.items() if key != "yaw_rate"}
+        sources = replace(
+            sources,
+            pose=pose,
+            recognised=tuple(r for r in sources.recognised if r.signal != "yaw rate"),
+        )
+        drive = find_drive(sources, thrusters=count, salvage=salvage)
+        return sources, replace(drive, findings=(*drive.findings, f"no yaw rate is used: {error}"))

@@ -23,6 +23,7 @@ class Known:
         default_factory=dict
     )  # unit, scale: as a vehicle file has them
     geographic: bool = False  # latitude and longitude; else metres north and east
+    fix: str = ""  # field of a receiver's kind of fix: 3 without corrections, 4 with, 5 and 6 RTK
 
     def topics(self, log: Log) -> list[LogTopic]:
         """Topics of the log that hold it."""
@@ -34,15 +35,16 @@ class Known:
 
 
 E7 = {"scale": 1e7}
+FIX = "fix_type"
 POSITIONS = (  # the most raw first: the errors of a filter's output hang together for long
-    Known("GPS", ("Lat", "Lng"), "GNSS receiver", geographic=True),
-    Known("GPS2", ("Lat", "Lng"), "GNSS receiver", geographic=True),
-    Known("vehicle_gps_position", ("latitude_deg", "longitude_deg"), "GNSS receiver", geographic=True),
-    Known("vehicle_gps_position", ("lat", "lon"), "GNSS receiver", E7, geographic=True),
-    Known("sensor_gps", ("latitude_deg", "longitude_deg"), "GNSS receiver", geographic=True),
-    Known("sensor_gps", ("lat", "lon"), "GNSS receiver", E7, geographic=True),
-    Known("GPS_RAW_INT", ("lat", "lon"), "GNSS receiver", E7, geographic=True),
-    Known("GPS2_RAW", ("lat", "lon"), "GNSS receiver", E7, geographic=True),
+    Known("GPS", ("Lat", "Lng"), "GNSS receiver", geographic=True, fix="Status"),
+    Known("GPS2", ("Lat", "Lng"), "GNSS receiver", geographic=True, fix="Status"),
+    Known("vehicle_gps_position", ("latitude_deg", "longitude_deg"), "GNSS receiver", geographic=True, fix=FIX),
+    Known("vehicle_gps_position", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
+    Known("sensor_gps", ("latitude_deg", "longitude_deg"), "GNSS receiver", geographic=True, fix=FIX),
+    Known("sensor_gps", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
+    Known("GPS_RAW_INT", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
+    Known("GPS2_RAW", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
     Known("VISP", ("PX", "PY"), "external position"),
     Known("vehicle_visual_odometry", ("position[0]", "position[1]"), "external position"),
     Known("vehicle_mocap_odometry", ("position[0]", "position[1]"), "external position"),

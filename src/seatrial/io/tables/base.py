@@ -20,6 +20,7 @@ from seatrial.io.tables.stamps import (
     from_unpadded,
     is_date_time,
     is_unpadded,
+    spread_evenly,
 )
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, Stamps
@@ -28,6 +29,7 @@ Rows = NDArray[np.intp]
 MOST_NUMBERS = 1 << 27  # of a file that are read at once: 1 GB
 LONGEST_REASON = 120  # characters of a library's error
 LISTED_COLUMNS = 20  # in an error message
+NO_VALUE = ("", "na", "n/a", "#n/a", "null", "none", "-", "--")  # of a cell, beside nan
 
 
 class Table(ABC):
@@ -72,7 +74,7 @@ class Table(ABC):
     def number_of(self, name: str, row: int, text: str, strict: bool) -> float:
         """A cell as a number; NaN: empty, or no number and not `strict`. Raises RecordingError."""
         try:
-            return float(text) if text.strip() else float("nan")
+            return float("nan") if text.strip().lower() in NO_VALUE else float(text)
         except ValueError:
             if not strict:
                 return float("nan")
@@ -83,8 +85,16 @@ class Table(ABC):
     def stamps(self, column: Column, rows: Mask | None = None) -> Stamps:
         """Stamps [ns] of the rows (all of them by default). Raises RecordingError.
 
-        Numbers in the column's unit, seconds with `nanoseconds` in another column, or dates and times.
+        Numbers in the column's unit, seconds with `nanoseconds` in another column, or dates and times. Stamps
+        that were cut off are put on an even clock.
         """
+        stamps, text = spread_evenly(self._read_stamps(column, rows))
+        if text and text not in self.remarks:
+            self.remarks.append(text)
+        return stamps
+
+    def _read_stamps(self, column: Column, rows: Mask | None) -> Stamps:
+        """Stamps as they are written."""
         if column.unit is not None and column.unit not in (*TO_NANOSECONDS, UNPADDED):
             raise RecordingError(
                 f"{self.path}: stamp column '{column.column}' has unit '{column.unit}'; use s, ms, us or ns"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.io.tables.base import Table, unique_names
+from seatrial.io.tables.base import NO_VALUE, Table, unique_names
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -20,7 +20,7 @@ from seatrial.util.frames import Array
 SEPARATORS = ",;\t|"
 SPACES = " "  # any number of them between two cells
 COMMENTS = ("#", "%", "//")  # that lines before the header begin with
-MOST_TITLES = 5  # lines of text above the header
+MOST_TITLES = 12  # lines of text above the header
 ENCODED = 1 << 16  # [bytes] by which the encoding is found
 NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 LONGEST_LINE = 1 << 20  # [characters]
@@ -28,6 +28,7 @@ MOST_COMMENTS = 1000  # lines before the header
 READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
 OTHER_FILES = ("seatrial:", "# Proposed by", "%YAML")
 COMMA_NUMBER = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+NMEA = re.compile(r"[$!][A-Z]{2}[A-Z0-9]{3},")
 UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
 
 
@@ -44,6 +45,8 @@ class CsvTable(Table):
         self.delimiter = _separator(head, rows[0] if rows else "")
         cells_of_head = _header_cells(head, rows[0] if rows else "", self.delimiter)
         self.names, renamed = unique_names(cells_of_head)
+        self._header = cells_of_head
+        self._no_rows: set[int] = set()  # lines among the rows
         self.remarks += renamed
         cells = [self._split(row) for row in rows]
         self._numeric: list[str] = []
@@ -137,6 +140,11 @@ class CsvTable(Table):
         except UnicodeDecodeError:
             raise RecordingError(f"{self.path}: is not a CSV text file") from None
         lines = [line for line in lines if line]
+        if lines and NMEA.match(lines[0]):
+            raise RecordingError(
+                f"{self.path}: has NMEA 0183 sentences, not columns; write time, latitude, longitude, heading and "
+                "commands as a table (docs/formats.md)"
+            )
         if lines and lines[0].startswith(OTHER_FILES):
             raise RecordingError(
                 f"{self.path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"
@@ -240,13 +248,29 @@ class CsvTable(Table):
             lines = islice(file, self._skipped, None)
             if self.delimiter == SPACES:
                 for number, line in enumerate(lines, self._skipped + 1):
-                    if line.strip():
+                    if line.strip() and not self._is_no_row(line.split(), number):
                         yield line.split(), number
                 return
             reader = csv.reader(lines, delimiter=self.delimiter)
             for row in reader:
-                if row:
-                    yield row, self._skipped + reader.line_num
+                number = self._skipped + reader.line_num
+                if row and not self._is_no_row(row, number):
+                    yield row, number
+
+    def _is_no_row(self, row: list[str], line: int) -> bool:
+        """Whether a line among the rows is a comment, or the header again, as where a logger was started again."""
+        comment = row[0].lstrip().startswith(COMMENTS)
+        if not comment and [cell.strip().strip('"') for cell in row] != self._header:
+            return False
+        if not self._no_rows:
+            self.remarks.append("")
+            self._remark = len(self.remarks) - 1
+        self._no_rows.add(line)
+        self.remarks[self._remark] = (
+            f"{len(self._no_rows)} lines among the rows are comments or the header again, and count as no row "
+            f"(the first is line {min(self._no_rows)})"
+        )
+        return True
 
     @contextmanager
     def _errors(self) -> Iterator[None]:
@@ -275,7 +299,7 @@ class CsvTable(Table):
         text = self._checked(row, i, line)[i]
         try:
             plain = text.replace(",", ".") if comma else text
-            return float(plain) if text.strip() else float("nan")
+            return float("nan") if text.strip().lower() in NO_VALUE else float(plain)
         except ValueError:
             hint = ": write a decimal point, not a comma" if COMMA_NUMBER.fullmatch(text) else ""
             raise RecordingError(

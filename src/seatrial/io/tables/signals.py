@@ -20,6 +20,9 @@ from seatrial.util.progress import over
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"
 LISTED_COLUMNS = 20  # in an error message
+ON_CHANGE_WHOLE = (
+    0.5  # of the rows with a command, below which have all of them where each is logged on change
+)
 
 
 class TableSignals(Signals):
@@ -99,10 +102,11 @@ class TableSignals(Signals):
         if len(raw) == 0:
             what = "a pose" if request.role == "poses" else ", ".join(request.names)
             raise RecordingError(f"{table.path}: no row has {what}")
-        rows = np.flatnonzero(given)
         values = of_columns(raw[:, :n], request.columns)
         if request.role in ("commands", "scales"):
-            self._check_finite(table, request, values, rows)
+            values, known = held_values(values)
+            given[np.flatnonzero(given)[~known]] = False
+            self._check_finite(table, request, values, np.flatnonzero(given))
         stamps = table.stamps(stamp, given)
         return Rows(
             stamps, values, describe(request.role, table.name, "table", clock=Clock.COLUMN, stamps=stamps),
@@ -128,6 +132,26 @@ class TableSignals(Signals):
                 f"{table.place(int(rows[row]))}: '{request.columns[which].column}' is empty or not finite; "
                 "write a number, or remove the line"
             )
+
+
+def held_values(values: Array) -> tuple[Array, Mask]:
+    """Values (m, k) of channels that are logged on change, and the rows (n,) from which all are known.
+
+    Most rows of (n, k) then have only the channels that changed: an empty cell holds the last value. Other
+    values stay as they are.
+    """
+    given = np.isfinite(values)
+    every = np.ones(len(values), dtype=bool)
+    if (
+        values.shape[1] < 2
+        or given.all(axis=1).mean() >= ON_CHANGE_WHOLE
+        or not given.any(axis=0).all()
+    ):
+        return values, every
+    row = np.where(given, np.arange(len(values))[:, None], -1)
+    last = np.maximum.accumulate(row, axis=0)
+    known = np.asarray((last >= 0).all(axis=1))
+    return np.take_along_axis(values, last.clip(0), axis=0)[known], known
 
 
 def stamp_column(request: Request) -> Column:

@@ -33,7 +33,43 @@ DATE_TIME = re.compile(
     re.VERBOSE,
 )
 
+WRAP_STEPS = 10.0  # usual steps, less than which a counter goes on where it begins again
+FEWEST_ROUNDED = 50  # rows
+ROUNDED_SHARE = (
+    0.55  # of the rows that have the stamp of the row before: more than two rows a stamp
+)
+ROUNDED_SLACK = (
+    0.25  # of the step between stamps, by which a row on an even clock may leave its stamp
+)
+
 Place = Callable[[int], str]  # a row as the error names it: `log.csv line 7`
+
+
+def spread_evenly(stamps: Stamps) -> tuple[Stamps, str]:
+    """Stamps (n,) [ns] of rows on an even clock that were cut off to whole steps, and what was found.
+
+    As they are where they were not cut off, or the clock is not even.
+    """
+    steps = np.diff(stamps)
+    apart = steps[steps != 0]
+    if len(stamps) < FEWEST_ROUNDED or len(apart) < 3 or np.any(steps < 0):
+        return stamps, ""
+    unit = int(apart.min())
+    if np.mean(steps == 0) < ROUNDED_SHARE or np.any(apart % unit):
+        return stamps, ""
+    number = np.arange(len(stamps))
+    elapsed = (stamps - stamps[0]).astype(np.float64)
+    even = np.asarray(np.polyval(np.polyfit(number, elapsed, 1), number), dtype=np.float64)
+    late = even - elapsed  # a row that was cut off: 0 to one step
+    if float(np.ptp(late)) > (1.0 + ROUNDED_SLACK) * unit:
+        return stamps, ""
+    even = even + 0.5 * (unit - float(late.max()) - float(late.min()))
+    period = (even[-1] - even[0]) / (len(even) - 1)
+    text = (
+        f"stamps are whole steps of {unit * 1e-9:g} s with {unit / period:.3g} rows each; the rows are put on the "
+        f"even clock of {1e9 / period:.4g} Hz that fits them"
+    )
+    return np.asarray(stamps[0] + np.rint(even).astype(np.int64)), text
 
 
 def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
@@ -43,6 +79,7 @@ def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
         raise RecordingError(f"{place(row)}: column '{column.column}' has no stamp")
     with np.errstate(over="ignore"):
         scale = TO_NANOSECONDS[column.unit or "s"]
+        raw = unwrapped(raw, 1e9 / scale)
         stamps = column.sign * (raw - column.offset) / column.scale * scale
     if len(stamps) and np.abs(stamps).max() > MOST_NANOSECONDS:
         row = int(np.abs(stamps).argmax())
@@ -51,6 +88,23 @@ def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
             "is its unit ms, us or ns? Name it in the vehicle file"
         )
     return np.rint(stamps).astype(np.int64)
+
+
+def unwrapped(raw: Array, second: float) -> Array:
+    """Numbers (n,) of a counter that began again at 0: of 16 or 32 bits, or seconds of a day or a GPS week.
+
+    `second`: in the counter's unit. As they are where they fall otherwise.
+    """
+    steps = np.diff(raw)
+    falls = steps < 0
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    if not falls.any() or usual <= 0:
+        return raw
+    for turn in (2.0**16, 2.0**32, 86_400 * second, 604_800 * second):
+        rest = steps[falls] + turn
+        if raw.min() >= 0 and raw.max() < turn and np.all((rest > 0) & (rest < WRAP_STEPS * usual)):
+            return np.asarray(raw + turn * np.concatenate([[0], np.cumsum(falls)]))
+    return raw
 
 
 def from_two_columns(seconds: Array, rest: Array, column: Column, place: Place) -> Stamps:

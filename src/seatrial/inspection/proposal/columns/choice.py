@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """The columns of position, heading and stamps: those that the user names, else the best by name and value."""
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from seatrial.inspection.proposal.columns.names import Grade, Kind, grade
 from seatrial.inspection.proposal.columns.signals import (
@@ -19,6 +22,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
     find_stamp,
     given_stamp,
+    no_stamp,
 )
 from seatrial.inspection.proposal.sources import (
     OPTIONS,
@@ -29,6 +33,7 @@ from seatrial.inspection.proposal.sources import (
 )
 from seatrial.io.columns import ColumnView, TableSeen
 from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array
 
 COORDINATE_KEYS = {
     "x": Kind.X, "y": Kind.Y, "east": Kind.EAST, "north": Kind.NORTH,
@@ -36,6 +41,7 @@ COORDINATE_KEYS = {
 }  # fmt: skip
 HEADING_KEYS = ("heading", "psi", "yaw")
 CHOICE_KEYS = (*COORDINATE_KEYS, *HEADING_KEYS, "stamp", "yaw_rate")
+VERTICAL_STEPS, VERTICAL_SHARE = 10.0, 0.1  # of ranges: z over y, z over x, where y is up
 EXAMPLE = "--pose x=COLUMN,y=COLUMN,heading=COLUMN"
 
 
@@ -86,7 +92,29 @@ def _position(
     position = next(p for p in best if p.table.key == key)
     if position.still and ask is not None:
         return _asked_position(position, ask)
+    if position.still:
+        _refuse_y_up(position)
     return position
+
+
+def _refuse_y_up(position: Position) -> None:
+    """Raise RecordingError where y hardly moves and the third coordinate does: y is up."""
+    first, second = position.names
+    height = {c.name: c for c in _numeric(position.table)}
+    third = re.sub(r"[yY](?!.*[yY])", lambda m: chr(ord(m[0]) + 1), second)
+    if position.still != second or third not in height:
+        return
+    x, y, z = (float(np.ptp(_known(position.table.numbers(n)))) for n in (first, second, third))
+    if z > max(VERTICAL_STEPS * y, VERTICAL_SHARE * x):
+        raise RecordingError(
+            f"{position.table.view.path}: {second} ranges over {y:.2g} m, {third} over {z:.2g} m: y is up in "
+            "this log (Motive, Unity), and the boat turns about y. Export it with z up, or name other columns "
+            "with --pose"
+        )
+
+
+def _known(values: Array) -> Array:
+    return np.asarray(values[np.isfinite(values)])
 
 
 def _given_position(
@@ -134,8 +162,23 @@ def _nothing(path: Path, tables: Sequence[TableSeen], what: str) -> str:
     course = f" {courses[0]} is a course, the direction of the motion." if courses else ""
     return (
         f"{path}: no table has columns named like x, y and psi (or yaw, heading, a quaternion; lat and lon): "
-        f"no {what}.{course} Name them with {EXAMPLE}. Columns that change are {listed[:400]}"
+        f"no {what}.{course} Name them with {EXAMPLE}. Columns that change are {listed[:400]}{texts_of(tables)}"
     )
+
+
+def texts_of(tables: Sequence[TableSeen]) -> str:
+    """What an error says of columns that hold text in place of numbers; empty: there are none."""
+    found = []
+    for table in tables:
+        for column in table.view.columns:
+            written = (
+                table.table.texts(column.name) if column.name and column.least is None else None
+            )
+            first = next((text for text in written or [] if text), "")
+            if first and not column.unit:
+                found.append(f"{column.name} ('{first[:20]}')")
+    text = ", ".join(found[:LISTED])
+    return f". Columns with text, not numbers: {text}; write plain numbers" if text else ""
 
 
 def _heading(
@@ -172,8 +215,5 @@ def _stamp(
         return given_stamp(table, name)
     found = find_stamp(position.table)
     if found is None:
-        listed = ", ".join(c.name for c in position.table.view.columns[:LISTED])
-        raise RecordingError(
-            f"{position.table.view.path}: no column of stamps; it has {listed}. Name it with --pose stamp=COLUMN"
-        )
+        raise no_stamp(position.table)
     return found

@@ -13,10 +13,11 @@ from seatrial.inspection.proposal.columns.heading_sense import (
     PLAIN,
     Sense,
     by_motion,
+    is_full_circle,
     unit_of,
 )
 from seatrial.inspection.proposal.columns.names import Grade, read_name
-from seatrial.inspection.proposal.columns.signals import Heading, Position
+from seatrial.inspection.proposal.columns.signals import Heading, Position, stated_unit
 from seatrial.inspection.proposal.sources import Ask, Sureness
 from seatrial.util.frames import Array, Axes
 
@@ -45,7 +46,9 @@ def psi_of(
     name = heading.names[0]
     unit, shown_unit = _unit(position, heading, raw)
     radians = raw * TO_SI[unit or "rad"]
-    sense, sure, why = _sense(position, heading, sense_by_motion(position, heading, raw))
+    motion = sense_by_motion(position, heading, raw)
+    named = is_compass(heading) or (unit == "deg" and is_full_circle(raw))
+    sense, sure, why = _sense(position, heading, motion, named=named)
     geographic = position.east_north is not None
     if ask is not None and geographic and sure is not Sureness.CERTAIN:
         answers = sorted(READS, key=lambda text: READS[text] != sense)
@@ -60,10 +63,13 @@ def psi_of(
         entry = {"quaternion": list(heading.names)}
     if shown_unit:
         entry["unit"] = unit
+    if heading.scale != 1.0:
+        entry["scale"] = heading.scale
     if sign < 0:
         entry["sign"] = -1
     if offset:
-        entry["offset"] = offset if unit == "deg" else round(float(np.radians(offset)), 9)
+        turned = offset if unit == "deg" else round(float(np.radians(offset)), 9)
+        entry["offset"] = turned * heading.scale
     if heading.grade is Grade.PART:
         sure = Sureness.GUESS
     elif sure is Sureness.LIKELY and sense == PLAIN and unit_of(raw) and not is_compass(heading):
@@ -84,21 +90,24 @@ def is_compass(heading: Heading) -> bool:
 
 def _unit(position: Position, heading: Heading, raw: Array) -> tuple[str, bool]:
     """The heading's unit, and whether the file states it; empty: for the motion to show."""
-    stated = read_name(heading.names[0]).unit
+    stated = stated_unit(heading.table, heading.names[0])
     if len(heading.names) > 1:
         return "", False
     if stated in ("rad", "deg"):
         return stated, stated == "deg"
     unit = unit_of(raw)
+    wide = not unit and float(np.nanmax(np.abs(raw))) > MOST_RADIANS
     if not unit and position.east_north is not None:
-        unit = "deg" if float(np.nanmax(np.abs(raw))) > MOST_RADIANS else "rad"
+        unit = "deg" if wide else "rad"
+    elif wide and by_motion(*position.plane, raw) is None:
+        unit = "deg" if by_motion(*position.plane, raw * TO_SI["deg"]) is not None else ""
     return unit, unit == "deg"
 
 
 def _sense(
-    position: Position, heading: Heading, motion: Sense | None
+    position: Position, heading: Heading, motion: Sense | None, *, named: bool
 ) -> tuple[Sense, Sureness, str]:
-    """Zero and sense of the heading from its name, its range and the motion."""
+    """Zero and sense of the heading from its name, its range and the motion; `named`: as a compass."""
     geographic = position.east_north is not None
     quaternion = len(heading.names) > 1
     usual = COMPASS if geographic and not quaternion else PLAIN
@@ -115,7 +124,7 @@ def _sense(
     turned = (motion.offset - usual.offset) % 360
     if motion.sign == usual.sign and turned in (0, 180):
         return usual, Sureness.CERTAIN, f"{name}; {what[usual]}, as the boat moves"
-    if motion in what and (geographic or is_compass(heading)):
+    if motion in what and (geographic or named):
         return motion, Sureness.LIKELY, f"{name}; {what[motion]}, by the motion: check"
     sense = "counter-clockwise" if motion.sign > 0 else "clockwise"
     return (

@@ -42,6 +42,17 @@ def unit_of(heading: Array) -> str:
     return ""
 
 
+def wraps_in_degrees(heading: Array) -> bool:
+    """Whether a heading fills a turn of 360 and jumps by it."""
+    given = heading[np.isfinite(heading)]
+    return unit_of(given) == "deg" and float(np.ptp(given)) > 360.0 * (1.0 - WRAP_SLACK)
+
+
+def is_full_circle(heading: Array) -> bool:
+    """Whether a heading [deg] is written from 0 to 360, as compasses do."""
+    return float(np.nanmin(heading)) >= 0.0 and bool(np.nanmax(heading) > 180.0)
+
+
 def by_motion(first: Array, second: Array, heading: Array) -> Sense | None:
     """The sense in which the heading (n,) [rad] follows the course of the positions; None: not clear.
 

@@ -42,7 +42,7 @@ SYNONYMS = {
         "utc|utc time|utc datetime|date time|datetime|date|sec|secs|second|seconds|s|ms|us|ns|msec|usec|nsec|"
         "millis|micros|nanos|milliseconds|microseconds|nanoseconds|time boot|time since boot|"
         "time utc|time unix|gps time|system time|sys time|local time|rosbag timestamp|stamp sec|time usec|"
-        "t capture|host stamp|log time|record time|receive time|publish time|zeit"
+        "t capture|host stamp|log time|record time|receive time|publish time|zeit|tow|itow|gps tow|time of week"
     ),
     Kind.X: "x|px|x pos|pos x|position x|x position|x coordinate|x world|x map|x local|x loc|x est|x meas",
     Kind.Y: "y|py|y pos|pos y|position y|y position|y coordinate|y world|y map|y local|y loc|y est|y meas",
@@ -107,6 +107,7 @@ NUMBERED = frozenset((Kind.X, Kind.Y, Kind.LATITUDE, Kind.LONGITUDE, Kind.HEADIN
 NUMBERED_COMMANDS = ("u", "n", "f", "m", "d", "out")  # with a number: u1, n_2
 UNITS = {  # as they end a name, or stand in brackets
     "m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "cm": "cm", "mm": "mm",
+    "ft": "ft", "foot": "ft", "feet": "ft",
     "rad": "rad", "radian": "rad", "radians": "rad", "deg": "deg", "degree": "deg", "degrees": "deg",
     "°": "deg", "grad": "deg", "s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "msec": "ms",
     "millis": "ms", "us": "us", "usec": "us", "micros": "us", "µs": "us", "μs": "us", "ns": "ns", "nsec": "ns",

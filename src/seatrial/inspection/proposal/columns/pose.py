@@ -11,7 +11,7 @@ import numpy as np
 from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, given_columns, pose_signals
 from seatrial.inspection.proposal.columns.heading import Psi, psi_of, sense_by_motion
 from seatrial.inspection.proposal.columns.heading_sense import Sense
-from seatrial.inspection.proposal.columns.names import Kind, read_name
+from seatrial.inspection.proposal.columns.names import Kind
 from seatrial.inspection.proposal.columns.signals import (
     Heading,
     Position,
@@ -19,6 +19,7 @@ from seatrial.inspection.proposal.columns.signals import (
     is_validity,
     positions,
     shown,
+    stated_unit,
 )
 from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
@@ -37,6 +38,7 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Axes
 
 ORIGIN_DIGITS = 6  # [deg] 0.1 m
+FEET = round(1 / 0.3048, 9)  # in a metre
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ def _at_positions(position: Position, heading: Heading, stamp: StampFound) -> Ar
 
 def _coordinates(position: Position, axes: Axes) -> dict[str, Any]:
     """x and y, or latitude, longitude and origin."""
-    first, second = (_coordinate(name, position.scale) for name in position.names)
+    first, second = (_coordinate(position, i) for i in (0, 1))
     if position.kinds[0] is not Kind.LATITUDE:
         east_north = position.east_north is not None
         x, y = (second, first) if east_north and axes is Axes.FRD else (first, second)
@@ -143,12 +145,17 @@ def _coordinates(position: Position, axes: Axes) -> dict[str, Any]:
     return entry
 
 
-def _coordinate(name: str, scale: float) -> dict[str, Any]:
-    unit = read_name(name).unit
+def _coordinate(position: Position, i: int) -> dict[str, Any]:
+    name, scale, offset = position.names[i], position.scale, position.offsets[i]
+    unit = stated_unit(position.table, name)
     entry: dict[str, Any] = {"column": name}
     if unit in ("cm", "mm"):
         entry["unit"] = unit
-    return entry | ({"scale": scale} if scale != 1.0 else {})
+    elif unit == "ft":
+        scale = FEET
+    return (
+        entry | ({"offset": offset} if offset else {}) | ({"scale": scale} if scale != 1.0 else {})
+    )
 
 
 def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str, Any]:

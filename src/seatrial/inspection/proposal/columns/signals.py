@@ -3,11 +3,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from seatrial.inspection.proposal.columns.heading_sense import wraps_in_degrees
 from seatrial.inspection.proposal.columns.names import (
+    UNITS,
     Grade,
     Kind,
     family,
@@ -27,11 +30,19 @@ PAIRS = (  # kinds of a position, the usual first
     (Kind.LATITUDE, Kind.LONGITUDE),
 )
 WHOLE_DEGREES = 1e7  # scale of latitudes as whole numbers of 1e-7 deg
+MINUTES = (
+    60.0  # of a degree, scale of latitudes as NMEA 0183 writes them: 5954.462 is 59 deg 54.462 min
+)
+HOW_WRITTEN = {
+    WHOLE_DEGREES: ", whole numbers of 1e-7 deg",
+    MINUTES: ", degrees and minutes as in NMEA 0183",
+}
 LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
 WIDEST = 2.0  # [deg] that a small boat moves in latitude or longitude, at most
 NO_FIX = 1e-6  # [deg] from latitude and longitude 0
 HARDLY_MOVES = 0.02  # of the other coordinate's range
 LEAST_CORRELATION = 0.6  # of a yaw rate with the derivative of the heading
+FINE_DEGREES = (10.0, 100.0)  # in a degree, of headings as whole numbers
 GYRO_WORDS = ("gyro", "gyr", "gz", "gyroscope", "imu")  # a sensor's own rate
 LISTED = 40  # columns in an error message
 
@@ -47,12 +58,16 @@ class Position:
     sure: Sureness
     why: str
     scale: float = 1.0  # of latitude and longitude
+    offsets: tuple[float, float] = (0.0, 0.0)  # the same
     still: str = ""  # a coordinate that hardly moves
 
     @property
     def values(self) -> tuple[Array, Array]:
         """Both columns (n,), in degrees where geographic; NaN without a fix."""
-        first, second = (self.table.numbers(name) / self.scale for name in self.names)
+        first, second = (
+            (self.table.numbers(name) - offset) / self.scale
+            for name, offset in zip(self.names, self.offsets, strict=True)
+        )
         if self.kinds[0] is Kind.LATITUDE:
             lost = (np.abs(first) < NO_FIX) & (np.abs(second) < NO_FIX)
             first, second = np.where(lost, np.nan, first), np.where(lost, np.nan, second)
@@ -83,12 +98,25 @@ class Heading:
 
     @property
     def values(self) -> Array:
-        """(n,) as written, or [rad] of a quaternion."""
+        """(n,) as written, by its scale; or [rad] of a quaternion."""
         columns = [self.table.numbers(name) for name in self.names]
         if len(columns) == 1:
-            return columns[0]
+            return columns[0] / self.scale
         x, y, z, w = columns
         return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+    @cached_property
+    def scale(self) -> float:
+        """10 or 100 where the heading wraps at 3600 or 36000: tenths or hundredths of a degree."""
+        raw = self.table.numbers(self.names[0])
+        return next(
+            (s for s in FINE_DEGREES if len(self.names) == 1 and wraps_in_degrees(raw / s)), 1.0
+        )
+
+
+def stated_unit(table: TableSeen, name: str) -> str:
+    """The unit of a column by its name, else by the line of units below the header; empty: not stated."""
+    return read_name(name).unit or UNITS.get(table.table.units.get(name, "").lower(), "")
 
 
 # Position #
@@ -136,13 +164,13 @@ def weighed(
     values = [table.numbers(name) for name in names]
     spans = [float(np.nanmax(v) - np.nanmin(v)) if np.isfinite(v).any() else 0.0 for v in values]
     sure = Sureness.GUESS if min(fits) is Grade.PART else Sureness.CERTAIN
-    scale, still = 1.0, ""
+    scale, offsets, still = 1.0, (0.0, 0.0), ""
     if kinds[0] is Kind.LATITUDE:
-        scale = _degrees(*values)
-        if not scale and not chosen:
+        written = _degrees(*values)
+        if written is None and not chosen:
             return None
-        scale = scale or 1.0
-        why = "names; within 90 and 180 deg" + (", whole numbers of 1e-7 deg" if scale > 1 else "")
+        scale, offsets = written or (1.0, (0.0, 0.0))
+        why = "names; within 90 and 180 deg" + HOW_WRITTEN.get(scale, "")
     else:
         if max(spans) == 0 and not chosen:
             return None
@@ -153,22 +181,36 @@ def weighed(
             why += f"; {still} hardly moves: is it a height?"
     if chosen:
         sure, why = Sureness.CHOSEN, why.replace("names", "--pose")
-    return Position(table, kinds, names, min(fits), sure, why, scale, still)
+    return Position(table, kinds, names, min(fits), sure, why, scale, offsets, still)
 
 
-def _degrees(latitude: Array, longitude: Array) -> float:
-    """Scale with which these are a small boat's latitude and longitude; 0: with none."""
+def _degrees(latitude: Array, longitude: Array) -> tuple[float, tuple[float, float]] | None:
+    """Scale and offsets with which these are a small boat's latitude and longitude; None: with none."""
     known = np.isfinite(latitude) & np.isfinite(longitude)
     known &= (np.abs(latitude) > NO_FIX) | (np.abs(longitude) > NO_FIX)
     if not known.any():
-        return 0.0
-    for scale in (1.0, WHOLE_DEGREES):
-        lat, lon = latitude[known] / scale, longitude[known] / scale
+        return None
+    raw = latitude[known], longitude[known]
+    for scale, offsets in _written(*raw):
+        lat, lon = ((v - offset) / scale for v, offset in zip(raw, offsets, strict=True))
         inside = np.abs(lat).max() <= LARGEST_LATITUDE and np.abs(lon).max() <= LARGEST_LONGITUDE
         spread = max(np.ptp(np.percentile(v, (5, 95))) for v in (lat, lon))
         if inside and 0 < spread < WIDEST:
-            return scale
-    return 0.0
+            return scale, offsets
+    return None
+
+
+def _written(latitude: Array, longitude: Array) -> Iterator[tuple[float, tuple[float, float]]]:
+    """How they may be written, as scale and offsets: degrees; whole numbers of 1e-7 deg; NMEA 0183."""
+    yield 1.0, (0.0, 0.0)
+    if all(np.all(v == np.rint(v)) for v in (latitude, longitude)):
+        yield WHOLE_DEGREES, (0.0, 0.0)
+    # NMEA: 100 degrees + minutes; within one degree that is degrees with an offset and a scale of 60
+    degrees = [np.trunc(v / 100.0) for v in (latitude, longitude)]
+    minutes = [np.abs(v - 100.0 * d) for v, d in zip((latitude, longitude), degrees, strict=True)]
+    if all(np.all(d == d[0]) and m.max() < MINUTES for d, m in zip(degrees, minutes, strict=True)):
+        first, second = (float((100.0 - MINUTES) * d[0]) for d in degrees)
+        yield MINUTES, (first, second)
 
 
 # Heading and yaw rate #
@@ -210,12 +252,14 @@ def quaternions(table: TableSeen) -> list[tuple[str, str, str, str]]:
 
 
 def yaw_rates(table: TableSeen) -> list[str]:
-    """Columns named like a yaw rate, those of a gyro first."""
+    """Columns named like a yaw rate rather than like a command, F_r; those of a gyro first."""
     named = [
         c.name
         for c in table.view.columns
-        if c.changes and c.least is not None and grade(c.name, Kind.YAW_RATE) is not None
-    ]
+        if c.changes and c.least is not None
+        and (fit := grade(c.name, Kind.YAW_RATE)) is not None
+        and fit > (grade(c.name, Kind.COMMAND) or 0)
+    ]  # fmt: skip
     return sorted(named, key=lambda n: (not is_gyro(n), order(n, Kind.YAW_RATE)))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.columns.names import (
+    UNITS,
     Grade,
     Kind,
     family,
@@ -14,9 +15,10 @@ from seatrial.inspection.proposal.columns.names import (
     order,
     read_name,
 )
-from seatrial.inspection.proposal.columns.signals import shown
+from seatrial.inspection.proposal.columns.signals import LISTED, shown
 from seatrial.inspection.proposal.sources import Recognised, Sureness
-from seatrial.io.columns import DATE_TIME_UNIT, ColumnView, TableSeen
+from seatrial.io.columns import DATE_TIME_UNIT, DAY, SERIAL_DAYS, ColumnView, TableSeen
+from seatrial.util.errors import RecordingError
 
 MOST_REST = 1e9  # [ns] of a second
 LEAST_RISING = (
@@ -54,7 +56,10 @@ def find_stamp(table: TableSeen) -> StampFound | None:
         elif fit is not None and fit > Grade.PART and _mostly_rises(table, column):
             why = "name; it does not always rise"
             found.append((20.0 + fit + _earliness(column), _stamp(column), why, Sureness.LIKELY))
-        elif column.unit and column.name and grade(column.name, Kind.MEASURED) is None:
+        elif (
+            column.unit and column.name and grade(column.name, Kind.MEASURED) is None
+            and not _counts_rows(table, column)
+        ):  # fmt: skip
             why = f"it rises, {column.rate:.4g} Hz"
             found.append((10.0, _stamp(column), why, Sureness.GUESS))
     if not found:
@@ -62,6 +67,45 @@ def find_stamp(table: TableSeen) -> StampFound | None:
     found.sort(key=lambda f: -f[0])
     _, entry, why, sure = found[0]
     return StampFound(entry, why, sure, tuple(str(f[1]["column"]) for f in found[1:]))
+
+
+def no_stamp(table: TableSeen) -> RecordingError:
+    """The error where a table has no stamps: its columns, and what is wrong with those that could be them."""
+    columns = [c for c in table.view.columns if c.name]
+    found = [text for c in columns if (text := _why_none(table, c))]
+    listed = ", ".join(c.name for c in columns[:LISTED])
+    return RecordingError(
+        f"{table.view.path}: no column of stamps; it has {listed}. {''.join(found)}"
+        "Name it with --pose stamp=COLUMN"
+    )
+
+
+def _why_none(table: TableSeen, column: ColumnView) -> str:
+    """Why a column that is named like stamps, or rises, is none; empty: it is something else."""
+    name, rows = column.name, table.view.rows
+    if _counts_rows(table, column):
+        return (
+            f"{name} counts rows and is no time: with a known rate [Hz] write stamp: {{column: {name}, scale: "
+            "RATE} in the vehicle file. "
+        )
+    if not grade(name, Kind.STAMP):
+        return ""
+    if column.least is None:
+        first = next((text for text in table.table.texts(name) or [] if text), "")
+        return f"{name} has '{first[:40]}', which is no time that is known. " if first else ""
+    values = table.numbers(name)
+    count = len(np.unique(values[np.isfinite(values)]))
+    if np.mean(np.diff(values) < 0.0) > LEAST_RISING:
+        return f"{name} falls from row to row: sort the rows by it. "
+    return f"{name} has {count} different values in {rows} rows: it was rounded; write it with more digits. "
+
+
+def _counts_rows(table: TableSeen, column: ColumnView) -> bool:
+    """Whether each row has the next whole number, under a name that is no stamp's."""
+    if column.least is None or column.unit != "s" or grade(column.name, Kind.STAMP):
+        return False
+    values = table.numbers(column.name)
+    return bool(np.all(np.diff(values) == 1.0) and values[0] == np.rint(values[0]))
 
 
 def _mostly_rises(table: TableSeen, column: ColumnView) -> bool:
@@ -89,11 +133,14 @@ def _earliness(column: ColumnView) -> float:
 
 def _stamp(column: ColumnView) -> dict[str, Any]:
     """Column and unit: by name, else by value."""
+    if column.unit in SERIAL_DAYS:
+        return {"column": column.name, "offset": SERIAL_DAYS[column.unit], "scale": 1 / DAY}
     name = column.name.strip().lower()
     read = read_name(column.name)
     unit = column.unit or "s"
     if column.unit not in ("s.ns", DATE_TIME_UNIT):
-        stated = name if name in TIME_UNITS[1:] else read.unit
+        stated = UNITS.get(name, "")
+        stated = stated if stated in TIME_UNITS[1:] else read.unit
         unit = stated if stated in TIME_UNITS else unit
     plain = unit in ("s", DATE_TIME_UNIT)
     return {"column": column.name} | ({} if plain else {"unit": unit})

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""Stamps as loggers write them: whole seconds, counters, days of spreadsheets, nights between two drives."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pytest
+
+import seatrial
+from seatrial.io.tables.stamps import unwrapped
+from seatrial.recording.excitation import excitation
+from seatrial.recording.other_clock import other_epoch
+from tests.odd_logs import RATE, columns, moves_as_the_boat, read, refusal, written
+
+
+@pytest.mark.parametrize("clock", ["%d.%m.%Y %H:%M:%S", "%s"])
+def test_whole_seconds(tmp_path, clock):
+    """Ten rows share a stamp: they are put on an even clock, poses and commands alike."""
+    c = columns(10.0)
+    begin = datetime(2026, 5, 11, 12, 0, 0)
+    stamps = [(begin + timedelta(seconds=float(t))).strftime(clock) for t in c["t"]]
+    path = written(
+        tmp_path / "log.csv", ("time", "east", "north", "heading", "left", "right"), stamps,
+        c["east"], c["north"], c["heading"], c["left"], c["right"],
+    )  # fmt: skip
+    recording = read(path)[1]
+    assert len(recording.t) == len(stamps)
+    assert any("10 rows each" in r for r in recording.remarks)
+    moves_as_the_boat(recording)
+
+
+@pytest.mark.parametrize(
+    ("name", "stamp", "text"),
+    [
+        ("sample", lambda t: np.rint(RATE * t), "sample counts rows and is no time: with a known rate"),
+        ("timestamp", lambda t: np.full(len(t), 1.7785e9), "timestamp has 1 different values in 2398 rows: it was rounded"),
+        ("t", lambda t: t[::-1], "t falls from row to row: sort the rows by it"),
+        ("time", lambda t: ["a quarter past two"] * len(t), "time has 'a quarter past two', which is no time"),
+    ],
+)  # fmt: skip
+def test_stamps_that_are_none(tmp_path, name, stamp, text):
+    """What is wrong with the column that could be the stamps."""
+    c = columns()
+    path = written(
+        tmp_path / "log.csv", (name, "x", "y", "yaw", "left", "right"), stamp(c["t"]), c["east"],
+        c["north"], c["psi"], c["left"], c["right"],
+    )  # fmt: skip
+    assert text in refusal(path)
+
+
+def test_two_drives_and_a_night_between(tmp_path):
+    """The hours without commands do not count: the axes are excited."""
+    c = columns()
+    later = {k: np.concatenate([v, v + (50_000.0 if k == "t" else 0.0)]) for k, v in c.items()}
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
+        *(later[k] for k in ("t", "east", "north", "psi", "left", "right")),
+    )  # fmt: skip
+    vehicle, recording = read(path)
+    once = seatrial.read(path, vehicle).cut(None, 119.0)
+    found, expected = excitation(vehicle, recording), excitation(vehicle, once)
+    np.testing.assert_allclose(found.rms[[0, 2]], expected.rms[[0, 2]], rtol=0.03)
+
+
+CLOCKS = {  # name of the column and its stamps of a time t [s] from the start
+    "Time": lambda t: 46153.5 + t / 86_400,  # days of Excel
+    "datenum": lambda t: 740113.5 + t / 86_400,  # days of MATLAB
+    "ms": lambda t: np.rint(1e3 * t + 20_000) % 2**16,
+    "micros": lambda t: np.rint(1e6 * t + 2**32 - 40e6) % 2**32,
+    "tow": lambda t: (604_790 + t) % 604_800,  # second of the GPS week
+}
+
+
+@pytest.mark.parametrize("name", CLOCKS)
+def test_serial_days_and_counters_that_begin_again(tmp_path, name):
+    """Days of spreadsheets; a counter of 16 or 32 bits, and the GPS week, go on where they begin again."""
+    c = columns()
+    path = written(
+        tmp_path / "log.csv", (name, "x", "y", "yaw", "left", "right"),
+        [f"{v:.10f}" for v in CLOCKS[name](c["t"])], c["east"], c["north"], c["psi"], c["left"], c["right"],
+    )  # fmt: skip
+    recording = read(path)[1]
+    assert len(recording.t) == len(c["t"])
+    moves_as_the_boat(recording)
+
+
+def test_a_clock_that_starts_again_is_no_counter(tmp_path):
+    """A logger that was started again does not go on."""
+    t = np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
+    assert unwrapped(t, 1.0) is t
+
+
+def test_a_simulation_s_time_beside_the_clock_on_the_wall():
+    """Poses by use_sim_time, commands by their arrival."""
+    text = other_epoch(np.arange(0.0, 100.0), 1.7785e9 + np.arange(0.0, 100.0))
+    assert text.startswith(
+        "commands count from 1970, poses from a start: simulated time (use_sim_time)"
+    )
+    assert not other_epoch(np.arange(0.0, 100.0), 7200.0 + np.arange(0.0, 100.0))
