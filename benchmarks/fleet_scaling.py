@@ -147,9 +147,11 @@ def main(arguments: Sequence[str]) -> None:
             f"a worker killed at a quarter: {killed.boats:.1f} s, table {'the same' if same else 'DIFFERENT'}"
         )
         print(f"overhead of Dask: {1e3 * overhead(2):.1f} ms an item")
+        lost = sorted({*one.result.failed, *two.result.failed, *killed.result.failed})
+        print(f"boats without a model: {len(lost)}", *lost[:5])
         hours = one.cpu / given.boats * LARGE_FLEET / 3600.0
         print(f"on paper, {LARGE_FLEET} boats: {hours:.1f} CPU hours")
-        if not same:
+        if lost or not same:
             raise SystemExit(1)
 
 
