@@ -85,6 +85,20 @@ def test_serial_days_and_counters_that_begin_again(tmp_path, name):
     moves_as_the_boat(recording)
 
 
+def test_minutes_and_seconds_of_a_spreadsheet(tmp_path):
+    """Excel writes 59:59.9 and then 00:00.0, to a tenth of a second, of rows at 20 Hz."""
+    c = columns()
+    tenths = np.floor((3540.0 + c["t"]) * 10 + 1e-6).astype(int)
+    stamps = [f"{n // 600 % 60:02}:{n // 10 % 60:02}.{n % 10}" for n in tenths.tolist()]
+    path = written(
+        tmp_path / "log.csv", ("Time", "x", "y", "yaw", "left", "right"), stamps, c["east"], c["north"],
+        c["psi"], c["left"], c["right"],
+    )  # fmt: skip
+    recording = read(path)[1]
+    assert recording.duration == pytest.approx(c["t"][-1], abs=0.1)
+    moves_as_the_boat(recording)
+
+
 def test_a_clock_that_starts_again_is_no_counter(tmp_path):
     """A logger that was started again does not go on."""
     t = np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])

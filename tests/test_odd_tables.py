@@ -144,3 +144,5 @@ def test_a_throttle_that_cruises_has_its_zero():
     """60 % most of the time, and 0 at the start: no neutral in the middle."""
     values = np.concatenate([np.zeros(50), np.full(500, 60.0), np.linspace(0.0, 100.0, 50)])
     assert scale_of(values) == {"scale": 100.0}
+    at_rest_at_last = np.concatenate([np.linspace(1023.0, 0.0, 500), np.full(50, 512.0)])
+    assert scale_of(at_rest_at_last) == {"offset": 512.0, "scale": 500.0}

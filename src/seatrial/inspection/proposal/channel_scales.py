@@ -48,8 +48,8 @@ def scale_of(values: Array, full: float | None = None) -> dict[str, float]:
         reached = max(most - neutral, neutral - least) / OVERSHOOT
         spans = (*(span for span in PWM_SPANS if span >= reached), PWM_SPANS[-1])
         return {"offset": neutral, "scale": spans[0]}
-    neutral = float(values[0])
-    if _is_neutral(values, neutral):
+    neutral = next((float(v) for v in values[[0, -1]] if _is_neutral(values, float(v))), None)
+    if neutral is not None:
         reach = max(most - neutral, neutral - least) / OVERSHOOT
         return {
             "offset": neutral,

@@ -14,7 +14,7 @@ from seatrial.util.frames import Array, Stamps
 TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 UNPADDED = "s.ns"  # seconds, a point, nanoseconds without leading zeros: 12.45 is 12.000000045 s
 MOST_NANOSECONDS = 9e18  # [ns] below the largest 64-bit integer
-DAY = 86_400 * 10**9  # [ns]
+DAY, HOUR = 86_400 * 10**9, 3600 * 10**9  # [ns]
 NANOSECONDS_DIGITS = 9
 EPOCH = date(1970, 1, 1).toordinal()
 LEAST_BACKWARD = 3  # steps backward as plain seconds, that show nanoseconds without leading zeros
@@ -41,6 +41,8 @@ ROUNDED_SHARE = (
 ROUNDED_SLACK = (
     0.25  # of the step between stamps, by which a row on an even clock may leave its stamp
 )
+
+MINUTES = re.compile(r"\s*\d{1,3}:\d{2}[.,]\d+\s*")  # 59:07.3
 
 Place = Callable[[int], str]  # a row as the error names it: `log.csv line 7`
 
@@ -172,14 +174,18 @@ def is_unpadded(texts: Sequence[str]) -> bool:
 def is_date_time(text: str) -> bool:
     """Whether this is a date and time, or a time of day; a plain number is neither."""
     found = DATE_TIME.fullmatch(text)
-    return found is not None and (":" in text or "T" in text)
+    return (found is not None and (":" in text or "T" in text)) or bool(MINUTES.fullmatch(text))
 
 
 def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
     """Stamps (n,) of dates and times, or of times of day that may pass midnight. Raises RecordingError.
 
-    Without a zone the time counts as UTC.
+    Without a zone the time counts as UTC. Minutes and seconds with a fraction may pass the hour: spreadsheets
+    leave the hours out.
     """
+    turn = DAY
+    if texts and all(map(MINUTES.fullmatch, texts)):
+        texts, turn = [_with_hours(text) for text in texts], HOUR
     parts = []
     for i, text in enumerate(texts):
         found = DATE_TIME.fullmatch(text)
@@ -203,9 +209,16 @@ def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
                 f"{place(i)}: column '{name}' has '{texts[i][:40]}', which is no date and time"
             ) from None
     if not any(found["date"] for found in parts):  # a log that passes midnight
-        falls = np.diff(stamps, prepend=stamps[:1]) < -DAY // 2
-        stamps += np.cumsum(falls) * DAY
+        falls = np.diff(stamps, prepend=stamps[:1]) < -turn // 2
+        stamps += np.cumsum(falls) * turn
     return stamps
+
+
+def _with_hours(text: str) -> str:
+    """Minutes and seconds as hours, minutes and seconds."""
+    minutes, _, seconds = text.strip().partition(":")
+    hours, minute = divmod(int(minutes), 60)
+    return f"{hours:02}:{minute:02}:{seconds}"
 
 
 def _month_first(parts: Sequence[re.Match[str]]) -> bool:
