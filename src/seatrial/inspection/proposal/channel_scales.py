@@ -48,11 +48,11 @@ def scale_of(values: Array, full: float | None = None) -> dict[str, float]:
         reached = max(most - neutral, neutral - least) / OVERSHOOT
         spans = (*(span for span in PWM_SPANS if span >= reached), PWM_SPANS[-1])
         return {"offset": neutral, "scale": spans[0]}
-    neutral = next((float(v) for v in values[[0, -1]] if _is_neutral(values, float(v))), None)
-    if neutral is not None:
-        reach = max(most - neutral, neutral - least) / OVERSHOOT
+    rest = next((float(v) for v in values[[0, -1]] if _is_neutral(values, float(v))), None)
+    if rest is not None:
+        reach = max(most - rest, rest - least) / OVERSHOOT
         return {
-            "offset": neutral,
+            "offset": rest,
             "scale": next((x for x in HALF_RANGES if x >= reach), reach * OVERSHOOT),
         }
     largest = max(abs(least), abs(most))
