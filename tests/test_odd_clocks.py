@@ -9,6 +9,7 @@ import pytest
 import seatrial
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.tables.stamps import unwrapped
+from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.excitation import excitation
 from tests.logs import nanoseconds
 from tests.odd_logs import RATE, columns, moves_as_the_boat, read, refusal, written
@@ -97,6 +98,26 @@ def test_minutes_and_seconds_of_a_spreadsheet(tmp_path):
     recording = read(path)[1]
     assert recording.duration == pytest.approx(c["t"][-1], abs=0.1)
     moves_as_the_boat(recording)
+
+
+def test_a_logger_that_was_started_again(tmp_path):
+    """Poses and commands are of the same part, and the message says how to use both."""
+    c = columns()
+    again = {
+        k: np.concatenate([v[:1200], v[1200:] - (v[1200] if k == "t" else 0.0)])
+        for k, v in c.items()
+    }
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
+        *(again[k] for k in ("t", "east", "north", "psi", "left", "right")),
+    )  # fmt: skip
+    recording = read(path)[1]
+    first = 0 if np.isclose(recording.raw[0, 0], c["east"][0], atol=1e-5) else 1200
+    count = len(recording.t)
+    np.testing.assert_allclose(recording.raw[:, 0], c["east"][first : first + count], atol=1e-5)
+    left = c["left"][first : first + count]
+    np.testing.assert_allclose(recording.commands.values[:, 0], left, atol=1e-5)
+    assert any("split the log there" in text for text in clock_verdicts(recording.streams))
 
 
 def test_a_clock_that_starts_again_is_no_counter(tmp_path):

@@ -64,8 +64,8 @@ def _stamp_messages(stream: Stream) -> Iterator[str]:
         )
     if stream.backward:
         yield (
-            f": stamps go back in time {_times(stream.backward)}: check for a clock that was set, or "
-            "for two publishers"
+            f": stamps go back in time {_times(stream.backward)}: check for a clock that was set, a logger that "
+            "was started again (split the log there, to use both parts), or two publishers"
         )
     if stream.duplicated > DUPLICATED_SHARE * stream.count:
         yield (
