@@ -37,7 +37,7 @@ def test_whole_seconds(tmp_path, clock):
         ("sample", lambda t: np.rint(RATE * t), "sample counts rows and is no time: with a known rate"),
         ("timestamp", lambda t: np.full(len(t), 1.7785e9), "timestamp has 1 different values in 2398 rows: it was rounded"),
         ("t", lambda t: t[::-1], "t falls from row to row: sort the rows by it"),
-        ("time", lambda t: ["a quarter past two"] * len(t), "time has 'a quarter past two', which is no time"),
+        ("time", lambda t: ["a quarter past two"] * len(t), "time has 'a quarter past two', which is not in a known format"),
     ],
 )  # fmt: skip
 def test_stamps_that_are_none(tmp_path, name, stamp, text):
@@ -152,7 +152,10 @@ def test_simulated_time_beside_the_clock_on_the_wall(tmp_path):
     assert (vehicle.file.pose.clock, vehicle.file.commands.clock) == ("bag", "bag")
     moves_as_the_boat(recording)
     text = refusal(pose_bag(tmp_path / "slow.bag", from_zero, speed=1.3))
-    assert "commands count from 1970, poses from a start: simulated time (use_sim_time)" in text
+    assert (
+        "commands count from 1970, those of the poses from a start: simulated time (use_sim_time)"
+        in text
+    )
 
 
 def test_a_clock_that_is_far_behind_is_named(tmp_path):

@@ -146,3 +146,10 @@ def test_a_throttle_that_cruises_has_its_zero():
     assert scale_of(values) == {"scale": 100.0}
     at_rest_at_last = np.concatenate([np.linspace(1023.0, 0.0, 500), np.full(50, 512.0)])
     assert scale_of(at_rest_at_last) == {"offset": 512.0, "scale": 500.0}
+
+
+def test_thrust_ahead_only_has_no_neutral_value():
+    """A log that begins at half thrust, and ends at rest."""
+    values = np.concatenate([np.full(50, 50.0), np.tile([100.0, 20.0, 75.0], 100), np.zeros(80)])
+    assert scale_of(values) == {"scale": 100.0}
+    assert scale_of(values[::-1]) == {"scale": 100.0}

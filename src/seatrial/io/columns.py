@@ -19,10 +19,7 @@ from seatrial.util.frames import Array
 
 PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 DAY = 86_400.0  # [s]
-SERIAL_DAYS = {
-    "days of Excel": 25569.0,
-    "days of MATLAB": 719529.0,
-}  # the day that 1970 begins with
+SERIAL_DAYS = {"days of Excel": 25569.0, "days of MATLAB": 719529.0}  # number of 1 January 1970
 PER_SECOND |= dict.fromkeys(SERIAL_DAYS, 1 / DAY)
 UNIX_TIMES = (9.5e8, 4.1e9)  # [s] the years 2000 to 2100
 DATE_TIME_UNIT = "date and time"

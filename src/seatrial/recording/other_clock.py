@@ -62,6 +62,7 @@ def other_epoch(poses: Array, commands: Array) -> str:
         return ""
     late, early = ("commands", "poses") if commands[0] > poses[0] else ("poses", "commands")
     return (
-        f"{late} count from 1970, {early} from a start: simulated time (use_sim_time), or time since boot. Stamp "
-        "both by one clock; of a bag that was recorded in real time, clock: bag at pose takes arrivals"
+        f"stamps of the {late} count from 1970, those of the {early} from a start: simulated time (use_sim_time), "
+        "or time since boot. Stamp both by one clock. For a bag that was recorded in real time, write "
+        "'clock: bag' at pose: it uses the times of arrival"
     )

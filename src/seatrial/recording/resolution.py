@@ -13,9 +13,8 @@ LEAST_STEPS_PERCENTILE = 10.0  # [%] of the steps between the values that occur:
 COARSE_SHARE = 0.3  # of the larger range, step of a coordinate from which nothing can be identified
 HELD_SHARE = 0.5  # of the rows that repeat a coordinate while the other moves: its step shows
 RANGE = (5.0, 95.0)  # [%] percentiles of a coordinate
-ON_LINES_SHARE = (
-    0.6  # of the positions, on lines between their neighbours, where they are interpolated
-)
+# of the positions, on lines between their neighbours, where they are interpolated
+ON_LINES_SHARE = 0.6
 CLEAR_OF_DIGITS = 10.0  # times the digits of the log, least step and least bend that count
 FEW_BENDS = 10
 ROUNDED = 10.0 ** -np.arange(7)  # digits of degrees or of radians that a log may have
@@ -85,8 +84,8 @@ def interpolated_position(stamps: Stamps, position: Array) -> str:
         return ""
     rows = moving.sum() / len(bent)
     return (
-        f"positions lie on straight lines between about each {rows:.0f}th: they were interpolated from slower "
-        "ones, and the boat did not move so; log the receiver's own positions at their own stamps"
+        f"only about every {rows:.0f}th position is measured; the others were interpolated, as they lie on "
+        "straight lines. The boat did not move so. Log the receiver's own positions at their own stamps"
     )
 
 

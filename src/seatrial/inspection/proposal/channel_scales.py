@@ -13,18 +13,8 @@ LEAST_REST_SHARE = 0.02  # of the rows, at one pulse width: that of rest
 OFF_VALUES = (0.0, 65535.0)  # [us] of outputs that are not driven
 OVERSHOOT = 1.05  # of full command, up to which a value still belongs to it
 USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
-HALF_RANGES = (
-    50.0,
-    100.0,
-    127.0,
-    128.0,
-    500.0,
-    512.0,
-    820.0,
-    1024.0,
-    2048.0,
-    32767.0,
-)  # from neutral to full
+# from neutral to full
+HALF_RANGES = (50.0, 100.0, 127.0, 128.0, 500.0, 512.0, 820.0, 1024.0, 2048.0, 32767.0)
 NEUTRAL_WITHIN = 0.3  # of the range, between a neutral value and either end
 NEUTRAL_NOISE = 0.01  # of the range, of a stick at rest
 LEAST_REACHED = 0.5  # of a usual full command; below, the scale is rounded up from the data
@@ -48,7 +38,7 @@ def scale_of(values: Array, full: float | None = None) -> dict[str, float]:
         reached = max(most - neutral, neutral - least) / OVERSHOOT
         spans = (*(span for span in PWM_SPANS if span >= reached), PWM_SPANS[-1])
         return {"offset": neutral, "scale": spans[0]}
-    rest = next((float(v) for v in values[[0, -1]] if _is_neutral(values, float(v))), None)
+    rest = _neutral_in_the_middle(values)
     if rest is not None:
         reach = max(most - rest, rest - least) / OVERSHOOT
         return {
@@ -62,6 +52,14 @@ def scale_of(values: Array, full: float | None = None) -> dict[str, float]:
         full = float(np.ceil(largest / OVERSHOOT / decade) * decade)
     scale = full or usual or largest
     return {} if scale == 1.0 else {"scale": scale}
+
+
+def _neutral_in_the_middle(values: Array) -> float | None:
+    """The value of a stick at rest, with which a log begins or ends; None: it rests at its least, or is signed."""
+    ends = [float(v) for v in values[[0, -1]]]
+    if float(values.min()) in ends:  # thrust ahead only, whose log begins or ends during the drive
+        return None
+    return next((v for v in ends if _is_neutral(values, v)), None)
 
 
 def _is_neutral(values: Array, value: float) -> bool:

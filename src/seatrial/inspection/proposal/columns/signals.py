@@ -30,9 +30,8 @@ PAIRS = (  # kinds of a position, the usual first
     (Kind.LATITUDE, Kind.LONGITUDE),
 )
 WHOLE_DEGREES = 1e7  # scale of latitudes as whole numbers of 1e-7 deg
-MINUTES = (
-    60.0  # of a degree, scale of latitudes as NMEA 0183 writes them: 5954.462 is 59 deg 54.462 min
-)
+# of a degree, scale of latitudes as NMEA 0183 writes them: 5954.462 is 59 deg 54.462 min
+MINUTES = 60.0
 HOW_WRITTEN = {
     WHOLE_DEGREES: ", whole numbers of 1e-7 deg",
     MINUTES: ", degrees and minutes as in NMEA 0183",

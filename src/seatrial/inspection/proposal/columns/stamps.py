@@ -92,7 +92,9 @@ def _why_none(table: TableSeen, column: ColumnView) -> str:
         return ""
     if column.least is None:
         first = next((text for text in table.table.texts(name) or [] if text), "")
-        return f"{name} has '{first[:40]}', which is no time that is known. " if first else ""
+        return (
+            f"{name} has '{first[:40]}', which is not in a known format of times. " if first else ""
+        )
     values = table.numbers(name)
     count = len(np.unique(values[np.isfinite(values)]))
     if np.mean(np.diff(values) < 0.0) > LEAST_RISING:

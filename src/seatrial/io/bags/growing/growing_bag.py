@@ -39,10 +39,8 @@ class GrowingBag(Bag):
         if self._complete or not self.files:
             self._open_next()
         if self.files and not self._complete:
-            later, before = (
-                self._left(),
-                self._at,
-            )  # a recorder closes a file before it begins the next
+            # a recorder closes a file before it begins the next
+            later, before = self._left(), self._at
             self._read()
             self._complete |= bool(later) and not self._new and self._at == before
         self._message_counts.update(topic for topic, _, _ in self._new)
