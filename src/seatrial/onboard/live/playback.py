@@ -26,8 +26,9 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
     known = known_current(model, recording)
     odometer = Odometer(replace(model, vehicle=vehicle), lever=(0.0, 0.0), current=known)
     stamps = recording.stamps + round(NANO * heading)
+    late = round(NANO * recording.command_delay)
     moments = [
-        *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps)),
+        *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps - late)),
         *((int(stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
     ]
     asynchronous, parts = recording.asynchronous, recording.parts
