@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Errors of the velocity where the commands are samples: a change between two samples has no stamp.
 
-The thrust of samples T apart counts as changed halfway between them. Where its change differs from the one before by
-an acceleration a, this is wrong by an unknown time: the velocity is off by a standard deviation of |a| T / sqrt(12).
-The thrusters follow with their lag, so half of the variance is in each of the next two intervals. A ramp through
-several samples is known but at its ends.
+The thrust of samples T apart counts as changed halfway between them. Where its change differs from the one before
+by an acceleration a, this is wrong by an unknown time: the velocity is off by a standard deviation of
+|a| T / sqrt(12). The thrusters follow with their lag, so half of the variance is in each of the next two
+intervals. A ramp through several samples is known but at its ends.
 """
 
 import numpy as np
