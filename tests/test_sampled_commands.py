@@ -9,14 +9,20 @@ from autopilot_logs import ardupilot, trial
 
 from seatrial import load_vehicle
 from seatrial import read as read_recording
+from seatrial.boat.findings import FindingKind
+from seatrial.boat.model import sampling_period
 from seatrial.boat.noise_parameters import NOISE_START
 from seatrial.evaluation.input_errors import input_errors
 from seatrial.identification.estimator import output_error
+from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
+from seatrial.identification.selection.command_sampling import sampled_commands_of
 from seatrial.identification.solution import OutputErrorSettings
+from seatrial.identification.term_choice import choose_terms
 from seatrial.onboard.live.playback import replay
 from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.sampled_commands import sampling_doubt
 from tests.boats.hulls import MIDDLE, driven
 
 PERIOD = 0.1  # [s]
@@ -28,7 +34,12 @@ def sampled(recording: Recording) -> Recording:
     known = recording.commands
     stamps = np.arange(int(known.stamps[0]) + 10_000_000, int(known.stamps[-1]), 100_000_000)
     held = known.values[np.searchsorted(known.stamps, stamps, side="right") - 1]
-    return replace(recording, commands=Signal(known.names, stamps, held), command_period=PERIOD)
+    return replace(
+        recording,
+        commands=Signal(known.names, stamps, held),
+        command_period=PERIOD,
+        command_sampled=True,
+    )
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +59,7 @@ def with_commands(recording: Recording, values: list[float]) -> Recording:
     rows[:, 0] = values
     stamps = recording.origin + 100_000_000 * np.arange(len(values))
     signal = Signal(recording.commands.names, stamps, rows)
-    return replace(recording, commands=signal, command_period=PERIOD)
+    return replace(recording, commands=signal, command_period=PERIOD, command_sampled=True)
 
 
 def test_a_step_was_at_any_time_between_two_samples(boat):
@@ -173,7 +184,7 @@ def test_an_autopilot_log_has_samples_of_its_outputs(tmp_path):
     log = ardupilot(tmp_path / "run.BIN", trial(seconds=20.0))
     found = read_recording(log, vehicle_of(tmp_path, AUTOPILOT))
     assert found.command_period == pytest.approx(0.1, rel=1e-3)
-    assert found.command_delay == pytest.approx(0.05, rel=1e-3)
+    assert found.command_sampled
     (remark,) = [r for r in found.remarks if "samples" in r]
     assert "RCOU are samples, 0.1 s apart: each change counts as halfway" in remark
     assert not found.doubts
@@ -184,11 +195,36 @@ def test_a_column_beside_the_poses_may_be_exact(tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("\n".join(["t,x,y,psi,ahead", *rows]))
     found = read_recording(path, vehicle_of(tmp_path, TABLE))
-    assert found.command_period == 0.0
-    (doubt,) = [d for d in found.doubts if "samples" in d]
-    assert "'sampled: true' where a logger looked at them" in doubt
+    assert found.command_period == pytest.approx(0.1)
+    assert not found.command_sampled
+    (doubt,) = sampling_doubt(found)
+    assert "'sampled: false' where each changed at its row" in doubt
     for stated in ("true", "false"):
         text = TABLE.replace("commands: {", f"commands: {{sampled: {stated}, ")
-        again = read_recording(path, vehicle_of(tmp_path, text))
-        assert again.command_period == pytest.approx(0.1 if stated == "true" else 0.0)
-        assert not [d for d in again.doubts if "samples" in d]
+        vehicle = vehicle_of(tmp_path, text)
+        again = read_recording(path, vehicle)
+        assert sampling_period(vehicle, again) == pytest.approx(0.1 if stated == "true" else 0.0)
+        assert not sampling_doubt(again)
+
+
+def test_the_recordings_show_which_it_is(boat):
+    """Of a column beside the poses nobody knows it."""
+    vehicle, recordings = boat
+    looked_at = [replace(r, command_sampled=False) for r in recordings]
+    at = first_maximum(looked_at, vehicle)
+    found = sampled_commands_of(at, vehicle)
+    assert found.finding.values["gain"] > 100.0
+    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    exact = [replace(r, command_period=0.1) for r in changed]
+    assert sampled_commands_of(first_maximum(exact, vehicle), vehicle) is None
+
+
+def test_a_model_of_terms_that_the_recordings_choose_says_so(boat):
+    vehicle, recordings = boat
+    looked_at = [replace(r, command_sampled=False) for r in recordings]
+    choice = choose_terms(looked_at, vehicle.with_automatic_structure())
+    assert choice.vehicle.file.commands.sampled
+    (finding,) = [f for f in choice.findings if f.kind is FindingKind.COMMANDS_SAMPLED]
+    assert "'sampled: true'" in str(finding)
+    stated = choose_terms(recordings, vehicle.with_automatic_structure())
+    assert not stated.findings

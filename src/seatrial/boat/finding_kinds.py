@@ -92,6 +92,15 @@ class FindingKind(Enum):
             words={"layout": None},
         ),
     )
+    COMMANDS_SAMPLED = (
+        "commands-sampled",
+        Spec(
+            "commands: their rows are a logger's samples: with each change halfway to the row before, -2 log L "
+            "falls by {gain:.0f}. So the model takes them, and its vehicle file says 'sampled: true'",
+            "Write 'sampled: true' below commands: in the vehicle file",
+            numbers={"gain": "-"},
+        ),
+    )
     THRUSTER_LAYOUT_CONTRADICTED = (
         "thruster-layout-contradicted",
         Spec(
@@ -538,6 +547,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.DISTURBANCE_INFLUENCE,
     # what the commands do not identify
     FindingKind.DEAD_ZONE_NOT_SOUGHT,
+    FindingKind.COMMANDS_SAMPLED,
     FindingKind.THRUSTER_LAYOUT_SELECTED,
     FindingKind.PRIOR_DOMINATES,
 )

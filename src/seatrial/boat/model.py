@@ -62,7 +62,9 @@ class Driven(Protocol):
     @property
     def scales(self) -> Signals | None: ...  # noqa: D102
     @property
-    def command_delay(self) -> float: ...  # noqa: D102
+    def command_period(self) -> float: ...  # noqa: D102
+    @property
+    def command_sampled(self) -> bool: ...  # noqa: D102
     def seconds(self, stamps: Stamps) -> Array: ...  # noqa: D102
 
 
@@ -232,6 +234,16 @@ class Model(ByFields):
                 )
 
 
+def sampling_period(vehicle: Vehicle, recording: Driven) -> float:
+    """Time [s] between samples of the commands; 0: every change has its own stamp.
+
+    A change is at any time between two samples, and counts as halfway. What the vehicle file states has priority.
+    """
+    stated = vehicle.file.commands.sampled
+    sampled = recording.command_sampled if stated is None else stated
+    return recording.command_period if sampled else 0.0
+
+
 def thrust_trace(
     vehicle: Vehicle,
     constants: Array,
@@ -250,7 +262,7 @@ def thrust_trace(
     return _core.ThrustTrace(
         vehicle.chain,
         constants,
-        recording.seconds(commands.stamps) - recording.command_delay,
+        recording.seconds(commands.stamps) - 0.5 * sampling_period(vehicle, recording),
         commands.values,
         np.zeros(0) if scales is None else recording.seconds(scales.stamps),
         empty if scales is None else scales.values,

@@ -320,6 +320,11 @@ class Vehicle:
         """The same vehicle with `structure: auto`."""
         return replace(self, file=msgspec.structs.replace(self.file, structure=AUTO))
 
+    def with_sampled_commands(self) -> "Vehicle":
+        """The same vehicle with commands that are a logger's samples."""
+        commands = msgspec.structs.replace(self.file.commands, sampled=True)
+        return replace(self, file=msgspec.structs.replace(self.file, commands=commands))
+
     def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
         """The same vehicle with this lever arm, ahead of the origin and to port [m]."""
         ahead, left = lever

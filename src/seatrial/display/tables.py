@@ -8,6 +8,7 @@ from seatrial.boat.model import Model
 from seatrial.display.html import counted, folded, plain, table
 from seatrial.evaluation.scores import AxisScore, Scores
 from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.report.text.markup import number, true_minus, unit
 from seatrial.report.text.names import html_symbol
 from seatrial.report.text.numbers import ERROR_UNITS, minutes
@@ -88,7 +89,7 @@ def recording_html(recording: Recording) -> str:
         f"{one.start:.2f} to {one.end:.2f} s: {one.kind.value} ({counted(one.samples, 'pose')})"
         for one in recording.faults
     ]
-    sentences = [*faults, *recording.remarks, *recording.doubts]
+    sentences = [*faults, *recording.remarks, *recording.doubts, *sampling_doubt(recording)]
     return table(("signal", "least", "largest", "unit"), rows, caption=caption) + folded(
         _counted_faults(len(faults), len(sentences) - len(faults)), sentences
     )

@@ -10,6 +10,7 @@ intervals. A ramp through several samples is known but at its ends.
 import numpy as np
 
 from seatrial import _core
+from seatrial.boat.model import sampling_period
 from seatrial.boat.static_forces import static_forces
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import Recording
@@ -24,7 +25,7 @@ def input_errors(vehicle: Vehicle, coefficients: Array, recording: Recording) ->
 
     coefficients: of the vehicle's structure; None: every change of the commands has its own stamp.
     """
-    period = recording.command_period
+    period = sampling_period(vehicle, recording)
     if period == 0.0:
         return None
     at, commands = recording.seconds(recording.commands.stamps), recording.commands.values

@@ -21,9 +21,13 @@ from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms import Selection
 from seatrial.identification.selection.terms.candidates import with_usual_terms
-from seatrial.identification.selection.thruster_layout import select_layout
 from seatrial.identification.solution import Fit, OutputErrorSettings
-from seatrial.identification.term_choice import TermChoice, choose_terms_from, start_values_of
+from seatrial.identification.term_choice import (
+    TermChoice,
+    choose_input,
+    choose_terms_from,
+    start_values_of,
+)
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
@@ -65,11 +69,11 @@ def identify_guided(
     usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
     with stage("effects", 0.4):
         at = first_maximum(recordings, usual, effects)
-        # thrusters that the file leaves out: their dead zone else looks like an effect
-        layout = select_layout(at, usual, effects) if vehicle.automatic else None
-        if layout is not None:
-            at, vehicle, usual = layout.at, layout.given_to(vehicle), layout.given_to(usual)
-        chosen = () if layout is None else (layout.finding,)
+        # what the commands do, where the file leaves it open: a dead zone else looks like an effect
+        chosen: tuple[Finding, ...] = ()
+        if vehicle.automatic:
+            at, vehicle, chosen = choose_input(at, vehicle, effects)
+            usual = with_usual_terms(vehicle)
         at, kinds, followed = _with_effects(at, tuple(effects), confirm)
         at, kinds, followed = _without_needless(at, usual, kinds, followed)
     # the terms, and all of it together

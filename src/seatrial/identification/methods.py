@@ -30,6 +30,7 @@ from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Recording
+from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import IdentificationError
 from seatrial.util.progress import stage
 
@@ -177,7 +178,9 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    doubtful = [f"{r.name}: {doubt}" for r in recordings for doubt in r.doubts]
+    is_open = vehicle.file.commands.sampled is None
+    doubts = [(r, [*r.doubts, *(sampling_doubt(r) if is_open else [])]) for r in recordings]
+    doubtful = [f"{r.name}: {doubt}" for r, own in doubts for doubt in own]
     apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
     return (
         *silent,

@@ -10,6 +10,10 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
+from seatrial.identification.selection.command_sampling import (
+    sampled_commands_of,
+    sampling_is_open,
+)
 from seatrial.identification.selection.terms import Selection, choose_structure
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.selection.thruster_layout import (
@@ -50,17 +54,38 @@ def choose_terms(
         return TermChoice(known.with_terms(prior.structure.terms))
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-    at, layout = None, None
-    unknown = forces_alone(vehicle)
-    if effects or unknown:
+    at: Point | None = None
+    findings: tuple[Finding, ...] = ()
+    if effects or input_is_open(vehicle, recordings):
         with stage("effects", 0.4), explained(recordings, vehicle):
-            usual = with_usual_terms(vehicle)
-            at = first_maximum(recordings, usual, effects)
-            layout = select_layout(at, usual, effects) if unknown else None
+            at = first_maximum(recordings, with_usual_terms(vehicle), effects)
+            at, vehicle, findings = choose_input(at, vehicle, effects)
+    choice = choose_terms_from(at if effects else None, recordings, vehicle)
+    return replace(choice, findings=findings)
+
+
+def input_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
+    """Whether the vehicle file leaves open what the commands do: thrusters, or the time of their changes."""
+    return forces_alone(vehicle) or sampling_is_open(vehicle, recordings)
+
+
+def choose_input(
+    at: Point, vehicle: Vehicle, effects: Sequence[str]
+) -> tuple[Point, Vehicle, tuple[Finding, ...]]:
+    """The solution and the vehicle with what the recordings show of the commands, and findings on that.
+
+    at: a solution with the terms that every boat has.
+    """
+    findings: tuple[Finding, ...] = ()
+    sampled = sampled_commands_of(at, with_usual_terms(vehicle), effects)
+    if sampled is not None:
+        at, vehicle = sampled.at, vehicle.with_sampled_commands()
+        findings = (sampled.finding,)
+    layout = select_layout(at, with_usual_terms(vehicle), effects)
     if layout is not None:
         at, vehicle = layout.at, layout.given_to(vehicle)
-    choice = choose_terms_from(at if effects else None, recordings, vehicle)
-    return choice if layout is None else replace(choice, findings=(layout.finding,))
+        findings = (*findings, layout.finding)
+    return at, vehicle, findings
 
 
 def choose_terms_from(

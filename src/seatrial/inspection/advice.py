@@ -11,6 +11,7 @@ from seatrial.inspection.coverage import InputUse
 from seatrial.recording.excitation import EXCITED, Excitation, beyond_full
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
+from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.undriven import undriven_motion
 from seatrial.recording.velocity import SLOW, motion, stencil_deviation
 from seatrial.util.errors import RecordingError
@@ -42,7 +43,8 @@ def recording_advice(
 ) -> list[str]:
     """One message for each thing to do. `moves`: inputs that move in any of the recordings."""
     # 1. Values that a small boat does not have: wrong units, a boat at rest.
-    advice = [*recording.remarks, *recording.doubts, *implausible_values(recording)]
+    doubts = [*recording.doubts, *sampling_doubt(recording)]
+    advice = [*recording.remarks, *doubts, *implausible_values(recording)]
     advice += [one.text(recording.offset) for one in undriven_motion(recording)]
     # 2. Length, usable poses, pose rate, jitter.
     if recording.duration < SHORT_RECORDING:

@@ -25,7 +25,8 @@ from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording
 from seatrial.recording.resolution import coarse_position, interpolated_position
-from seatrial.recording.timing import Clock, sampled_commands
+from seatrial.recording.sampled_commands import sampled_commands, taken_halfway
+from seatrial.recording.timing import Clock
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -72,28 +73,19 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
 
 
 def _with_sampled_commands(recording: Recording, stated: bool | None) -> Recording:
-    """Changes of sampled commands count as halfway between two samples.
+    """The recording with the period of sampled commands.
 
-    A column beside the poses may be of the controller that changed the command, at its row.
+    Whether a column beside the poses is sampled is open: it may be of the controller that changed the command, at
+    its row.
     """
     stream = sampled_commands(recording.streams, stated)
     if stream is None:
         return recording
-    period = 1.0 / stream.rate
-    found = f"the commands of {stream.source} are samples, {period:.2g} s apart"
-    if stated or stream.clock is Clock.LOG:
-        remark = (
-            f"{found}: each change counts as halfway between two of them, and the intervals have the error of "
-            "that. Commands logged at 50 Hz or more give better ones (ArduPilot: LOG_BITMASK with RCOUT at its "
-            "fast rate)"
-        )
-        return replace(recording, remarks=(*recording.remarks, remark), command_period=period)
-    doubt = (
-        f"{found}: a command may have changed that long before the row that shows it; then latency, lag and dead "
-        "zone are off by more than their intervals say. State in the vehicle file, below commands, 'sampled: "
-        "true' where a logger looked at them, 'sampled: false' where each changed at its row"
+    sampled = stated or stream.clock is Clock.LOG
+    remarks = (*recording.remarks, taken_halfway(stream)) if sampled else recording.remarks
+    return replace(
+        recording, remarks=remarks, command_period=1.0 / stream.rate, command_sampled=sampled
     )
-    return replace(recording, doubts=(*recording.doubts, doubt))
 
 
 def requests(signals: Signals, vehicle: Vehicle) -> list[Request]:

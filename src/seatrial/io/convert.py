@@ -22,7 +22,8 @@ from seatrial.io.formats import is_log, open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import open_signals, recording_name
 from seatrial.io.signals import Request, Rows
-from seatrial.recording.timing import Clock, sampled_commands
+from seatrial.recording.sampled_commands import sampled_commands
+from seatrial.recording.timing import Clock
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, write_text
 from seatrial.util.frames import Array, Stamps

@@ -2,7 +2,6 @@
 """Timing of signals: rate, gaps, order of stamps; offset, drift and steps of their clock."""
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -28,7 +27,6 @@ STEP_LASTING_BLOCKS = 3  # least blocks on either side: a queue that empties lat
 STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after it
 LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
-COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 
@@ -111,22 +109,6 @@ def describe(
         float(np.std(near)) if len(near) else 0.0,
         int((steps == 0).sum()), int((steps < 0).sum()), regular_period(forward) is None, delay, publishers,
     )  # fmt: skip
-
-
-def sampled_commands(streams: Sequence[Stream], stated: bool | None = None) -> Stream | None:
-    """The commands that are a logger's samples, as the vehicle file states, or as they seem to be.
-
-    They seem so, `COARSE_SAMPLING` or more apart, in an autopilot's log, or as a column beside the poses. A
-    message of ROS is the command itself, and its stamp the time of the change.
-    """
-    places = {stream.source for stream in streams if stream.role == "poses"}
-    for stream in streams:
-        if stream.role != "commands" or not stream.rate or stream.on_change or stated is False:
-            continue
-        logged = stream.clock is Clock.LOG or stream.source in places
-        if stated or (logged and 1.0 / stream.rate >= COARSE_SAMPLING):
-            return stream
-    return None
 
 
 def regular_period(steps: Array) -> float | None:

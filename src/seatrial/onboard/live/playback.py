@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.boat.model import Model
+from seatrial.boat.model import Model, sampling_period
 from seatrial.evaluation.through_water import known_current
 from seatrial.onboard.live.line_loop import RATE
 from seatrial.onboard.live.protocol import NANO
@@ -26,7 +26,7 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
     known = known_current(model, recording)
     odometer = Odometer(replace(model, vehicle=vehicle), lever=(0.0, 0.0), current=known)
     stamps = recording.stamps + round(NANO * heading)
-    late = round(NANO * recording.command_delay)
+    late = round(0.5 * NANO * sampling_period(model.vehicle, recording))
     moments = [
         *((int(t), 0, i) for i, t in enumerate(recording.commands.stamps - late)),
         *((int(stamps[i]), 2, int(i)) for i in np.flatnonzero(recording.valid)),
