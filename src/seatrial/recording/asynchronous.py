@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.recording.pose_faults import poses_held
+from seatrial.recording.frozen_poses import poses_held
 from seatrial.util.frames import Array, Mask, Stamps, frozen_array
 
 TWO_RATES_SHARE = (

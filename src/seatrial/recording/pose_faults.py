@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Pose faults: invalid and frozen samples, false matches, jumps, gaps. Detected, named, masked."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.recording.frozen_poses import frozen, runs, stuck
 from seatrial.recording.other_clock import (
     OtherEpochError,
     other_epoch,
@@ -15,6 +15,7 @@ from seatrial.recording.other_clock import (
     other_zone,
     same_length,
 )
+from seatrial.recording.pose_jumps import excursions, jumps
 from seatrial.recording.timing import (
     SHORTEST_SILENCE,
     longest_rising,
@@ -34,27 +35,8 @@ DAYS_AWAY = 86400.0  # [s] from all other stamps: a clock that is not set
 GAP_FACTOR = 2.5  # usual periods, above which a step is a gap
 USUAL_PERCENTILE = 90.0  # [%] of the steps for the usual step: uneven stamps are no gaps
 MOST_MEDIAN_STEPS = 4.0  # medians, limit of the usual step: bursts of poses leave gaps between them
-JUMP_POSES = 7  # fewest poses for a jump test: neighbours on both sides
-JUMP_SPREADS = 5.0  # robust spreads by which a jump's rate differs from its neighbours'
-JUMP_USUAL = 4.0  # times the 90th percentile of all steps, least size of a jump
-JUMP_SPEED = 0.3  # of the 90th percentile of the boat's speed, least rate of a jump
-JUMP_LEVER = 0.25  # [m] converts yaw rate to speed: a point of a small hull
-EXCURSION = 1.5  # [s] longest stay between two jumps of one false match
-EXCURSION_HALF = 0.5  # of the first jump: a sum of jumps below it is a return
-EXCURSION_REST = 0.1  # of the largest jump: rest of the sum of jumps that cancel well
-TWIN_REST = 0.35  # of a jump: rest after a step that cancels it but is no jump by itself
-TWIN_LEAST = 2.5  # robust spreads of all steps, least size of a jump with such a twin
-NEIGHBOURS = 3  # steps to either side for the boat's own motion (median)
-STUCK_ROWS = 5  # least length of a run in which the position alone repeats
-STUCK_CATCH_UP = 3.0  # times the usual step, least step of a position at the end of such a run
-USUAL_STEP = 95.0  # percentile of the steps of a position that moves
-FROZEN_CATCH_UP = 1.5  # times the step that follows, least step at the end of a frozen run
-FEW_POSES = 10  # below it a log with more rows than poses is not recognised
-HELD_SHARE = 0.2  # of the poses that fill two or more rows in a log with more rows than poses
-HELD_UNEVENNESS = 1.6  # medians (plus 1), limit of the 90th percentile of the rows a pose fills
 RESTING_SILENCES = 3  # silences after zero commands: a joystick that is released, not a fault
 SHORT_SEGMENT = 0.5  # [s] a shorter segment next to a jump is a false match
-MAD_TO_SD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 
 
 class FaultKind(str, Enum):
@@ -108,14 +90,15 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     bad_but_stamps = bad[FaultKind.MARKED] | bad[FaultKind.NOT_FINITE]
     _refuse_two_places(name, eta[~bad_but_stamps & in_order(stamps, strict=False)])
     # 3. Frozen samples; then the heading is unwrapped over the usable ones.
-    bad[FaultKind.FROZEN] = _mask_of(len(t), good[_frozen(eta[good]) | _stuck(eta[good])])
+    bad[FaultKind.FROZEN] = _mask_of(len(t), good[frozen(eta[good]) | stuck(eta[good])])
     good = _faultless(name, bad, t)
     whole = np.array(eta, dtype=float)
     whole[good, 2] = np.unwrap(whole[good, 2])
     bad[FaultKind.EXCURSION] = np.zeros(len(t), dtype=bool)
     # 4. False matches, one round after another: each hides others next to it.
     while True:
-        away, lasting = _excursions(t[good], whole[good], _jumps(t[good], whole[good]))
+        found = jumps(t[good], whole[good], _gaps(t[good]))
+        away, lasting = excursions(t[good], whole[good], found)
         if not away.any():
             break
         bad[FaultKind.EXCURSION][good[away]] = True
@@ -128,17 +111,9 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
     segment = np.zeros(len(t), dtype=np.int64)
     segment[good] = number
     # 6. The list of faults.
-    faults = [f for kind, mask in bad.items() for f in _fault_runs(kind, mask, t)]
-    faults += [Fault(FaultKind.GAP, float(a), float(b), 0) for a, b in gaps]
-    faults += [Fault(FaultKind.JUMP, float(b), float(b), 0) for b in breaks]
-    return ExaminedPoses(
-        t,
-        whole,
-        _mask_of(len(t), _faultless(name, bad, t)),
-        segment,
-        ~bad[FaultKind.STAMP],
-        tuple(sorted(faults, key=lambda f: f.start)),
-    )
+    usable = _mask_of(len(t), _faultless(name, bad, t))
+    faults = _listed(bad, t, gaps, breaks)
+    return ExaminedPoses(t, whole, usable, segment, ~bad[FaultKind.STAMP], faults)
 
 
 def silences(
@@ -157,6 +132,18 @@ def silences(
     hole = np.inf if only_changes(commands, values) else silence_length(period)
     if timeout is not None:
         hole = period = timeout
+    _refuse_other_times(name, poses, commands, hole)
+    found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
+    holes = np.flatnonzero(steps > hole)
+    if len(holes) < RESTING_SILENCES or values[holes].any():
+        found += [(commands[i] + period, commands[i + 1]) for i in holes]
+    if commands[-1] + hole < poses.max():
+        found.append((commands[-1] + period, np.inf))
+    return found
+
+
+def _refuse_other_times(name: str, poses: Array, commands: Array, hole: float) -> None:
+    """Raise RecordingError where commands, which hold for `hole` [s], are of another clock, unit or drive."""
     unit = other_unit(poses, commands)
     if unit:
         raise RecordingError(f"{name}: {unit}")
@@ -175,13 +162,6 @@ def silences(
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
             f"{commands[-1]:.6g} s, poses from 0 s to {poses.max():.6g} s by the same clock; {cause}"
         )
-    found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
-    holes = np.flatnonzero(steps > hole)
-    if len(holes) < RESTING_SILENCES or values[holes].any():
-        found += [(commands[i] + period, commands[i + 1]) for i in holes]
-    if commands[-1] + hole < poses.max():
-        found.append((commands[-1] + period, np.inf))
-    return found
 
 
 def in_order(stamps: Stamps, *, strict: bool = True) -> Mask:
@@ -228,10 +208,15 @@ def _mask_of(n: int, index: NDArray[np.int64]) -> Mask:
 
 def _segments(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
     """Number of each sample's segment, and the gaps between segments."""
-    steps = np.diff(t)
-    gap = steps > GAP_FACTOR * usual_step(steps)
+    gap = _gaps(t)
     ends = gap | np.isin(t[1:], breaks)
     return np.concatenate([[0], np.cumsum(ends)]), list(zip(t[:-1][gap], t[1:][gap], strict=True))
+
+
+def _gaps(t: Array) -> Mask:
+    """Steps (n - 1,) between the samples that are gaps."""
+    steps = np.diff(t)
+    return np.asarray(steps > GAP_FACTOR * usual_step(steps))
 
 
 def usual_step(steps: Array) -> float:
@@ -254,7 +239,7 @@ def _isolated_segments(t: Array, segment: NDArray[np.int64], breaks: Array) -> t
     ends = np.append(begins[1:], False)
     short = (begins | ends) & (t[last] - t[first] < SHORT_SEGMENT)
     lasting = begins & ~short
-    for a, b in _runs(short):
+    for a, b in runs(short):
         lasting[a : b + 1] = False
         if b + 1 < len(first):
             lasting[b + 1] = begins[a : b + 2].all()
@@ -283,177 +268,15 @@ def _refuse_two_places(name: str, eta: Array) -> None:
     )
 
 
-def poses_held(eta: Array) -> Mask:
-    """Rows (n,) that repeat the last pose of (n, 3): a log with more rows than poses.
-
-    None where repeats are rare or in long runs (a boat at rest, a frozen tracker). In a log with repeats
-    a boat may also rest: of runs longer than usual one row in two usual lengths stays.
-    """
-    repeats = _repeats(eta)
-    first = np.flatnonzero(~repeats)
-    rows = np.diff(np.append(first, len(eta)))
-    usual = float(np.percentile(rows, USUAL_PERCENTILE, method="lower"))
-    if (
-        len(rows) < FEW_POSES
-        or np.mean(rows > 1) < HELD_SHARE
-        or usual > HELD_UNEVENNESS * float(np.median(rows)) + 1.0
-    ):
-        return np.zeros(len(eta), dtype=bool)
-    since = np.arange(len(eta)) - first[np.cumsum(~repeats) - 1]
-    return np.asarray(since % int(2 * usual) != 0)
-
-
-def _repeats(eta: Array) -> Mask:
-    """Rows (n,) exactly equal to the one before."""
-    return np.concatenate([[False], np.all(eta[1:] == eta[:-1], axis=1)])
-
-
-def _frozen(eta: Array) -> Mask:
-    """Samples that exactly repeat the one before while the boat moved.
-
-    A boat at rest repeats, too, in a recording without noise. So a run counts only if the step at its
-    end catches up: more than `FROZEN_CATCH_UP` times the step that follows.
-    """
-    repeats = _repeats(eta)
-    frozen = np.zeros(len(eta), dtype=bool)
-    for first, last in _runs(repeats):
-        if last + 2 >= len(eta):
-            continue
-        catch_up = np.abs(eta[last + 1] - eta[last])
-        after = np.abs(eta[last + 2] - eta[last + 1])
-        if np.any((catch_up > FROZEN_CATCH_UP * after) & (catch_up > 0)):
-            frozen[first : last + 1] = True
-    return frozen
-
-
-def _stuck(eta: Array) -> Mask:
-    """Positions, or headings, that repeat exactly while the other goes on, and then catch up.
-
-    A receiver without a fix, a compass that hangs. Rounded positions of a slow boat repeat, too; their next step
-    is a usual one.
-    """
-    heading = np.column_stack([np.cos(eta[:, 2]), np.sin(eta[:, 2])])
-    return _part_stuck(eta[:, :2]) | _part_stuck(heading)
-
-
-def _part_stuck(part: Array) -> Mask:
-    """The same of positions, or of the heading's cosine and sine (n, 2)."""
-    repeats = _repeats(part)
-    steps = np.hypot(*np.diff(part, axis=0).T)
-    stuck = np.zeros(len(part), dtype=bool)
-    moving = steps[steps > 0]
-    usual = float(np.percentile(moving, USUAL_STEP)) if len(moving) else 0.0
-    for first, last in _runs(repeats):
-        if (
-            last - first + 1 >= STUCK_ROWS
-            and last < len(steps)
-            and steps[last] > STUCK_CATCH_UP * usual
-        ):
-            stuck[first : last + 1] = True
-    return stuck
-
-
-def _jumps(t: Array, eta: Array) -> list[int]:
-    """Steps i -> i + 1 whose rate differs from both neighbours and from their interpolation.
-
-    A boat's rate changes continuously. A false match makes one step, and one back.
-    """
-    if len(t) < JUMP_POSES:
-        return []
-    steps = np.diff(t)
-    rate = np.diff(eta, axis=0) / steps[:, None]
-    gap = steps > GAP_FACTOR * usual_step(steps)
-    usual = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
-    # for a resting axis the other sets the scale: a point of the hull moves with both
-    least = JUMP_SPEED * np.array(
-        [max(usual[0], usual[1] * JUMP_LEVER), max(usual[1], usual[0] / JUMP_LEVER)]
-    )
-    found: set[int] = set()
-    period = float(np.median(steps))
-    for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
-        change = np.linalg.norm(np.diff(parts, axis=0), axis=1)
-        bend = np.append(
-            np.append(np.inf, np.linalg.norm(_rate_curvature(t, parts), axis=1)), np.inf
-        )
-        apart = np.minimum(np.append(np.inf, change), np.append(change, np.inf))
-        apart[gap] = 0.0  # a gap is a fault of its own
-        # close stamps: the rate is noise; distant stamps: the displacement is the boat's
-        displacement = apart * np.minimum(steps, period)
-        spread = MAD_TO_SD * float(np.median(displacement))
-        limit = max(JUMP_SPREADS * spread, JUMP_USUAL * float(np.percentile(displacement, 90)))
-        far = (displacement > limit) & (apart > floor) & (bend * np.minimum(steps, period) > limit)
-        found |= set(np.flatnonzero(far).tolist()) if max(limit, floor) > 0 else set()
-    return sorted(found)
-
-
-def _rate_curvature(t: Array, rate: Array) -> Array:
-    """Rates (n - 1, k) of the steps minus the interpolation between their neighbours; inner steps only."""
-    middle = 0.5 * (t[1:] + t[:-1])
-    share = ((middle[1:-1] - middle[:-2]) / (middle[2:] - middle[:-2]))[:, None]
-    return rate[1:-1] - (1.0 - share) * rate[:-2] - share * rate[2:]
-
-
-def _excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[int]]:
-    """Samples between a jump and the one that cancels it, and the jumps that last."""
-    away = np.zeros(len(t), dtype=bool)
-    if not jumps:
-        return away, []
-    steps = np.diff(t)[:, None]
-    rate = np.diff(eta, axis=0) / steps
-    padded = np.pad(rate, ((NEIGHBOURS, NEIGHBOURS), (0, 0)), mode="edge")
-    around = [padded[k : k + len(rate)] for k in range(2 * NEIGHBOURS + 1)]
-    usual = np.median(np.stack(around), axis=0)
-    shift = (rate - usual) * steps * [1.0, 1.0, JUMP_LEVER]  # [m] beyond the boat's own motion
-    spans = []  # jumps that cancel: badly?, how many, the rest, first and last
-    for i, first in enumerate(jumps):
-        left, size = shift[first].copy(), float(np.linalg.norm(shift[first]))
-        largest = size
-        for j in range(i + 1, len(jumps)):
-            if t[jumps[j] + 1] - t[first] > EXCURSION:
-                break
-            left += shift[jumps[j]]
-            largest = max(largest, float(np.linalg.norm(shift[jumps[j]])))
-            rest = float(np.linalg.norm(left))
-            if rest < EXCURSION_HALF * size:
-                spans.append((rest > EXCURSION_REST * largest, j - i, rest, i, j))
-    free = np.ones(len(jumps), dtype=bool)
-    for *_, i, j in sorted(spans):  # first those that cancel well, then the shortest
-        if free[i : j + 1].all():
-            free[i : j + 1] = False
-            away[jumps[i] + 1 : jumps[j] + 1] = True
-    lasting = [jump for jump, lasts in zip(jumps, free, strict=True) if lasts]
-    for jump in lasting:
-        twin = _twin_of(t, shift, jump)
-        if twin is not None and not away[min(jump, twin) + 1 : max(jump, twin) + 1].any():
-            away[min(jump, twin) + 1 : max(jump, twin) + 1] = True
-            lasting = [j for j in lasting if j not in (jump, twin)]
-    return away, lasting
-
-
-def _twin_of(t: Array, shift: Array, jump: int) -> int | None:
-    """The step, no jump by itself, that cancels a jump before or after it; None: there is none."""
-    near = np.flatnonzero(np.abs(t[1:] - t[jump + 1]) <= EXCURSION)
-    near = near[near != jump]
-    sizes = np.linalg.norm(shift, axis=1)
-    spread = MAD_TO_SD * float(np.median(sizes))
-    if not len(near) or sizes[jump] < TWIN_LEAST * spread:  # within the noise
-        return None
-    left = np.linalg.norm(shift[near] + shift[jump], axis=1)
-    best = int(np.argmin(left))
-    return int(near[best]) if left[best] < TWIN_REST * sizes[jump] else None
-
-
-def _runs(mask: Mask) -> list[tuple[int, int]]:
-    """First and last index of every run of True."""
-    edges = np.diff(np.concatenate([[0], mask.astype(np.int8), [0]]))
-    return list(
-        zip(
-            np.flatnonzero(edges == 1).tolist(),
-            (np.flatnonzero(edges == -1) - 1).tolist(),
-            strict=True,
-        )
-    )
-
-
-def _fault_runs(kind: FaultKind, mask: Mask, t: Array) -> list[Fault]:
-    return [Fault(kind, float(t[a]), float(t[b]), b - a + 1) for a, b in _runs(mask)]
+def _listed(
+    bad: dict[FaultKind, Mask], t: Array, gaps: list[tuple[float, float]], breaks: Array
+) -> tuple[Fault, ...]:
+    """Faults in the order of time: runs of bad samples, gaps, and lasting jumps at `breaks` [s]."""
+    faults = [
+        Fault(kind, float(t[a]), float(t[b]), b - a + 1)
+        for kind, mask in bad.items()
+        for a, b in runs(mask)
+    ]
+    faults += [Fault(FaultKind.GAP, float(a), float(b), 0) for a, b in gaps]
+    faults += [Fault(FaultKind.JUMP, float(b), float(b), 0) for b in breaks]
+    return tuple(sorted(faults, key=lambda f: f.start))
