@@ -14,7 +14,7 @@ from conftest import ROOT
 from cpp_tools import built, run
 
 import seatrial
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.parameter_uncertainty import onboard_uncertainty
 from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import as_column

@@ -23,7 +23,7 @@ from seatrial.boat.findings import (
     finding_text,
     of_kinds,
 )
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import EstimatorEntry
 from seatrial.util.errors import SeatrialError
 from seatrial.util.files import convert, dump_yaml, read_yaml

@@ -13,7 +13,7 @@ from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
 import seatrial
 from seatrial.boat.findings import finding_of
-from seatrial.boat.model import load
+from seatrial.boat.model_file import load
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands import make_parser
 from seatrial.commands.cli import main

@@ -42,7 +42,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Two models side by side, on the terminal and as a page."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.evaluation.comparison.compare import (
         COMPARISON_FORMAT,

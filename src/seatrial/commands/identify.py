@@ -88,7 +88,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.util.errors import IdentificationError
 
@@ -112,7 +112,7 @@ def _identify(
     prior: "Model | None",
 ) -> None:
     """What the recordings tell: the model's file, and the texts."""
-    from seatrial.boat.model import save
+    from seatrial.boat.model_file import save
     from seatrial.commands.shared.results import identified
     from seatrial.identification.methods import (
         EquationErrorSettings,

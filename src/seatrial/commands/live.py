@@ -154,7 +154,7 @@ def _next(args: argparse.Namespace, paths: dict[str, str]) -> str:
 
 def _boat(path: str) -> "Vehicle | Model":
     """A model file's model, or a vehicle."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.util.files import read_yaml
 

@@ -103,7 +103,8 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
     """What happens on a change of the boat; None: no test, by wish or as the model allows none."""
-    from seatrial.boat.model import Model, load, save
+    from seatrial.boat.model import Model
+    from seatrial.boat.model_file import load, save
     from seatrial.onboard.live import Adaptation
     from seatrial.util.errors import FileError, LiveError, ModelError
 

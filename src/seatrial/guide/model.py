@@ -4,7 +4,8 @@
 from collections.abc import Sequence
 
 from seatrial.boat.findings import Finding
-from seatrial.boat.model import Model, load, save
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load, save
 from seatrial.boat.vehicle import Vehicle
 from seatrial.guide.answers import AT_ORIGIN, effect_answered
 from seatrial.guide.held_out import HELD_OUT_SUFFIX

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from seatrial.boat.model import load
+from seatrial.boat.model_file import load
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.guide.answers import assumptions, choices_of, proposed
 from seatrial.guide.steps import Task

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.boat.model import Model, load
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.boat.parameter_uncertainty import onboard_uncertainty
 from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.util.errors import ModelError, PredictorError

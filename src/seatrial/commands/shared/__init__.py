@@ -97,7 +97,7 @@ def _stretch(text: str) -> tuple[str, float, float]:
 
 def load_model(args: argparse.Namespace) -> "Model":
     """The model, with another vehicle where one is given."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
 
     model = load(args.model)
