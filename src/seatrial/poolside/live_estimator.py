@@ -9,7 +9,7 @@ that the cost per pose is bounded:
 - a warm search over the drive so far begins at the estimate, and keeps its noise structure;
 - a thorough search is that of `identify`: noise structure, fit horizon, actuator stages.
 
-Of a drive longer than `MOST_SEARCHED` poses (live_solution.py) the older half is condensed: its information becomes the prior of
+Of a drive longer than `MOST_SEARCHED` poses the older half is condensed: its information becomes the prior of
 further searches. So memory and time of a search are bounded, too.
 """
 
