@@ -115,6 +115,15 @@ def check_png(args: argparse.Namespace) -> None:
         check()
 
 
+def check_page(args: argparse.Namespace) -> None:
+    """`check_png` of a command whose page is optional: figures and tables belong to it."""
+    from seatrial.util.errors import FileError
+
+    if args.out is None and (args.figures or args.tables):
+        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
+    check_png(args)
+
+
 def add_recordings(
     command: argparse.ArgumentParser, *, vehicle: str | None = OTHER_VEHICLE, count: str = "+"
 ) -> None:
