@@ -192,11 +192,7 @@ def _assessed(
     rows = [HorizonScore(h, p.steps, name, len(p.t), axis_scores(p)) for h, name, p in ahead]
     # what the filter's residuals still have to do with the forces
     left = [] if known is None else residuals(model, recording, known)
-    # what could not be had, and what is larger than expected
-    findings = [] if known else [finding_of(FindingKind.NO_FILTER, reason=str(filtered))]
-    findings += [*lost, *unexpected_errors(rows, own)]
-    if recording.period > SLOW:
-        findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
+    findings = _findings(recording, filtered, lost, unexpected_errors(rows, own))
     scored = None
     if prediction is not None:
         reference: Reference = "stencil" if smooth is None else "smoothed"
@@ -205,17 +201,23 @@ def _assessed(
             horizons=rows, correlations=left, findings=findings, reference=reference,
         )  # fmt: skip
     return Assessment(
-        recording,
-        own,
-        prediction,
-        failure,
-        tuple(ahead),
-        known,
-        smooth,
-        scored,
-        tuple(left),
-        tuple(findings),
-    )
+        recording, own, prediction, failure, tuple(ahead), known, smooth, scored, tuple(left), tuple(findings)
+    )  # fmt: skip
+
+
+def _findings(
+    recording: Recording,
+    filtered: Filtered | str,
+    lost: Sequence[Finding],
+    larger: Sequence[Finding],
+) -> list[Finding]:
+    """What could not be had (`lost`: horizons), errors that are larger than expected, slow poses."""
+    found = [*lost, *larger]
+    if not isinstance(filtered, Filtered):
+        found.insert(0, finding_of(FindingKind.NO_FILTER, reason=filtered))
+    if recording.period > SLOW:
+        found.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
+    return found
 
 
 def _all_horizons(

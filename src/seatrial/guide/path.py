@@ -56,8 +56,7 @@ def auto(
     was stopped goes on where it was, and a vehicle file in the folder is used as it is: it has the answers. Raises
     as `init`, `identify` and `validate`.
     """
-    place = Path(folder)
-    paths = _checked(logs, place, test)
+    paths, place = _checked(logs, Path(folder), test), Path(folder)
     here = Task(paths, place, ask, say, salvage, Steps(place), tuple(effects))
     # 1. the vehicle file: proposed once, then the user's
     with stage("vehicle file", 0.1):

@@ -211,11 +211,7 @@ class LiveEstimator:
         at = first_maximum(
             [recording], self.vehicle, self._settings.effects, start=begin, short=True
         )
-        covariance = sandwich_covariance(at)
-        at.runs.drop_linearisation()
-        return Fit(
-            at.runs.problem, at.theta, at.noise, at.runs, covariance, self._settings, (), 0.0, at.noise
-        )  # fmt: skip
+        return Fit.of(at, sandwich_covariance(at), self._settings)
 
     def _begin(self, last: Solution | None) -> StartValues | None:
         """Where a thorough search begins."""
