@@ -214,10 +214,12 @@ void bind_filter(nb::module_& m) {
           "weight", [](const FilterRun& p) { return moved1(p.weight); },
           nb::for_getter(nb::rv_policy::move));
   nb::class_<Series>(m, "Series")
-      .def(nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>, double,
-                    std::optional<Flags>, std::optional<Asynchronous>>(),
-           "time"_a, "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none(),
-           "position_delay"_a = 0.0, "parts"_a = nb::none(), "asynchronous"_a = nb::none());
+      .def(
+          nb::init<Vector, Matrix, Flags, Vector, Vector, std::optional<Matrix>, double,
+                   std::optional<Flags>, std::optional<Asynchronous>, std::optional<InputErrors>>(),
+          "time"_a, "eta"_a, "use"_a, "start"_a, "velocity"_a, "afresh"_a = nb::none(),
+          "position_delay"_a = 0.0, "parts"_a = nb::none(), "asynchronous"_a = nb::none(),
+          "input_errors"_a = nb::none());
   nb::class_<GrowingRun>(m, "GrowingRun", "A filter run along a recording that grows.")
       .def(nb::new_(&make_growing_run), "boat"_a, "trace"_a, "series"_a, "noise"_a, "outlier"_a,
            "effects"_a = nb::none(), "earth_fixed"_a = false)

@@ -31,6 +31,10 @@ constexpr double kLongestDelay = 4.0;  // [s]
 /// [rad/s].
 using Asynchronous = std::tuple<Vector, Flags, Vector, double>;
 
+/// Errors of the input: time (m) [s], and covariance (m, 6) of what they changed the velocity by up
+/// to then: uu, uv, ur, vv, vr, rr.
+using InputErrors = std::tuple<Vector, Matrix>;
+
 /// Poses of one recording, and its start.
 struct Series {
   PoseSeries poses;
@@ -43,10 +47,12 @@ struct Series {
   std::vector<double> asynchronous_time;
   std::vector<double> asynchronous_value;
   std::vector<Parts> asynchronous_parts;
+  std::vector<double> input_error_time;
+  std::vector<double> input_error;
 
   Series(Vector t, Matrix e, Flags u, Vector x0, Vector velocity, std::optional<Matrix> afresh,
          double position_delay, std::optional<Flags> measured,
-         std::optional<Asynchronous> asynchronous) {
+         std::optional<Asynchronous> asynchronous, std::optional<InputErrors> input_errors) {
     const std::size_t n = t.shape(0);
     require(n > 1 && e.shape(0) == n && e.shape(1) == kPose && u.shape(0) == n,
             "eta: n x 3, use: n");
@@ -69,6 +75,7 @@ struct Series {
       poses.parts = parts.data();
     }
     if (asynchronous) take_asynchronous(*asynchronous);
+    if (input_errors) take_input_errors(*input_errors);
   }
   Series(const Series&) = delete;
   Series& operator=(const Series&) = delete;
@@ -79,6 +86,23 @@ struct Series {
       require(from(i) >= 0 && from(i) <= most, "parts: position 1, heading 2, both 3; rate 4");
       to.push_back(static_cast<Parts>(from(i)));
     }
+  }
+
+  void take_input_errors(const InputErrors& errors) {
+    const auto& [t, covariance] = errors;
+    const std::size_t m = t.shape(0);
+    require(covariance.shape(0) == m && covariance.shape(1) == 6, "input_errors: (m), m x 6");
+    for (std::size_t i = 1; i < m; ++i) {
+      require(t(i) > t(i - 1), "input_errors: rising times");
+      for (std::size_t j : {0, 3, 5}) {
+        require(covariance(i, j) >= covariance(i - 1, j), "input_errors: variances that grow");
+      }
+    }
+    input_error_time.assign(t.data(), t.data() + m);
+    input_error.assign(covariance.data(), covariance.data() + m * 6);
+    poses.n_input_errors = static_cast<int>(m);
+    poses.input_error_time = input_error_time.data();
+    poses.input_error = input_error.data();
   }
 
   void take_asynchronous(const Asynchronous& asynchronous) {

@@ -50,6 +50,8 @@ class Driven(Protocol):
     def commands(self) -> Signals: ...  # noqa: D102
     @property
     def scales(self) -> Signals | None: ...  # noqa: D102
+    @property
+    def command_delay(self) -> float: ...  # noqa: D102
     def seconds(self, stamps: Stamps) -> Array: ...  # noqa: D102
 
 
@@ -237,7 +239,7 @@ def thrust_trace(
     return _core.ThrustTrace(
         vehicle.chain,
         constants,
-        recording.seconds(commands.stamps),
+        recording.seconds(commands.stamps) - recording.command_delay,
         commands.values,
         np.zeros(0) if scales is None else recording.seconds(scales.stamps),
         empty if scales is None else scales.values,

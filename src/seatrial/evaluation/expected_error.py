@@ -12,6 +12,7 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_vector
 from seatrial.evaluation.filtering import filter_pass
+from seatrial.evaluation.input_errors import input_errors
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion
 from seatrial.util.errors import ModelError
@@ -40,7 +41,8 @@ def process_noise_variance(
     velocity[start[apart]] = begin.nu[start[apart]]
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     poses = _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), EXACT, velocity
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), EXACT, velocity,
+        input_errors=input_errors(model.vehicle, model.coefficients, recording),
     )  # fmt: skip
     try:
         found = filter_pass(model, recording, poses, noise)

@@ -26,6 +26,7 @@ from seatrial.boat.noise_parameters import (
 from seatrial.boat.noise_scoring import Linearised, fitted_noise
 from seatrial.boat.structure import Row
 from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.input_errors import InputErrors, input_errors
 from seatrial.recording.asynchronous import used_asynchronous
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.pose_faults import FaultKind
@@ -76,8 +77,8 @@ class Filtered:
         return np.asarray(found)
 
 
-def filter_series(recording: Recording) -> _core.Series:
-    """The pose series of the core's filter, with the start state."""
+def filter_series(recording: Recording, errors: InputErrors | None = None) -> _core.Series:
+    """The pose series of the core's filter, with the start state; errors of sampled commands."""
     moving = motion(recording)
     use = recording.valid.astype(np.int8)
     good = np.flatnonzero(recording.valid)
@@ -100,8 +101,13 @@ def filter_series(recording: Recording) -> _core.Series:
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     return _core.Series(
         np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, start, spread, afresh,
-        recording.position_delay, recording.parts, _asynchronous(recording, use),
+        recording.position_delay, recording.parts, _asynchronous(recording, use), errors,
     )  # fmt: skip
+
+
+def series_for(model: Model, recording: Recording) -> _core.Series:
+    """The same for a model's filter: where commands are samples, with what their errors do to the model."""
+    return filter_series(recording, input_errors(model.vehicle, model.coefficients, recording))
 
 
 def _asynchronous(
@@ -221,7 +227,7 @@ def recording_noise(
 
 def _maximum_likelihood_noise(model: Model, recordings: Sequence[Recording], noise: Array) -> Array:
     """Filter runs and noise estimates in turn."""
-    items = [(r, filter_series(r)) for r in recordings]
+    items = [(r, series_for(model, r)) for r in recordings]
     for _ in range(NOISE_ROUNDS):
         passes = spread(lambda item: filter_pass(model, *item, noise), items)  # noqa: B023
         before = sum(p.cost for p in passes)
@@ -261,7 +267,7 @@ def run_filter(model: Model, recording: Recording, noise: Array | None = None) -
     Raises ModelError where the model diverges.
     """
     used_noise = filter_noise(model, [recording]) if noise is None else noise
-    series = filter_series(recording)
+    series = series_for(model, recording)
     found = filter_pass(model, recording, series, used_noise)
     # Poses count after the settling of a start, and not as outliers.
     begins = recording.t[recording.valid][0]

@@ -13,7 +13,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import COLOUR, OUTLIER, noise_vector
-from seatrial.evaluation.filtering import filter_pass, filter_series, recording_noise
+from seatrial.evaluation.filtering import filter_pass, recording_noise, series_for
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion
 from seatrial.util.frames import Array
@@ -28,7 +28,7 @@ def smoothed_motion(model: Model, recording: Recording, noise: Array | None = No
     the model diverges.
     """
     used = recording_noise(model, [recording], _colour(model)) if noise is None else noise
-    series = filter_series(recording)
+    series = series_for(model, recording)
     found = filter_pass(model, recording, series, used)
     state, deviation = _core.smoothed(found, series, used, OUTLIER)
     valid = np.asarray(found.weight) > 0.0

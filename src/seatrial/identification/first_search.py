@@ -19,7 +19,7 @@ from seatrial.identification.likelihood.optimiser import (
 )
 from seatrial.identification.likelihood.parameters import LEVER_NAMES
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.problem_setup import integration_step, problem_with, start_of
+from seatrial.identification.problem_setup import problem_with, start_of, with_start
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.solution import OutputErrorSettings, StartValues
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK, with_enough_blocks
@@ -58,7 +58,7 @@ def maximised(
     If the search from given start values fails, as the boat has changed, it starts again without one.
     """
     theta, noise = start_of(problem, recordings, start)
-    own = replace(problem, step=integration_step(problem, theta))
+    own = with_start(problem, theta)
     try:
         at, outcome = search(
             own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES
@@ -75,9 +75,7 @@ def maximised(
 def _from_start_values(problem: Problem) -> Point:
     """The maximum of the likelihood from start values; no further attempts."""
     theta, noise = start_of(problem, problem.recordings, None)
-    return maximise_likelihood(
-        replace(problem, step=integration_step(problem, theta)), theta, noise
-    )
+    return maximise_likelihood(with_start(problem, theta), theta, noise)
 
 
 def _lever_arm_hint(problem: Problem, recordings: Sequence[Recording]) -> str:
@@ -88,9 +86,7 @@ def _lever_arm_hint(problem: Problem, recordings: Sequence[Recording]) -> str:
     wider = replace(problem, free=(*problem.free, *lever))
     theta, noise = start_of(wider, recordings, None)
     try:
-        found = maximise_likelihood(
-            replace(wider, step=integration_step(wider, theta)), theta, noise
-        ).theta[list(lever)]
+        found = maximise_likelihood(with_start(wider, theta), theta, noise).theta[list(lever)]
     except IdentificationError:
         return ""
     if np.hypot(*found) < LEAST_LEVER_ARM:

@@ -14,6 +14,7 @@ from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.input_errors import input_errors
 from seatrial.identification.likelihood.parameters import DELAY_NAMES, LEVER_NAMES, START_DELAY
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.likelihood.start_noise import noise_from_poses
@@ -158,6 +159,13 @@ def start_of(
         theta[i] = given.get(problem.names[i], theta[i])
     noise = None if start is None else start.noise
     return theta, noise_from_poses(recordings) if noise is None else noise
+
+
+def with_start(problem: Problem, theta: Array) -> Problem:
+    """The problem with what follows from start values: the integration step, the errors of sampled commands."""
+    own = theta[: problem.n_coefficients]
+    errors = tuple(input_errors(problem.vehicle, own, r) for r in problem.recordings)
+    return replace(problem, step=integration_step(problem, theta), input_errors=errors)
 
 
 def integration_step(problem: Problem, theta: Array) -> float:

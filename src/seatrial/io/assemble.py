@@ -60,8 +60,9 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         position_delay=position - heading, parts=known.parts,
         asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),
     )  # fmt: skip
-    sampled = coarse_commands(recording.streams)
-    recording = with_enough_poses(replace(recording, doubts=(*recording.doubts, *sampled)))
+    period, sampled = coarse_commands(recording.streams)
+    recording = replace(recording, doubts=(*recording.doubts, *sampled), command_period=period)
+    recording = with_enough_poses(recording)
     # 4. Yaw rates of a gyro, their bias removed.
     for one, rows in _by_role(found, "yaw rates"):
         r = scaled(rows.values[:, 0], one.columns[0])

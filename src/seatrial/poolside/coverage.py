@@ -5,7 +5,7 @@ from collections import deque
 
 import numpy as np
 
-from seatrial import _core
+from seatrial.boat.static_forces import static_forces
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import AT_REST_COMMAND
 from seatrial.poolside.state import CoverageState
@@ -14,7 +14,6 @@ from seatrial.util.frames import AXES, Array
 SPEED_BINS = 8  # even: the range doubles by joining pairs
 COMMAND_EDGES = (-1.0, -2 / 3, -1 / 3, -AT_REST_COMMAND, AT_REST_COMMAND, 1 / 3, 2 / 3, 1.0)
 FIRST_SPEEDS = np.array([0.2, 0.2, 0.4])  # [m/s, m/s, rad/s] range at the start
-STEADY_AFTER = 10.0  # [s] a command acts fully
 LONGEST_INTERVAL = 0.5  # [s] between two poses that counts; a longer one is a gap
 SNAPSHOT, MOST_SNAPSHOTS = 1.0, 3600  # [s] between two of them, and how many: 5 MB
 
@@ -92,13 +91,7 @@ class Coverage:
 
 def axis_commands(vehicle: Vehicle, commands: Array) -> Array:
     """The largest force (n, 3) of each axis under held commands (n, inputs), by the chain's start values."""
-    begin = STEADY_AFTER * np.arange(len(commands), dtype=np.float64)
-    scales = np.array([[vehicle.file.scales[name].reference for name in vehicle.scales]])
-    steady = _core.ThrustTrace(
-        vehicle.chain, vehicle.constants.values, begin, np.ascontiguousarray(commands), begin[:1],
-        scales.reshape(1, len(vehicle.scales)),
-    )  # fmt: skip
-    forces = steady.forces(np.asarray(begin + 0.99 * STEADY_AFTER))
+    forces = static_forces(vehicle, commands)
     out = np.zeros((len(commands), 3))
     for axis in range(3):
         own = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]

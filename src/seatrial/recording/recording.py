@@ -108,6 +108,9 @@ class Recording:
     position_delay: float = 0.0  # [s] by which positions are older than headings of the same stamp
     parts: NDArray[np.int8] | None = None  # (n,) measured parts of each pose; None: all are whole
     asynchronous: Asynchronous | None = None  # headings and yaw rates with stamps of their own
+    command_period: float = (
+        0.0  # [s] between samples of the commands; 0: a change has its own stamp
+    )
 
     def __post_init__(self) -> None:
         for name, dtype in (
@@ -166,6 +169,11 @@ class Recording:
             if fault.kind is FaultKind.EXCLUDED:
                 excluded |= (self.t >= fault.start) & (self.t <= fault.end)
         return float(self.valid.sum()) / (int((~excluded).sum()) + late)
+
+    @property
+    def command_delay(self) -> float:
+        """[s] from a change of the commands to the sample that shows it, on average."""
+        return 0.5 * self.command_period
 
     def seconds(self, stamps: Stamps) -> Array:
         """Stamps [ns] as seconds from the recording's start."""

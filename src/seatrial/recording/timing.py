@@ -29,6 +29,14 @@ STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after
 LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
 COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
+TAKEN_HALFWAY = (
+    ": each change counts as halfway between two of them, and the intervals have the error of that. Log commands "
+    "at 50 Hz or more for better ones (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
+)
+TAKEN_AT_ROW = (
+    ": a command may have changed that long before the row that shows it. Latency, lag and dead zone may be off "
+    "by more than their intervals say. Log commands at 50 Hz or more, or on change"
+)
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 
@@ -113,25 +121,25 @@ def describe(
     )  # fmt: skip
 
 
-def coarse_commands(streams: Sequence[Stream]) -> list[str]:
-    """The doubt where commands are samples far apart: an autopilot's log, or a column beside the poses.
+def coarse_commands(streams: Sequence[Stream]) -> tuple[float, list[str]]:
+    """Period [s] of commands that a logger sampled, and the doubt where they are samples far apart.
 
-    A message of ROS is the command itself, and its stamp the time of the change.
+    A message of ROS is the command itself, and its stamp the time of the change: the period is 0. So it is for a
+    column beside the poses, which a controller may have written as it changed the command.
     """
     places = {stream.source for stream in streams if stream.role == "poses"}
-    periods = [
-        (stream.source, 1.0 / stream.rate)
-        for stream in streams
-        if stream.role == "commands" and stream.rate and not stream.on_change
-        if stream.clock is Clock.LOG or stream.source in places
-    ]
-    return [
-        f"the commands of {source} are samples, {period:.2g} s apart: a command may have changed that long "
-        "before the row that shows it. Latency, lag and dead zone may be off by more than their intervals say. "
-        "Log commands at 50 Hz or more (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
-        for source, period in periods
-        if period >= COARSE_SAMPLING
-    ][:1]
+    for stream in streams:
+        logged = stream.clock is Clock.LOG
+        if stream.role != "commands" or not stream.rate or stream.on_change:
+            continue
+        if 1.0 / stream.rate < COARSE_SAMPLING or not (logged or stream.source in places):
+            continue
+        period = 1.0 / stream.rate
+        said = TAKEN_HALFWAY if logged else TAKEN_AT_ROW
+        return period if logged else 0.0, [
+            f"the commands of {stream.source} are samples, {period:.2g} s apart{said}"
+        ]
+    return 0.0, []
 
 
 def regular_period(steps: Array) -> float | None:

@@ -58,6 +58,11 @@ struct PoseSeries {
   const Parts* asynchronous_parts =
       nullptr;                  // (n_asynchronous) kHeadingPart, kRatePart, or kNoPart
   double rate_deviation = 0.0;  // [rad/s] standard deviation of the yaw rates' white noise
+  int n_input_errors = 0;       // of the thrust, where the commands are samples
+  const double* input_error_time = nullptr;  // (n_input_errors) [s], rising
+  // (n_input_errors, 6) covariance of what they changed the velocity by up to then, linear between:
+  // uu, uv, ur, vv, vr, rr
+  const double* input_error = nullptr;
 };
 
 /// A prediction from one pose to the next, to repeat it with other noise. Long recordings have

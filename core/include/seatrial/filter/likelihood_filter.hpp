@@ -106,6 +106,17 @@ class LikelihoodFilter {
     add_process_noise<N>(noise_, passed, others, s_);
   }
 
+  /// Errors of the input: covariance (6) of what they changed the velocity by; null: none.
+  void add_input_error(const double* covariance) {
+    if (covariance == nullptr) return;
+    for (int i = 0; i < kAxes; ++i) {
+      for (int j = i; j < kAxes; ++j, ++covariance) {
+        s_.p[kPose + i][kPose + j] += *covariance;
+        if (i != j) s_.p[kPose + j][kPose + i] += *covariance;
+      }
+    }
+  }
+
   /// The pose jumped and may be anywhere. A jump beyond kAnywhere counts as one of that size.
   void loosen(const double* eta, double t, Parts parts) {
     double arm[2];

@@ -28,15 +28,17 @@ class PoseUpdates {
     time_ = poses.time;
     const double late[2] = {effects.position_delay, effects.heading_delay};
     if (late[0] == late[1] && poses.n_asynchronous == 0) {
-      if (late[0] == 0.0) return;
-      own_time_.assign(poses.time, poses.time + poses.n);
-      for (double& t : own_time_) t -= late[0];
+      if (late[0] != 0.0) {
+        own_time_.assign(poses.time, poses.time + poses.n);
+        for (double& t : own_time_) t -= late[0];
+        time_ = own_time_.data();
+      }
+    } else {
+      list(late);
+      n_ = static_cast<int>(update_.size());
       time_ = own_time_.data();
-      return;
     }
-    list(late);
-    n_ = static_cast<int>(update_.size());
-    time_ = own_time_.data();
+    share_input_errors();
   }
   PoseUpdates(const PoseUpdates&) = delete;
   PoseUpdates& operator=(const PoseUpdates&) = delete;
@@ -44,6 +46,10 @@ class PoseUpdates {
   int n() const { return n_; }  // NOLINT(clang-analyzer-core.uninitialized.UndefReturn): it is set
   const double* time() const { return time_; }         // (n) [s]
   bool one_a_pose() const { return update_.empty(); }  // update k is of pose k
+  /// Covariance (6) of what errors of the input change between update k and the next; null: none.
+  const double* input_error(int k) const {
+    return input_error_.empty() ? nullptr : &input_error_[static_cast<std::size_t>(k) * 6];
+  }
   PoseUpdate operator[](int i) const {
     if (!update_.empty()) return update_[static_cast<std::size_t>(i)];
     PoseUpdate whole{i};
@@ -55,6 +61,33 @@ class PoseUpdates {
   Parts measured(int pose) const {
     if (poses_.use[pose] == kNotMeasured) return kNoPart;
     return poses_.parts == nullptr ? kWholePose : poses_.parts[pose];
+  }
+
+  /// The input's errors of each interval between two updates.
+  void share_input_errors() {
+    if (poses_.n_input_errors == 0) return;
+    input_error_.resize(static_cast<std::size_t>(n_) * 6);
+    double before[6];
+    double after[6];
+    int at = 0;
+    input_errors_until(time_[0], at, before);
+    for (int k = 0; k + 1 < n_; ++k) {
+      input_errors_until(time_[k + 1], at, after);
+      double* own = &input_error_[static_cast<std::size_t>(k) * 6];
+      for (int i = 0; i < 6; ++i) own[i] = after[i] - before[i];
+      std::copy(after, after + 6, before);
+    }
+  }
+
+  /// Those up to t [s]. `at`: the last of their times before it, from where it is looked for.
+  void input_errors_until(double t, int& at, double* sum) const {
+    const double* time = poses_.input_error_time;
+    while (at + 1 < poses_.n_input_errors && time[at + 1] <= t) ++at;
+    const double* here = poses_.input_error + std::ptrdiff_t{at} * 6;
+    std::copy(here, here + 6, sum);
+    if (at + 1 == poses_.n_input_errors || t <= time[at]) return;
+    const double share = (t - time[at]) / (time[at + 1] - time[at]);
+    for (int i = 0; i < 6; ++i) sum[i] += share * (here[6 + i] - here[i]);
   }
 
   /// Lists the updates one by one, and sorts them by time.
@@ -105,6 +138,7 @@ class PoseUpdates {
   int n_ = 0;
   const double* time_ = nullptr;
   std::vector<double> own_time_;
+  std::vector<double> input_error_;
   std::vector<PoseUpdate> update_;
 };
 

@@ -77,6 +77,7 @@ class Repetition {
     for (std::size_t i = 0; i < filters; ++i) {
       filter[i].repeat(first_.transition[at], from, passed, step_ == nullptr ? nullptr : moved,
                        sensitivities ? gain : nullptr);
+      filter[i].add_input_error(updates_.input_error(k));
     }
   }
 

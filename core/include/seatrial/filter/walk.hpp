@@ -180,6 +180,7 @@ class Walk {
     Transition& kept = keeping_.transitions ? out_.transition.back() : unkept;
     float* const gain = gains_ == 0 ? nullptr : &out_.gain[static_cast<std::size_t>(k) * gains_];
     out_.good = filter_.predict(schedule, k, boat, time_[k + 1] - time_[k], kept, gain);
+    filter_.add_input_error(updates_.input_error(k));
     return out_.good;
   }
 

@@ -14,6 +14,7 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
 from seatrial.evaluation.filtering import filter_noise
+from seatrial.evaluation.input_errors import input_errors
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.parameters import typical_size
 from seatrial.identification.likelihood.problem import FilterRuns, Problem
@@ -140,9 +141,10 @@ def _problem(model: Model, recordings: Sequence[Recording]) -> Problem:
     outlier = float(model.estimator.settings.get("outlier") or OUTLIER)
     block = float(model.estimator.settings.get("block") or BLOCK)
     step = model.integration.step
+    errors = tuple(input_errors(model.vehicle, model.coefficients, r) for r in recordings)
     return Problem(
         model.vehicle, tuple(recordings), estimated, step, outlier, block,
-        earth_fixed=earth_fixed(model.noise),
+        input_errors=errors, earth_fixed=earth_fixed(model.noise),
     )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from seatrial.boat.noise_scoring import Linearised
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, with_disturbance
+from seatrial.evaluation.input_errors import InputErrors
 from seatrial.identification.likelihood.parameters import (
     CHAIN_CONSTANTS,
     DELAY_NAMES,
@@ -62,6 +63,7 @@ class Problem:
     outlier: float  # [sigma] innovations beyond it count linearly (Huber)
     block: float  # [s] length of a block; scores of two blocks count as independent
     prior: Prior | None = None
+    input_errors: tuple[InputErrors | None, ...] = ()  # of each recording; empty: none
     earth_fixed: bool = (
         False  # whether the disturbance force keeps its direction in the world, as wind does
     )
@@ -95,7 +97,8 @@ class Problem:
     @cached_property
     def series(self) -> list[_core.Series]:
         """The poses of every recording, as the core takes them."""
-        return [filter_series(recording) for recording in self.recordings]
+        errors = self.input_errors or (None,) * len(self.recordings)
+        return [filter_series(r, e) for r, e in zip(self.recordings, errors, strict=True)]
 
     @cached_property
     def blocks(self) -> list[NDArray[np.int32]]:

@@ -151,6 +151,7 @@ def wider_problem(
         problem_with(whole, vehicle, problem.recordings, settings),
         block=problem.block,
         step=problem.step,
+        input_errors=problem.input_errors,
         earth_fixed=problem.earth_fixed,
     )
 

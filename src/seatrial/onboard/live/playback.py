@@ -41,8 +41,9 @@ def replay(model: Model, recording: Recording, rate: float = RATE) -> Iterator[O
 def _moments(recording: Recording, late: int) -> list[tuple[int, int, int]]:
     """Stamp [ns], kind and row of every sample; `late` [ns]: delay of the heading."""
     stamps = recording.stamps + late
+    commands = recording.commands.stamps - round(NANO * recording.command_delay)
     moments = [
-        *((int(t), COMMANDS, i) for i, t in enumerate(recording.commands.stamps)),
+        *((int(t), COMMANDS, i) for i, t in enumerate(commands)),
         *((int(stamps[i]), POSES, int(i)) for i in np.flatnonzero(recording.valid)),
     ]
     asynchronous = recording.asynchronous

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""Commands that a logger sampled: a change counts as halfway between two samples, with the error of that."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from seatrial.boat.noise_parameters import NOISE_START
+from seatrial.evaluation.input_errors import input_errors
+from seatrial.identification.estimator import output_error
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.problem_setup import problem_with, start_of, with_start
+from seatrial.identification.solution import OutputErrorSettings
+from seatrial.onboard.live.playback import replay
+from seatrial.recording.recording import Recording, Signal
+from tests.boats.hulls import MIDDLE, driven
+
+PERIOD = 0.1  # [s]
+LAG = 0.12  # [s]
+
+
+def sampled(recording: Recording) -> Recording:
+    """The recording as a logger has it that looks at the commands every 0.1 s, in the middle of two ticks."""
+    known = recording.commands
+    stamps = np.arange(int(known.stamps[0]) + 10_000_000, int(known.stamps[-1]), 100_000_000)
+    held = known.values[np.searchsorted(known.stamps, stamps, side="right") - 1]
+    return replace(recording, commands=Signal(known.names, stamps, held), command_period=PERIOD)
+
+
+@pytest.fixture(scope="module")
+def boat():
+    """A vehicle, and two drives of it whose commands are samples."""
+    vehicle, recordings = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    return vehicle, [sampled(r) for r in recordings]
+
+
+def theta_of(vehicle) -> np.ndarray:
+    return np.array([MIDDLE.coefficients[name] for name in vehicle.structure.coefficients])
+
+
+def with_commands(recording: Recording, values: list[float]) -> Recording:
+    """Surge commands, 0.1 s apart."""
+    rows = np.zeros((len(values), 3))
+    rows[:, 0] = values
+    stamps = recording.origin + 100_000_000 * np.arange(len(values))
+    signal = Signal(recording.commands.names, stamps, rows)
+    return replace(recording, commands=signal, command_period=PERIOD)
+
+
+def test_a_step_was_at_any_time_between_two_samples(boat):
+    vehicle, (one, _) = boat
+    at, covariance = input_errors(
+        vehicle, theta_of(vehicle), with_commands(one, [0, 0, 0, 0.8, 0.8, 0.8])
+    )
+    step = 0.8 * MIDDLE.coefficients["X_F"]
+    np.testing.assert_allclose(at, 0.1 * np.arange(6), atol=1e-12)
+    own = np.diff(covariance[:, 0]) / ((step * PERIOD) ** 2 / 12.0)
+    np.testing.assert_allclose(own, [0.0, 0.0, 0.5, 1.0, 0.5], atol=1e-12)
+
+
+def test_a_ramp_is_known_but_at_its_ends(boat):
+    vehicle, (one, _) = boat
+    ramp = [0, 0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.6, 0.6]
+    _, covariance = input_errors(vehicle, theta_of(vehicle), with_commands(one, ramp))
+    own = np.diff(covariance[:, 0]) / ((0.1 * MIDDLE.coefficients["X_F"] * PERIOD) ** 2 / 12.0)
+    np.testing.assert_allclose(own, [0, 0.5, 0.5, 0, 0, 0, 0, 0.5, 0.5], atol=1e-12)
+
+
+def test_commands_with_stamps_of_their_own_have_no_such_error(boat):
+    vehicle, (one, _) = boat
+    assert input_errors(vehicle, theta_of(vehicle), replace(one, command_period=0.0)) is None
+
+
+def point(vehicle, recordings) -> Point:
+    """The filter's run at start values."""
+    problem = problem_with(vehicle, vehicle, recordings, OutputErrorSettings())
+    theta, _ = start_of(problem, recordings, None)
+    problem = with_start(problem, theta)
+    return Point(theta, NOISE_START, problem.run_filter(theta, NOISE_START))
+
+
+def test_the_linearised_run_has_the_same_errors(boat):
+    vehicle, recordings = boat
+    here = point(vehicle, recordings)
+    assert here.runs.linearised().cost(NOISE_START) == pytest.approx(here.runs.cost, rel=1e-5)
+
+
+def test_the_filter_is_less_sure_of_the_velocity(boat):
+    vehicle, recordings = boat
+    here = point(vehicle, recordings)
+    exact = replace(here.runs.problem, input_errors=()).run_filter(here.theta, NOISE_START)
+    with_errors, without = (
+        np.asarray(runs.by_recording[0].deviation) for runs in (here.runs, exact)
+    )
+    assert np.nanmean(with_errors / without) > 1.1
+
+
+@pytest.fixture(scope="module")
+def model(boat):
+    vehicle, recordings = boat
+    return output_error(recordings, vehicle)
+
+
+def test_coefficients_latency_and_lag_are_within_their_intervals(boat, model):
+    vehicle, recordings = boat
+    truth = {**MIDDLE.coefficients, "latency": 0.0, "lag": LAG}
+    found = dict(zip(model.parameters, [*model.coefficients, *model.constants], strict=True))
+    off = {
+        name: (found[name] - value) / model.standard_errors[name]
+        for name, value in truth.items()
+        if name in found
+    }
+    assert {"X_F", "Y_F", "N_F", "latency", "lag"} <= set(off)
+    assert max(map(abs, off.values())) < 3.0
+    # the same samples, each taken for the time of its change
+    late = output_error([replace(r, command_period=0.0) for r in recordings], vehicle)
+    found = dict(zip(late.parameters, [*late.coefficients, *late.constants], strict=True))
+    assert found["latency"] < -10.0 * late.standard_errors["latency"]
+
+
+def test_odometry_of_a_log_has_each_change_halfway(boat, model):
+    _, exact = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, drives=1)
+    logs = {"exact": exact[0], "halfway": sampled(exact[0])}
+    logs["late"] = replace(logs["halfway"], command_period=0.0)
+    speeds = {
+        name: {o.stamp: o.motion.velocity for o in replay(model, r)} for name, r in logs.items()
+    }
+    times = sorted(set.intersection(*map(set, speeds.values())))
+    true, halfway, late = (np.array([found[t] for t in times]) for found in speeds.values())
+    errors = [np.sqrt(np.mean((one - true) ** 2, axis=0)) for one in (halfway, late)]
+    assert np.all(errors[0] < 0.8 * errors[1])
