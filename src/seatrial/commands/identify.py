@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_json,
     add_recordings,
-    add_workers,
     guard,
-    on_workers,
     read_all,
     write_json,
 )
+from seatrial.commands.shared.workers import add_workers, on_workers
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.printing import say
 from seatrial.util.progress import stage

@@ -10,6 +10,7 @@ from seatrial.commands.shared import (
     add_json,
     add_places,
     add_salvage,
+    choices_of,
     guard,
     to_programs,
     write_json,
@@ -22,7 +23,6 @@ from seatrial.util.questions import at_terminal
 if TYPE_CHECKING:
     from seatrial.commands.shared.results import InitResult
     from seatrial.inspection.proposal.propose import Proposal
-    from seatrial.inspection.proposal.sources import Choices
 
 AXES_NAMES = tuple(axes.value for axes in Axes)
 
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> None:
         )
     asked = at_terminal(quiet=args.quiet or to_programs(args))
     ask = None if asked is None else asked.choose
-    choices = _choices(args)
+    choices = replace(choices_of(args, args.name), parent=args.parent, child=args.child)
     axes = args.axes or asked_axes(args.recordings[0], choices, ask)
     answered = ask is not None and args.axes is None
     choices = replace(choices, axes=axes, axes_answered=answered)
@@ -90,17 +90,6 @@ def run(args: argparse.Namespace) -> None:
     say(f"wrote {args.out}")
     say(NextStep(follow).text)
     write_json(args, "init 1", _result(args, proposal, follow))
-
-
-def _choices(args: argparse.Namespace) -> "Choices":
-    """What the options choose."""
-    from seatrial.inspection.proposal.sources import Choices, thrusters_of
-
-    return Choices(
-        name=args.name, pose=args.pose, commands=args.commands, parent=args.parent, child=args.child,
-        lever=None if args.lever is None else (args.lever[0], args.lever[1]),
-        thrusters=() if args.thrusters is None else thrusters_of(args.thrusters),
-    )  # fmt: skip
 
 
 def _result(args: argparse.Namespace, proposal: "Proposal", follow: str) -> "InitResult":
