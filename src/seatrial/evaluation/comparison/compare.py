@@ -11,6 +11,7 @@ from seatrial.boat.schema import NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.comparison.boats import AxisMeaning, axis_meanings, notes, same_data
 from seatrial.evaluation.comparison.causes import Cause, causes
+from seatrial.evaluation.comparison.comparability import not_comparable
 from seatrial.evaluation.comparison.parameters import (
     Factor,
     Joint,
@@ -18,7 +19,6 @@ from seatrial.evaluation.comparison.parameters import (
     Pair,
     factors,
     joint,
-    not_comparable,
     pairs,
     unmatched,
     views,
