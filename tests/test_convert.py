@@ -37,6 +37,7 @@ def same(found, expected, exact=True):
     more = {} if exact else {"atol": 1e-6, "rtol": 1e-12}
     np.testing.assert_array_equal(found.stamps, expected.stamps)
     close(found.eta, expected.eta, **more)
+    assert found.command_delay == pytest.approx(expected.command_delay, rel=1e-3)
     for part in ("commands", "scales"):
         mine, its = getattr(found, part), getattr(expected, part)
         assert mine.names == its.names

@@ -5,7 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from autopilot_logs import ardupilot, trial
 
+from seatrial import load_vehicle
+from seatrial import read as read_recording
 from seatrial.boat.noise_parameters import NOISE_START
 from seatrial.evaluation.input_errors import input_errors
 from seatrial.identification.estimator import output_error
@@ -130,3 +133,62 @@ def test_odometry_of_a_log_has_each_change_halfway(boat, model):
     true, halfway, late = (np.array([found[t] for t in times]) for found in speeds.values())
     errors = [np.sqrt(np.mean((one - true) ** 2, axis=0)) for one in (halfway, late)]
     assert np.all(errors[0] < 0.8 * errors[1])
+
+
+AUTOPILOT = """seatrial: vehicle 1
+name: twin
+axes: forward-right-down
+pose:
+  topic: GPS
+  latitude: {field: Lat}
+  longitude: {field: Lng}
+  psi: {topic: ATT, field: Yaw, unit: deg}
+commands:
+  topic: RCOU
+  inputs:
+    left: {field: C1, offset: 1500, scale: 400, "off": 0}
+    right: {field: C3, offset: 1500, scale: 400, "off": 0, sign: -1}
+forces:
+  F_u: {axis: surge, of: {left: 0.5, right: 0.5}}
+  F_r: {axis: yaw, of: {left: 0.5, right: -0.5}}
+structure: auto
+"""
+TABLE = """seatrial: vehicle 1
+name: barge
+axes: forward-left-up
+pose: {stamp: t, x: {column: x}, y: {column: y}, psi: {column: psi}}
+commands: {stamp: t, inputs: {ahead: {column: ahead}}}
+forces: {F_u: {axis: surge, of: {ahead: 1.0}}}
+structure: auto
+"""
+
+
+def vehicle_of(tmp_path, text):
+    path = tmp_path / "vehicle.yaml"
+    path.write_text(text)
+    return load_vehicle(path)
+
+
+def test_an_autopilot_log_has_samples_of_its_outputs(tmp_path):
+    log = ardupilot(tmp_path / "run.BIN", trial(seconds=20.0))
+    found = read_recording(log, vehicle_of(tmp_path, AUTOPILOT))
+    assert found.command_period == pytest.approx(0.1, rel=1e-3)
+    assert found.command_delay == pytest.approx(0.05, rel=1e-3)
+    (remark,) = [r for r in found.remarks if "samples" in r]
+    assert "RCOU are samples, 0.1 s apart: each change counts as halfway" in remark
+    assert not found.doubts
+
+
+def test_a_column_beside_the_poses_may_be_exact(tmp_path):
+    rows = [f"{0.1 * k:.1f},{0.01 * k},0,0,{k // 40 % 2}" for k in range(300)]
+    path = tmp_path / "run.csv"
+    path.write_text("\n".join(["t,x,y,psi,ahead", *rows]))
+    found = read_recording(path, vehicle_of(tmp_path, TABLE))
+    assert found.command_period == 0.0
+    (doubt,) = [d for d in found.doubts if "samples" in d]
+    assert "'sampled: true' where a logger looked at them" in doubt
+    for stated in ("true", "false"):
+        text = TABLE.replace("commands: {", f"commands: {{sampled: {stated}, ")
+        again = read_recording(path, vehicle_of(tmp_path, text))
+        assert again.command_period == pytest.approx(0.1 if stated == "true" else 0.0)
+        assert not [d for d in again.doubts if "samples" in d]

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from seatrial.recording.timing import (
     Clock,
-    coarse_commands,
     describe,
     longest_rising,
     only_changes,
     regular_period,
+    sampled_commands,
 )
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
@@ -51,20 +51,19 @@ def signals(source, clock, rate):
     return [poses, commands]
 
 
-@pytest.mark.parametrize(
-    ("source", "clock", "known"), [("RCOU", Clock.LOG, 0.1), ("a.csv", Clock.COLUMN, 0.0)]
-)
-def test_rare_samples_of_commands_are_a_doubt(source, clock, known):
-    period, (doubt,) = coarse_commands(signals(source, clock, 10.0))
-    assert period == pytest.approx(known)
-    assert f"commands of {source} are samples, 0.1 s apart" in doubt
-    assert "Log commands at 50 Hz or more" in doubt
-    assert coarse_commands(signals(source, clock, 50.0)) == (0.0, [])
+@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("a.csv", Clock.COLUMN)])
+def test_rare_samples_of_commands_are_found(source, clock):
+    found = sampled_commands(signals(source, clock, 10.0))
+    assert found.source == source
+    assert found.rate == pytest.approx(10.0)
+    assert sampled_commands(signals(source, clock, 50.0)) is None
+    assert sampled_commands(signals(source, clock, 10.0), stated=False) is None
 
 
 @pytest.mark.parametrize(("source", "clock"), [("b.csv", Clock.COLUMN), ("/joy", Clock.HEADER)])
 def test_rare_commands_are_themselves_where_they_have_a_place_of_their_own(source, clock):
-    assert coarse_commands(signals(source, clock, 10.0)) == (0.0, [])
+    assert sampled_commands(signals(source, clock, 10.0)) is None
+    assert sampled_commands(signals(source, clock, 10.0), stated=True).source == source
 
 
 # Rates, gaps and order. #

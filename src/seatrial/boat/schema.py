@@ -91,6 +91,7 @@ class CommandSource(Strict, frozen=True):
     file: str | None = None  # of a folder recording
     topic: str | None = None  # of a bag
     clock: Clock = "header"
+    sampled: bool | None = None  # whether rows are a logger's samples; without it as the log shows
 
 
 class ScaleSource(Strict, frozen=True):

@@ -25,7 +25,7 @@ from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.recording import Recording, Signal, Source, make_recording
 from seatrial.recording.resolution import coarse_position, interpolated_position
-from seatrial.recording.timing import coarse_commands
+from seatrial.recording.timing import Clock, sampled_commands
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -60,9 +60,7 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         position_delay=position - heading, parts=known.parts,
         asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),
     )  # fmt: skip
-    period, sampled = coarse_commands(recording.streams)
-    recording = replace(recording, doubts=(*recording.doubts, *sampled), command_period=period)
-    recording = with_enough_poses(recording)
+    recording = with_enough_poses(_with_sampled_commands(recording, vehicle.file.commands.sampled))
     # 4. Yaw rates of a gyro, their bias removed.
     for one, rows in _by_role(found, "yaw rates"):
         r = scaled(rows.values[:, 0], one.columns[0])
@@ -71,6 +69,31 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
             recording, stamps_of_headings(rows.stamps, heading), r, one.wheres[0]
         )
     return recording
+
+
+def _with_sampled_commands(recording: Recording, stated: bool | None) -> Recording:
+    """Changes of sampled commands count as halfway between two samples.
+
+    A column beside the poses may be of the controller that changed the command, at its row.
+    """
+    stream = sampled_commands(recording.streams, stated)
+    if stream is None:
+        return recording
+    period = 1.0 / stream.rate
+    found = f"the commands of {stream.source} are samples, {period:.2g} s apart"
+    if stated or stream.clock is Clock.LOG:
+        remark = (
+            f"{found}: each change counts as halfway between two of them, and the intervals have the error of "
+            "that. Commands logged at 50 Hz or more give better ones (ArduPilot: LOG_BITMASK with RCOUT at its "
+            "fast rate)"
+        )
+        return replace(recording, remarks=(*recording.remarks, remark), command_period=period)
+    doubt = (
+        f"{found}: a command may have changed that long before the row that shows it; then latency, lag and dead "
+        "zone are off by more than their intervals say. State in the vehicle file, below commands, 'sampled: "
+        "true' where a logger looked at them, 'sampled: false' where each changed at its row"
+    )
+    return replace(recording, doubts=(*recording.doubts, doubt))
 
 
 def requests(signals: Signals, vehicle: Vehicle) -> list[Request]:

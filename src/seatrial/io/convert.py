@@ -22,6 +22,7 @@ from seatrial.io.formats import is_log, open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import open_signals, recording_name
 from seatrial.io.signals import Request, Rows
+from seatrial.recording.timing import Clock, sampled_commands
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, write_text
 from seatrial.util.frames import Array, Stamps
@@ -110,7 +111,7 @@ def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Pa
         table = out / f"{signal.name}.csv"
         write_table(table, names, signal.rows.stamps, np.column_stack(values), parts=parts)
         written.append(table)
-    content = vehicle.to_mapping()
+    content = _content(found, vehicle)
     for key in ("pose", "commands"):
         stamp = {"column": STAMP, "nanoseconds": REST} if parts else {"column": STAMP, "unit": "ns"}
         content[key] = _without_places(content[key]) | {"stamp": stamp}
@@ -122,6 +123,15 @@ def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Pa
             entry = _entry(column) | {"column": name, "file": f"{signal.name}.csv"}
             _enter(content, signal.request, name, entry)
     return [*written, _write_vehicle(out / "vehicle.yaml", content)]
+
+
+def _content(found: Sequence[_Signal], vehicle: Vehicle) -> dict[str, Any]:
+    """The vehicle file's, with what only the log shows of the commands."""
+    content = vehicle.to_mapping()
+    sampled = sampled_commands([s.rows.stream for s in found], vehicle.file.commands.sampled)
+    if sampled is not None and sampled.clock is Clock.LOG:
+        content["commands"]["sampled"] = True
+    return content
 
 
 def _entry(column: Column) -> dict[str, Any]:
@@ -208,7 +218,7 @@ def _all_topics(path: Path, out: Path) -> list[Path]:
 
 
 def _as_bag(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
-    content = vehicle.to_mapping()
+    content = _content(found, vehicle)
     for key in ("pose", "commands"):
         content[key] = _without_places(content[key]) | {
             "clock": "header" if key == "pose" else "bag"

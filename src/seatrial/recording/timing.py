@@ -29,14 +29,6 @@ STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after
 LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
 COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
-TAKEN_HALFWAY = (
-    ": each change counts as halfway between two of them, and the intervals have the error of that. Log commands "
-    "at 50 Hz or more for better ones (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
-)
-TAKEN_AT_ROW = (
-    ": a command may have changed that long before the row that shows it. Latency, lag and dead zone may be off "
-    "by more than their intervals say. Log commands at 50 Hz or more, or on change"
-)
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 
@@ -121,25 +113,20 @@ def describe(
     )  # fmt: skip
 
 
-def coarse_commands(streams: Sequence[Stream]) -> tuple[float, list[str]]:
-    """Period [s] of commands that a logger sampled, and the doubt where they are samples far apart.
+def sampled_commands(streams: Sequence[Stream], stated: bool | None = None) -> Stream | None:
+    """The commands that are a logger's samples, as the vehicle file states, or as they seem to be.
 
-    A message of ROS is the command itself, and its stamp the time of the change: the period is 0. So it is for a
-    column beside the poses, which a controller may have written as it changed the command.
+    They seem so, `COARSE_SAMPLING` or more apart, in an autopilot's log, or as a column beside the poses. A
+    message of ROS is the command itself, and its stamp the time of the change.
     """
     places = {stream.source for stream in streams if stream.role == "poses"}
     for stream in streams:
-        logged = stream.clock is Clock.LOG
-        if stream.role != "commands" or not stream.rate or stream.on_change:
+        if stream.role != "commands" or not stream.rate or stream.on_change or stated is False:
             continue
-        if 1.0 / stream.rate < COARSE_SAMPLING or not (logged or stream.source in places):
-            continue
-        period = 1.0 / stream.rate
-        said = TAKEN_HALFWAY if logged else TAKEN_AT_ROW
-        return period if logged else 0.0, [
-            f"the commands of {stream.source} are samples, {period:.2g} s apart{said}"
-        ]
-    return 0.0, []
+        logged = stream.clock is Clock.LOG or stream.source in places
+        if stated or (logged and 1.0 / stream.rate >= COARSE_SAMPLING):
+            return stream
+    return None
 
 
 def regular_period(steps: Array) -> float | None:
