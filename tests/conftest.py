@@ -22,7 +22,7 @@ from bag_tools import Sent
 from hypothesis import HealthCheck, settings
 
 import seatrial
-from seatrial.boat.model import save
+from seatrial.boat.model_file import save
 from seatrial.commands.cli import main
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan

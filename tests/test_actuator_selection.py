@@ -29,7 +29,7 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
     vehicle = seatrial.load_vehicle("mallard-mp")
     recordings = [clean_mp[name].recording for name in ("S1", "S3")]
     whole = with_free_stages(vehicle, recordings)
-    found = stage_candidates(vehicle, whole, recordings)
+    found = stage_candidates(vehicle, whole)
     assert [e.finding.values["stage"] for e in found] == ["reverse_ratio", "power"]
     settings = OutputErrorSettings()
     together = problem_with(found[0].probe, vehicle, recordings, settings)

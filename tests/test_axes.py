@@ -14,9 +14,9 @@ from test_model import frd
 
 import seatrial
 from seatrial import _core
-from seatrial.boat.model import save
+from seatrial.boat.model_file import save
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.evaluation.comparison.parameters import not_comparable
+from seatrial.evaluation.comparison.comparability import not_comparable
 from seatrial.evaluation.comparison.prediction import with_signals
 from seatrial.identification.methods import DEFAULT_METHOD, METHODS
 from seatrial.identification.prior import check_prior

@@ -31,7 +31,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 
 # What was asked for is not there #
 

@@ -33,7 +33,7 @@ import seatrial
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import SeatrialError
 

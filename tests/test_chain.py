@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 import seatrial
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
-from seatrial.boat.model import load, save, thrust_trace
+from seatrial.boat.model import thrust_trace
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.identification.estimator import output_error

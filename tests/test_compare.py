@@ -12,7 +12,7 @@ from scipy import stats
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import ChainGroup, DeadZone, Integration, RecordingEntry, SourceEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main

@@ -9,7 +9,7 @@ from conftest import CSE1
 
 import seatrial
 from benchmarks import cse1 as study
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.util.errors import SeatrialError
 
 N = 200

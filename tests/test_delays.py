@@ -13,7 +13,7 @@ from survey_boat import driven as surveyed
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import NoiseEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.console import summary

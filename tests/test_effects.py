@@ -14,7 +14,7 @@ from test_model import frd
 import seatrial
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.noise_parameters import PROCESS, folded, noise_entry
 from seatrial.evaluation.comparison.compare import drive_of
 from seatrial.identification.console import plus_minus, summary

@@ -14,7 +14,8 @@ from conftest import TABLE_II, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.boat.finding_kinds import NAMES, PART_CHOICES, Spec
+from seatrial.boat.finding_kinds import PART_CHOICES
+from seatrial.boat.finding_texts.spec import NAMES, Spec
 from seatrial.boat.findings import (
     MOST_NAMES,
     Finding,
@@ -23,7 +24,7 @@ from seatrial.boat.findings import (
     finding_text,
     of_kinds,
 )
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import EstimatorEntry
 from seatrial.util.errors import SeatrialError
 from seatrial.util.files import convert, dump_yaml, read_yaml

@@ -13,14 +13,14 @@ from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
 
 import seatrial
 from seatrial.boat.findings import finding_of
-from seatrial.boat.model import load
+from seatrial.boat.model_file import load
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands import make_parser
 from seatrial.commands.cli import main
 from seatrial.evaluation.scores import load_scores
 from seatrial.evaluation.through_water import known_current
 from seatrial.guide import answers, held_out
-from seatrial.guide import path as guided_path
+from seatrial.guide import model as guided_model
 from seatrial.guide.answers import (
     BOW,
     BOW_QUESTION,
@@ -32,6 +32,7 @@ from seatrial.guide.answers import (
     contradicting_names,
 )
 from seatrial.guide.steps import Steps, Task
+from seatrial.guide.vehicle_file import vehicle_of
 from seatrial.inspection.proposal.sources import Choices, lever_of, one_each, thrusters_of
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
@@ -190,7 +191,7 @@ def test_what_is_done_is_not_done_again(guided, drive, monkeypatch):
         calls.append(args)
         raise SeatrialError("identified again")
 
-    monkeypatch.setattr(guided_path, "identify_guided", count)
+    monkeypatch.setattr(guided_model, "identify_guided", count)
     again = seatrial.auto([drive], folder)
     assert not calls and again.scores == found.scores and again.next == found.next
     assert (folder / "model.yaml").read_bytes() == before
@@ -207,7 +208,7 @@ def test_only_what_no_log_can_tell_is_asked(drive, tmp_path, monkeypatch):
     def stop(*_, **__):
         raise SeatrialError("far enough")
 
-    monkeypatch.setattr(guided_path, "identify_guided", stop)
+    monkeypatch.setattr(guided_model, "identify_guided", stop)
     owner = Owner(**{"middle of the thrusters": "0.30 -0.12"})
     with pytest.raises(SeatrialError, match="far enough"):
         seatrial.auto([drive], tmp_path / "a", ask=owner)
@@ -223,7 +224,7 @@ def test_only_what_no_log_can_tell_is_asked(drive, tmp_path, monkeypatch):
 def test_a_heading_of_the_stern_is_turned(tmp_path, monkeypatch):
     recording = one_drive(seconds=120.0)
     drive = tables(tmp_path / "log", recording, flip=True)
-    monkeypatch.setattr(guided_path, "identify_guided", _stop)
+    monkeypatch.setattr(guided_model, "identify_guided", _stop)
     names = OTHER_NAMES.format(names="left and right")
     asked = []
     for where, end, wrong in (("bow", BOW, names), ("stern", STERN, ""), ("other", BOW, OTHER_END)):
@@ -256,7 +257,7 @@ def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
     logs = [tables(tmp_path / name, one_drive(60.0, seed)) for name, seed in (("a", 1), ("b", 2))]
     seen = []
     monkeypatch.setattr(
-        guided_path,
+        guided_model,
         "identify_guided",
         lambda found, *_, **__: (seen.append([r.name for r in found]), _stop()),
     )
@@ -280,7 +281,7 @@ def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
 def test_the_recording_that_tests_is_asked_again_when_recordings_change(tmp_path, monkeypatch):
     names = ("a", "b", "c")
     logs = [tables(tmp_path / n, one_drive(60.0, seed)) for seed, n in enumerate(names, 1)]
-    monkeypatch.setattr(guided_path, "identify_guided", _stop)
+    monkeypatch.setattr(guided_model, "identify_guided", _stop)
 
     def asked(given, answer=LAST_QUARTER, folder="out"):
         owner = Owner(**{TEST_QUESTION: answer})
@@ -294,7 +295,7 @@ def test_the_recording_that_tests_is_asked_again_when_recordings_change(tmp_path
     assert asked(logs[1:], "b")
     seen = []
     monkeypatch.setattr(
-        guided_path,
+        guided_model,
         "identify_guided",
         lambda found, *_, **__: (seen.append([r.name for r in found]), _stop()),
     )
@@ -308,7 +309,7 @@ def test_the_recording_that_tests_is_asked_again_when_recordings_change(tmp_path
 
 
 def test_the_folder_of_another_boat_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr(guided_path, "identify_guided", _stop)
+    monkeypatch.setattr(guided_model, "identify_guided", _stop)
     first = tables(tmp_path / "first", one_drive(60.0))
     with pytest.raises(SeatrialError, match="far enough"):
         seatrial.auto([first], tmp_path / "boat")
@@ -327,7 +328,7 @@ def test_a_model_of_other_recordings_is_replaced_with_a_word(guided, tmp_path, m
     shutil.copytree(guided[0].folder, folder)
     another = tables(tmp_path / "pond", one_drive(60.0, 2))
     here = Task((another,), folder, None, print, salvage=False, steps=Steps(folder))
-    guided_path._vehicle_file(here, Choices())
+    vehicle_of(here, Choices())
     assert any(
         "whose model was of lake and is replaced (-o for another boat)" in a for a in here.assumed
     )
@@ -348,7 +349,7 @@ def test_an_axis_that_is_driven_at_the_end_only_is_not_held_out(tmp_path, monkey
         _stop()
 
     monkeypatch.setattr(held_out, "find_roles", roles)
-    monkeypatch.setattr(guided_path, "identify_guided", stop)
+    monkeypatch.setattr(guided_model, "identify_guided", stop)
     with pytest.raises(SeatrialError, match="far enough"):
         seatrial.auto([drive], tmp_path / "out")
     assert lengths == [pytest.approx(240.0, abs=0.5)]
@@ -413,7 +414,7 @@ def test_a_path_that_is_stopped_says_how_to_go_on(drive, tmp_path, capsys, monke
     def interrupt(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(guided_path, "identify_guided", interrupt)
+    monkeypatch.setattr(guided_model, "identify_guided", interrupt)
     assert main(["auto", str(drive), "-o", str(tmp_path / "otter")]) == 130
     assert "stopped; the same command goes on where it was" in capsys.readouterr().err
     assert load_vehicle(tmp_path / "otter" / "vehicle.yaml").name == "otter"

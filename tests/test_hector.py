@@ -12,7 +12,7 @@ from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
 from ros1_tools import PARTS, Ros1
 
 import seatrial
-from seatrial.boat.model import save
+from seatrial.boat.model_file import save
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 

@@ -12,11 +12,11 @@ import seatrial
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.selection.terms.candidates import with_usual_terms
-from seatrial.poolside import live_estimator
+from seatrial.poolside import live_estimator, live_solution
 from seatrial.poolside.drive_log import DriveLog, SignalRows
 from seatrial.poolside.live_estimator import LiveEstimator
 from seatrial.poolside.live_prediction import LivePrediction
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.util.errors import RecordingError
 from tests.boats.live_drives import holonomic, rows, twin_in_wind
 
@@ -207,7 +207,7 @@ def test_the_filter_in_parts_has_the_sums_of_the_whole(effects):
 
 @pytest.mark.system
 def test_of_a_long_drive_the_older_half_is_condensed(monkeypatch):
-    monkeypatch.setattr(live_estimator, "MOST_SEARCHED", 750)
+    monkeypatch.setattr(live_solution, "MOST_SEARCHED", 750)
     monkeypatch.setattr(live_estimator, "MOST_THOROUGH", 700)
     vehicle, recording = holonomic(240.0, seed=7, rate=10.0)
     estimator = LiveEstimator(vehicle)

@@ -13,7 +13,7 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.util.errors import FileError, ModelError, SeatrialError

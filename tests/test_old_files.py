@@ -10,8 +10,8 @@ import pytest
 import yaml
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
-from seatrial.boat.model import MODEL_FORMAT, load, save
-from seatrial.boat.old_notes import findings_of
+from seatrial.boat.model_file import MODEL_FORMAT, load, save
+from seatrial.boat.older_files.notes import findings_of
 from seatrial.evaluation.scores import load_scores
 from seatrial.identification.diagnostics.boat_changes import DISAGREEMENTS
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND

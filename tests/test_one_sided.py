@@ -7,7 +7,7 @@ from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.identification.estimator import output_error
 from seatrial.util.errors import SeatrialError

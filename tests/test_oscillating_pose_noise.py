@@ -11,7 +11,7 @@ from test_correlated_pose_noise import SURGE, tug
 
 from seatrial import _core
 from seatrial.boat.findings import FindingKind
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.console import summary

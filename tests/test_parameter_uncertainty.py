@@ -12,7 +12,6 @@ import seatrial
 from benchmarks.predictor import accuracy
 from seatrial import _core
 from seatrial.boat.noise_parameters import NOISE_START
-from seatrial.boat.parameter_uncertainty import onboard_uncertainty
 from seatrial.boat.schema import (
     CorrelatedEntry,
     EnvelopeEntry,
@@ -20,6 +19,7 @@ from seatrial.boat.schema import (
     NoiseEntry,
     ProcessEntry,
 )
+from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
 from seatrial.onboard.predictor import Predictor
 from tests.boats.drives import SCENES, model
 

@@ -35,7 +35,8 @@ from seatrial.io.reader import read
 from seatrial.onboard.live.endpoints import LONGEST_LINE, Pipes
 from seatrial.poolside.sources import open_source
 from seatrial.poolside.sources.lines import LineSource, datagrams
-from seatrial.poolside.sources.telemetry import FrameStream, TelemetrySource, telemetry
+from seatrial.poolside.sources.mavlink_stream import FrameStream
+from seatrial.poolside.sources.telemetry import TelemetrySource, telemetry
 from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
 from seatrial.util.frames import POSE_SIGNS
 

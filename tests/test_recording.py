@@ -6,7 +6,7 @@ import pytest
 from recording_tools import COMMANDS, kinds, poses
 
 from seatrial.boat.model import thrust_trace
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Signal, make_recording, rising
 from seatrial.recording.velocity import motion

@@ -6,7 +6,7 @@ import pytest
 from conftest import trials
 from recording_tools import COMMANDS, poses
 
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import make_recording
 from seatrial.util.errors import RecordingError
 

@@ -63,7 +63,7 @@ def test_a_missing_pymavlink_is_named_with_its_extra(tmp_path, monkeypatch):
 
 def test_a_live_source_without_pymavlink_names_its_extra(monkeypatch):
     from seatrial.io.formats import mavlink
-    from seatrial.poolside.sources.telemetry import FrameStream
+    from seatrial.poolside.sources.mavlink_stream import FrameStream
 
     mavlink.messages.cache_clear()
     for missing in ("pymavlink.dialects.v20", "fastcrc", "fastcrc.crc16"):

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from seatrial.recording.pose_faults import Fault, FaultKind
+from seatrial.recording.faults.pose_faults import Fault, FaultKind
 from seatrial.report import write_report
 from seatrial.report.figures.base import (
     area,

@@ -10,7 +10,8 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial.boat.actuators import STARTS
 from seatrial.boat.physics import axis_physics, driven
-from seatrial.evaluation.assessment import assess, pooled, together
+from seatrial.evaluation.assessment import assess
+from seatrial.evaluation.pooled_scores import pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.report.evidence import homogeneity as agreement

@@ -19,7 +19,7 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
 from seatrial.poolside.sources import open_source
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate

@@ -9,7 +9,7 @@ from autopilot_logs import ardupilot, trial
 
 from seatrial import load_vehicle
 from seatrial import read as read_recording
-from seatrial.boat.findings import FindingKind
+from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import sampling_period
 from seatrial.boat.noise_parameters import NOISE_START
 from seatrial.evaluation.input_errors import input_errors
@@ -225,6 +225,6 @@ def test_a_model_of_terms_that_the_recordings_choose_says_so(boat):
     choice = choose_terms(looked_at, vehicle.with_automatic_structure())
     assert choice.vehicle.file.commands.sampled
     (finding,) = [f for f in choice.findings if f.kind is FindingKind.COMMANDS_SAMPLED]
-    assert "'sampled: true'" in str(finding)
+    assert "'sampled: true'" in finding_text(finding)
     stated = choose_terms(recordings, vehicle.with_automatic_structure())
     assert not stated.findings

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_recording import kinds, poses
 
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.util.errors import RecordingError
 

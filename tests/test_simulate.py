@@ -11,7 +11,7 @@ from conftest import TABLE_II, at_length, make_model, trials
 import seatrial
 from seatrial import _core
 from seatrial.io.trial_files import write_setting, write_trial
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.simulation.plan import DisturbanceForce, TrialEntry, load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError, VehicleError

@@ -9,7 +9,7 @@ from steered_boat import COEFFICIENTS, TRUTH, driven, known, outboard
 
 import seatrial
 from seatrial import _core
-from seatrial.boat.model import load, save
+from seatrial.boat.model_file import load, save
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.inspection.consistency.check import check_consistency

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from seatrial import Allocator, Model
-from seatrial.boat.model import save
+from seatrial.boat.model_file import save
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.control import (

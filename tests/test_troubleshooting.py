@@ -12,7 +12,7 @@ from test_docs import ROOT
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of, finding_text
 from seatrial.onboard.predictor import Health
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 
 sys.path.insert(0, str(ROOT / "tools"))
 import troubleshooting

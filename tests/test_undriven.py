@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatrial.guide.path import _while_driven
+from seatrial.guide.recordings import while_driven
 from seatrial.guide.steps import Steps, Task
 from seatrial.recording.recording import Signal, make_recording
 from seatrial.recording.undriven import undriven_motion
@@ -50,7 +50,7 @@ def test_without_any_command_nothing_is_before_the_first():
 
 def test_auto_leaves_it_out_and_says_so():
     task = Task((Path("lake"),), Path(), None, print, salvage=False, steps=Steps(Path("none")))
-    kept = _while_driven(task, log(before=30.0, after=-12.0))
+    kept = while_driven(task, log(before=30.0, after=-12.0))
     assert kept.offset == pytest.approx(BEFORE - 1.0, abs=0.11)
     assert kept.duration == pytest.approx(DRIVEN + 1.0 + 10.0, abs=0.3)
     assert [one[:48] for one in task.assumed] == [
@@ -58,4 +58,4 @@ def test_auto_leaves_it_out_and_says_so():
         "the last 30 s of lake are left out: the boat mov",
     ]
     resting = log()
-    assert _while_driven(task, resting) is resting
+    assert while_driven(task, resting) is resting

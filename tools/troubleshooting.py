@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 
 from seatrial import _core
 from seatrial.boat.finding_kinds import FindingKind
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 
 HEAD = """\
 # Troubleshooting

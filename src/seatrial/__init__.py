@@ -38,13 +38,13 @@ _MODULES = {
     "identify": "identification.methods",
     "init": "inspection.proposal.propose",
     "inspect": "inspection.overview",
-    "load": "boat.model",
+    "load": "boat.model_file",
     "load_plan": "simulation.plan",
     "load_vehicle": "boat.vehicle",
     "motion": "recording.velocity",
     "predict": "evaluation.prediction",
     "read": "io",
-    "save": "boat.model",
+    "save": "boat.model_file",
     "show_progress": "util.progress",
     "simulate": "simulation.trials",
     "tune": "control",
@@ -54,8 +54,8 @@ __all__ = list(_MODULES)
 
 if TYPE_CHECKING:  # the same for type checkers and editors; a test compares them
     from seatrial.boat.model import Model as Model
-    from seatrial.boat.model import load as load
-    from seatrial.boat.model import save as save
+    from seatrial.boat.model_file import load as load
+    from seatrial.boat.model_file import save as save
     from seatrial.boat.vehicle import Vehicle as Vehicle
     from seatrial.boat.vehicle import load_vehicle as load_vehicle
     from seatrial.control import TrackingController as TrackingController

@@ -6,7 +6,8 @@ from importlib import resources
 from pathlib import Path
 
 from seatrial.boat.findings import finding_text
-from seatrial.boat.model import Model, save
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import save
 from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.evaluation.assessment import Assessment, assess

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 import seatrial
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import Trial

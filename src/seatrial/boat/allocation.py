@@ -10,6 +10,9 @@ import numpy as np
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 
+ROUND_ANGLE = np.pi / 12  # [rad] 15 deg: steps of usual thruster angles
+ROUND_PART = 0.02  # of such a step, distance of a round angle in radians
+ROUND_DEGREES = 0.01  # [deg] distance of a round angle in degrees
 ROUNDING = 1e-12  # of geometry and inverse, below which an entry is 0
 
 
@@ -34,6 +37,17 @@ class Thruster:
     x: float
     y: float
     angle: float  # from forward, towards left
+
+
+def angle_remarks(angles_deg: Sequence[float]) -> tuple[str, ...]:
+    """A warning where angles that should be in degrees are round in radians, and not all in degrees."""
+    angles = np.array([angle for angle in angles_deg if angle])
+    parts = np.abs(angles) / ROUND_ANGLE
+    round_ones = (np.abs(parts - np.rint(parts)) < ROUND_PART) & (parts > 0.5) & (parts < 24.5)
+    if not round_ones.all() or np.all(np.abs(angles - np.rint(angles)) < ROUND_DEGREES):
+        return ()
+    shown = ", ".join(f"{angle:g}" for angle in angles)
+    return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
 
 
 def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:

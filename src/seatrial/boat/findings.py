@@ -12,7 +12,8 @@ from typing import Any, NoReturn
 
 import msgspec
 
-from seatrial.boat.finding_kinds import ASK_FOR_ACTION, NAMES, PART_CHOICES, FindingKind
+from seatrial.boat.finding_kinds import ASK_FOR_ACTION, PART_CHOICES, FindingKind
+from seatrial.boat.finding_texts.spec import NAMES
 from seatrial.util.format import joined
 
 __all__ = [

@@ -10,12 +10,28 @@ from collections.abc import Iterable
 
 import msgspec
 
+from seatrial.boat.schema import VehicleFile
 from seatrial.util.errors import VehicleError
 
 LONGEST_TITLE = 100  # [characters] of a boat's name
 LONGEST_NAME = 64  # [characters] of other names; the longest that ROS, MATLAB and C read are near
 SHOWN = 40  # [characters] of a refused name in the message
 _WORD = re.compile(r"\w(?:[\w./: -]*\w)?")  # bow-thruster, axes.1, port motor, Backbord_Motor
+
+
+def check_vehicle_names(file: VehicleFile, source: str) -> None:
+    """Raise VehicleError for a name in a vehicle file that is against the grammar."""
+    check_title(file.name, source)
+    for kind, names in (
+        ("input", file.commands.inputs),
+        ("scale", file.scales),
+        ("thruster", file.thrusters),
+        ("force", file.forces),
+        ("chain group", [group.name for group in file.chain if group.name]),
+    ):
+        check_names(kind, names, source)
+    for entry in (file.pose, file.commands, file.scales):
+        check_files(entry, source)
 
 
 def check_title(title: str, source: str) -> None:

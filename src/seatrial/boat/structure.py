@@ -16,7 +16,8 @@ from importlib import resources
 from seatrial import _core
 from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import StructureError
-from seatrial.util.files import DIGITS, read_yaml
+from seatrial.util.file_content.yaml_dialect import DIGITS
+from seatrial.util.files import read_yaml
 from seatrial.util.frames import AXES, SYMBOLS
 
 VELOCITIES = ("u", "v", "r", "|u|", "|v|", "|r|")  # in the order of the core's Signal codes

@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.boat import structure
 from seatrial.boat.actuators import ESTIMATE, STAGES, ChainReader, Constants, stated
-from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
-from seatrial.boat.names import check_files, check_names, check_title
+from seatrial.boat.allocation import Scheme, Thruster, angle_remarks, inverse_for, thruster_matrix
+from seatrial.boat.core_limits import check_offset, check_sizes
+from seatrial.boat.force_weights import ForceWeights
+from seatrial.boat.names import check_vehicle_names
 from seatrial.boat.physical_library import base_terms
-from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, ForceEntry, VehicleFile
+from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, VehicleFile
 from seatrial.boat.steering import angle_names
 from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.errors import VehicleError
@@ -27,9 +29,6 @@ from seatrial.util.frames import AXES, Array, Axes
 
 AUTO = "auto"  # structure that the recordings choose
 SAME_POINT = 1e-3  # [m] difference of two lever arms
-ROUND_ANGLE = np.pi / 12  # [rad] 15 deg: steps of usual thruster angles
-ROUND_PART = 0.02  # of such a step, distance of a round angle in radians
-ROUND_DEGREES = 0.01  # [deg] distance of a round angle in degrees
 WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
 
 
@@ -41,7 +40,7 @@ class Vehicle:
     source: str = field(default="vehicle", compare=False)
 
     def __post_init__(self) -> None:
-        self._check_names()
+        check_vehicle_names(self.file, self.source)
         _ = self.chain  # validates inputs, thrusters, forces and groups
         _ = self.structure
 
@@ -172,7 +171,7 @@ class Vehicle:
         if self.file.forces and self.file.thrusters:
             raise VehicleError(f"{self.source}: give thrusters or forces, not both")
         if self.file.forces:
-            return self._explicit_mix(self.file.forces)
+            return self._weights.mix(self.actuator_signs)
         if self.file.thrusters:
             return thruster_matrix(self.thrusters)[0]
         if not set(self.inputs) <= set(WRENCH):
@@ -185,18 +184,9 @@ class Vehicle:
     @cached_property
     def deflection(self) -> Array:
         """D (forces, actuators): F += D sin(angle), of a rudder in the flow."""
-        found = np.zeros((len(self.forces), len(self.actuators)))
-        angles = angle_names(self.file.chain)
-        for row, (name, force) in zip(found, self.file.forces.items(), strict=False):
-            flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
-            for actuator, weight in force.deflection.items():
-                if actuator not in angles:
-                    raise VehicleError(
-                        f"{self.source}: force {name}: deflection names '{actuator}'; angles of the "
-                        f"chain's steered entries are {', '.join(angles) or 'none'}"
-                    )
-                row[self._reader.place(actuator, f"force {name}")] = flip * weight
-        return found
+        if not self.file.forces:
+            return np.zeros((len(self.forces), len(self.actuators)))
+        return self._weights.deflection(angle_names(self.file.chain))
 
     @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:
@@ -217,13 +207,7 @@ class Vehicle:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Warnings about the file: angles that are round in radians, not in degrees."""
-        angles = np.array([t.angle_deg for t in self.file.thrusters.values() if t.angle_deg])
-        parts = np.abs(angles) / ROUND_ANGLE
-        round_ones = (np.abs(parts - np.rint(parts)) < ROUND_PART) & (parts > 0.5) & (parts < 24.5)
-        if not round_ones.all() or np.all(np.abs(angles - np.rint(angles)) < ROUND_DEGREES):
-            return ()
-        shown = ", ".join(f"{angle:g}" for angle in angles)
-        return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
+        return angle_remarks([t.angle_deg for t in self.file.thrusters.values()])
 
     @property
     def automatic(self) -> bool:
@@ -260,8 +244,15 @@ class Vehicle:
     @cached_property
     def inverse(self) -> Array:
         """T+ (actuators, inputs) of the allocation; the identity where it is direct."""
-        direct = self.scheme is Scheme.DIRECT
-        return np.eye(len(self.inputs)) if direct else self._inverse(self.scheme)
+        if self.scheme is Scheme.DIRECT:
+            return np.eye(len(self.inputs))
+        if not self.file.thrusters or set(self.inputs) != set(WRENCH):
+            raise VehicleError(
+                f"{self.source}: allocation {self.scheme.value} needs thrusters, and inputs named "
+                f"{', '.join(WRENCH)}; got inputs {', '.join(self.inputs)}"
+            )
+        order = [WRENCH.index(name) for name in self.inputs]
+        return inverse_for(self.scheme, thruster_matrix(self.thrusters)[0])[:, order]
 
     @cached_property
     def stages(self) -> NDArray[np.int32]:
@@ -271,29 +262,15 @@ class Vehicle:
     @cached_property
     def chain(self) -> _core.Chain:
         """The core's actuator chain."""
-        if max(len(self.inputs), len(self.actuators)) > _core.MAX_ACTUATORS:
-            raise VehicleError(
-                f"{self.source}: {len(self.inputs)} inputs and {len(self.actuators)} actuators; at most "
-                f"{_core.MAX_ACTUATORS} of each"
-            )
-        for what, count, most in (
-            ("scales", len(self.scales), _core.MAX_SCALES),
-            ("constants of the chain", len(self.constants.names), _core.MAX_CONSTANTS),
-        ):
-            if count > most:
-                raise VehicleError(f"{self.source}: {count} {what}; at most {most}")
-        limit = self.file.allocation.limit
-        scheme = self.scheme
-        offset = self.file.allocation.F_os
-        if scheme is Scheme.AF and limit is not None and offset >= limit:
-            raise VehicleError(
-                f"{self.source}: F_os {offset:g} leaves no room under the limit {limit:g}"
-            )
+        limit, offset = self.file.allocation.limit, self.file.allocation.F_os
+        sizes = (len(self.inputs), len(self.actuators), len(self.scales), len(self.constants.names))
+        check_sizes(*sizes, self.source)
+        check_offset(self.scheme, offset, limit, self.source)
         tables = [g.table for g in self.file.chain if g.table]
         if len(tables) > 1:
             raise VehicleError(f"{self.source}: chain: one table at most, for one group")
         return _core.Chain(
-            scheme.code,
+            self.scheme.code,
             np.ascontiguousarray(self.inverse),
             offset,
             float("inf") if limit is None else limit,
@@ -348,48 +325,13 @@ class Vehicle:
         content = msgspec.to_builtins(self.file)
         return {"seatrial": self.file.seatrial, **content}
 
-    def _inverse(self, scheme: Scheme) -> Array:
-        if not self.file.thrusters or set(self.inputs) != set(WRENCH):
-            raise VehicleError(
-                f"{self.source}: allocation {scheme.value} needs thrusters, and inputs named "
-                f"{', '.join(WRENCH)}; got inputs {', '.join(self.inputs)}"
-            )
-        order = [WRENCH.index(name) for name in self.inputs]
-        return inverse_for(scheme, thruster_matrix(self.thrusters)[0])[:, order]
-
-    def _explicit_mix(self, forces: Mapping[str, ForceEntry]) -> Array:
-        mix = np.zeros((len(forces), len(self.actuators)))
-        for row, (name, force) in zip(mix, forces.items(), strict=True):
-            if not force.of and not force.deflection:
-                raise VehicleError(
-                    f"{self.source}: force '{name}' is of no actuator: give of: {{…}}"
-                )
-            if not name.startswith("F_"):
-                raise VehicleError(f"{self.source}: force '{name}': names begin with F_")
-            flip = -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
-            for actuator, weight in force.of.items():
-                k = self._reader.place(actuator, f"force {name}")
-                # the reader has already flipped a wrench input
-                row[k] = flip * weight * self.actuator_signs[k]
-        return mix
-
-    def _check_names(self) -> None:
-        file = self.file
-        check_title(file.name, self.source)
-        for kind, names in (
-            ("input", file.commands.inputs),
-            ("scale", file.scales),
-            ("thruster", file.thrusters),
-            ("force", file.forces),
-            ("chain group", [group.name for group in file.chain if group.name]),
-        ):
-            check_names(kind, names, self.source)
-        for entry in (file.pose, file.commands, file.scales):
-            check_files(entry, self.source)
-
     @cached_property
     def _reader(self) -> ChainReader:
         return ChainReader(self.file.chain, self.actuators, self.source)
+
+    @property
+    def _weights(self) -> ForceWeights:
+        return ForceWeights(self.file.forces, self._reader, self.axes, self.source)
 
 
 def load_vehicle(path: str | Path) -> Vehicle:

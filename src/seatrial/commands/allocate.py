@@ -9,7 +9,7 @@ from seatrial.commands.shared import (
     add_exports,
     add_json,
     add_recordings,
-    check_png,
+    check_page,
     guard,
     read_all,
     write_json,
@@ -61,15 +61,12 @@ def run(args: argparse.Namespace) -> None:
         load_boat,
         wrench_text,
     )
-    from seatrial.util.errors import FileError
     from seatrial.workflow.next_step import after_allocate
 
     inputs = args.boat, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
     guard(args.out, "<!doctype html", *inputs)
-    if args.out is None and (args.figures or args.tables):
-        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
-    check_png(args)
+    check_page(args)
     boat, vehicle = load_boat(args.boat, args.vehicle)
     if steered := _steered(args, boat):
         say(steered)

@@ -8,6 +8,7 @@ from seatrial.commands.shared import (
     add_json,
     add_places,
     add_salvage,
+    choices_of,
     guard,
     open_page,
     to_programs,
@@ -44,20 +45,12 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.commands.shared.results import AutoResult, identified
     from seatrial.guide import auto
     from seatrial.identification.console import summary
-    from seatrial.inspection.proposal.sources import Choices, thrusters_of
     from seatrial.util.questions import at_terminal
 
     guard(args.json, "{", *args.logs, args.test)
     folder = args.out or Path(f"{args.logs[0].name.partition('.')[0]}-model")
-    thrusters = () if args.thrusters is None else thrusters_of(args.thrusters)
-    lever = None if args.lever is None else (args.lever[0], args.lever[1])
-    choices = Choices(
-        name=args.name or (None if args.out is None else args.out.resolve().name),
-        pose=args.pose,
-        commands=args.commands,
-        lever=lever,
-        thrusters=thrusters,
-    )
+    name = args.name or (None if args.out is None else args.out.resolve().name)
+    choices = choices_of(args, name)
     try:
         found = auto(
             args.logs, folder, test=args.test, choices=choices, salvage=args.salvage, say=say,

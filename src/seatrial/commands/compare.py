@@ -10,7 +10,7 @@ from seatrial.commands.shared import (
     add_horizon,
     add_json,
     add_recordings,
-    check_png,
+    check_page,
     guard,
     read_all,
     write_json,
@@ -42,7 +42,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Two models side by side, on the terminal and as a page."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.evaluation.comparison.compare import (
         COMPARISON_FORMAT,
@@ -51,14 +51,11 @@ def run(args: argparse.Namespace) -> None:
         drive_of,
     )
     from seatrial.evaluation.comparison.console import comparison_text, next_text
-    from seatrial.util.errors import FileError
 
     inputs = args.a, args.b, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
     guard(args.out, "<!doctype html", *inputs)
-    if args.out is None and (args.figures or args.tables):
-        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
-    check_png(args)
+    check_page(args)
     a, b = load(args.a), load(args.b)
     recordings: list[Recording] = []
     if args.recordings:

@@ -5,7 +5,8 @@ import argparse
 from contextlib import nullcontext
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_workers, guard, workers_of, write_json
+from seatrial.commands.shared import add_json, guard, write_json
+from seatrial.commands.shared.workers import add_workers, workers_of
 from seatrial.util.printing import complain, say
 
 

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     add_json,
     add_recordings,
-    add_workers,
     guard,
-    on_workers,
     read_all,
     write_json,
 )
+from seatrial.commands.shared.workers import add_workers, on_workers
 from seatrial.identification.methods import DEFAULT_METHOD, EFFECT_KINDS, METHODS, PRIOR_SPREAD
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
@@ -22,6 +21,7 @@ from seatrial.util.progress import stage
 if TYPE_CHECKING:
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
+    from seatrial.identification.solution import Fit
     from seatrial.identification.term_choice import TermChoice
     from seatrial.recording.recording import Recording
 
@@ -37,6 +37,23 @@ def add(command: argparse.ArgumentParser) -> None:
     add_recordings(command, vehicle=None)
     command.add_argument("-o", "--out", type=Path, required=True, metavar="MODEL")
     add_json(command)
+    _add_method(command)
+    command.add_argument(
+        "-v", "--verbose", action="store_true",
+        help="all findings and the table of tested terms; without it the three findings that matter most",
+    )  # fmt: skip
+    _add_accuracy(command)
+    add_workers(command)
+    command.add_argument(
+        "--literal",
+        action="store_true",
+        help="equation-error: Eq. (17) as printed, with the surge acceleration one step late",
+    )
+    _add_prior(command)
+
+
+def _add_method(command: argparse.ArgumentParser) -> None:
+    """How to identify, and what to estimate."""
     command.add_argument(
         "--method", choices=METHODS, default=DEFAULT_METHOD,
         help="output-error: prediction-error estimation on the raw poses, with the thrusters' latency, lag and "
@@ -55,10 +72,10 @@ def add(command: argparse.ArgumentParser) -> None:
         help="estimate this effect, too: the sensor's lever arm, the delay of its position against the heading, "
         "or each recording's current, trim or wind",
     )  # fmt: skip
-    command.add_argument(
-        "-v", "--verbose", action="store_true",
-        help="all findings and the table of tested terms; without it the three findings that matter most",
-    )  # fmt: skip
+
+
+def _add_accuracy(command: argparse.ArgumentParser) -> None:
+    """Tables beside the model."""
     command.add_argument(
         "--minutes", action="store_true", help="standard errors against record length"
     )
@@ -70,12 +87,10 @@ def add(command: argparse.ArgumentParser) -> None:
         "--bootstrap", type=int, default=0, metavar="N",
         help="confidence intervals by a block bootstrap of N refits (200 are usual)",
     )  # fmt: skip
-    add_workers(command)
-    command.add_argument(
-        "--literal",
-        action="store_true",
-        help="equation-error: Eq. (17) as printed, with the surge acceleration one step late",
-    )
+
+
+def _add_prior(command: argparse.ArgumentParser) -> None:
+    """An older model."""
     command.add_argument(
         "--prior", type=Path, metavar="OLD",
         help="model of this boat before its payload changed, as a prior: a short recording is then enough",
@@ -88,7 +103,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.util.errors import IdentificationError
 
@@ -112,7 +127,7 @@ def _identify(
     prior: "Model | None",
 ) -> None:
     """What the recordings tell: the model's file, and the texts."""
-    from seatrial.boat.model import save
+    from seatrial.boat.model_file import save
     from seatrial.commands.shared.results import identified
     from seatrial.identification.methods import (
         EquationErrorSettings,
@@ -136,13 +151,7 @@ def _identify(
         say(f"{reasons}\n")
     say(summary(model, brief=not args.verbose))
     if tables:
-        from seatrial.identification.on_request import accuracy_tables
-
-        with stage("computing confidence intervals"):
-            told = accuracy_tables(
-                solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
-            )  # fmt: skip
-        say(f"\n{told}\n")
+        _say_accuracy(args, solution)
     say(f"wrote {args.out}")
     step = after_identify(model, args.recordings, args.vehicle, args.out, _same_options(args))
     say(step.text)
@@ -206,3 +215,14 @@ def _roles(given: Sequence[str]) -> dict[str, list[str]]:
             raise RecordingError(f"--role {text}: expected surge=NAME, sway=NAME or yaw=NAME")
         roles.setdefault(axis, []).extend(names.split(","))
     return roles
+
+
+def _say_accuracy(args: argparse.Namespace, solution: "Fit | None") -> None:
+    """Confidence intervals and record lengths, as asked for."""
+    from seatrial.identification.on_request import accuracy_tables
+
+    with stage("computing confidence intervals"):
+        told = accuracy_tables(
+            solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
+        )  # fmt: skip
+    say(f"\n{told}\n")

@@ -4,11 +4,13 @@
 import argparse
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
     add_json,
     add_places,
     add_salvage,
+    choices_of,
     guard,
     to_programs,
     write_json,
@@ -17,6 +19,10 @@ from seatrial.util.frames import Axes
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
 from seatrial.util.questions import at_terminal
+
+if TYPE_CHECKING:
+    from seatrial.commands.shared.results import InitResult
+    from seatrial.inspection.proposal.propose import Proposal
 
 AXES_NAMES = tuple(axes.value for axes in Axes)
 
@@ -55,10 +61,9 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """A vehicle file proposed from a recording; asks where it may."""
-    from seatrial.commands.shared.results import InitResult, RecognisedSignal
     from seatrial.inspection.proposal.axes import asked_axes
     from seatrial.inspection.proposal.propose import init
-    from seatrial.inspection.proposal.sources import Choices, recognised_text, thrusters_of
+    from seatrial.inspection.proposal.sources import recognised_text
     from seatrial.util.errors import FileError
     from seatrial.util.files import write_text
     from seatrial.workflow.next_step import NextStep, command
@@ -71,11 +76,7 @@ def run(args: argparse.Namespace) -> None:
         )
     asked = at_terminal(quiet=args.quiet or to_programs(args))
     ask = None if asked is None else asked.choose
-    choices = Choices(
-        name=args.name, pose=args.pose, commands=args.commands, parent=args.parent, child=args.child,
-        lever=None if args.lever is None else (args.lever[0], args.lever[1]),
-        thrusters=() if args.thrusters is None else thrusters_of(args.thrusters),
-    )  # fmt: skip
+    choices = replace(choices_of(args, args.name), parent=args.parent, child=args.child)
     axes = args.axes or asked_axes(args.recordings[0], choices, ask)
     answered = ask is not None and args.axes is None
     choices = replace(choices, axes=axes, axes_answered=answered)
@@ -88,9 +89,16 @@ def run(args: argparse.Namespace) -> None:
     follow = command("inspect", *args.recordings, "--vehicle", args.out)
     say(f"wrote {args.out}")
     say(NextStep(follow).text)
+    write_json(args, "init 1", _result(args, proposal, follow))
+
+
+def _result(args: argparse.Namespace, proposal: "Proposal", follow: str) -> "InitResult":
+    """For `--json`."""
+    from seatrial.commands.shared.results import InitResult, RecognisedSignal
+
     found = [
         RecognisedSignal(r.signal, r.column, r.why, r.sure.value, list(r.others))
         for r in proposal.sources.recognised
     ]
     paths = [str(path) for path in args.recordings]
-    write_json(args, "init 1", InitResult(str(args.out), paths, found, follow))
+    return InitResult(str(args.out), paths, found, follow)

@@ -63,6 +63,13 @@ def add(command: argparse.ArgumentParser) -> None:
         "--speed", type=float, default=1.0, metavar="X",
         help="replay: times the pace of the log; 0: as fast as possible (default: %(default)g)",
     )  # fmt: skip
+    _add_page(command)
+    add_salvage(command)
+    add_json(command)
+
+
+def _add_page(command: argparse.ArgumentParser) -> None:
+    """Those of the page in the browser."""
     command.add_argument(
         "--port", type=int, default=PORT, help="port of the page (default: %(default)s; 0: any)"
     )
@@ -72,8 +79,6 @@ def add(command: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     command.add_argument("--token", metavar="T", help="secret that opens the page")
     command.add_argument("--no-browser", action="store_true", help="do not open the page")
-    add_salvage(command)
-    add_json(command)
 
 
 def run(args: argparse.Namespace) -> None:
@@ -154,7 +159,7 @@ def _next(args: argparse.Namespace, paths: dict[str, str]) -> str:
 
 def _boat(path: str) -> "Vehicle | Model":
     """A model file's model, or a vehicle."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.util.files import read_yaml
 

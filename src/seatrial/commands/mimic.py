@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, guard_lines, write_json
+from seatrial.commands.shared import add_json, add_ports, guard_lines, write_json
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.printing import complain
@@ -25,15 +25,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument("model", type=Path, metavar="MODEL")
     for name, (unit, text) in LIMITS.items():
         command.add_argument(f"--{name}", type=float, metavar=unit, help=text)
-    command.add_argument(
-        "--udp",
-        type=int,
-        metavar="PORT",
-        help="read lines from this port on loopback instead of standard input",
-    )
-    command.add_argument(
-        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
-    )
+    add_ports(command)
     command.add_argument(
         "--format", choices=LINE_FORMATS, default=LINE_FORMATS[0],
         help="format of the input lines; output is JSON (default: %(default)s)",

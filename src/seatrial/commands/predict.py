@@ -31,17 +31,7 @@ def add(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--out", type=Path, metavar="FILE", help="file for the odometry along the recording"
     )
-    command.add_argument(
-        "--live",
-        action="store_true",
-        help="read lines from standard input, or --udp, until the stream ends",
-    )
-    command.add_argument(
-        "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
-    )
-    command.add_argument(
-        "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
-    )
+    _add_stream(command)
     command.add_argument(
         "--format",
         choices=LINE_FORMATS,
@@ -67,6 +57,21 @@ def add(command: argparse.ArgumentParser) -> None:
         "--adapted", type=Path, metavar="FILE", help="live: file for the adapted model"
     )
     add_json(command)
+
+
+def _add_stream(command: argparse.ArgumentParser) -> None:
+    """Where live lines come from and go to."""
+    command.add_argument(
+        "--live",
+        action="store_true",
+        help="read lines from standard input, or --udp, until the stream ends",
+    )
+    command.add_argument(
+        "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
+    )
+    command.add_argument(
+        "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
+    )
 
 
 def run(args: argparse.Namespace) -> None:
@@ -103,7 +108,8 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
 
 def _adaptation(args: argparse.Namespace) -> "Adaptation | None":
     """What happens on a change of the boat; None: no test, by wish or as the model allows none."""
-    from seatrial.boat.model import Model, load, save
+    from seatrial.boat.model import Model
+    from seatrial.boat.model_file import load, save
     from seatrial.onboard.live import Adaptation
     from seatrial.util.errors import FileError, LiveError, ModelError
 

@@ -8,12 +8,11 @@ from seatrial.commands.shared import (
     add_horizon,
     add_json,
     add_recordings,
-    add_workers,
     guard,
-    on_workers,
     read_all,
     write_json,
 )
+from seatrial.commands.shared.workers import add_workers, on_workers
 from seatrial.util.printing import say
 from seatrial.util.progress import stage
 

@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, guard_lines, write_json
+from seatrial.commands.shared import add_json, add_ports, guard_lines, write_json
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
 from seatrial.util.printing import complain
@@ -38,15 +38,7 @@ def add(command: argparse.ArgumentParser) -> None:
         "--lines", default=",".join(Settings.kinds), metavar="LINE_KINDS",
         help=f"kinds of output lines, some of {', '.join(LINE_KINDS)} (default: %(default)s)",
     )  # fmt: skip
-    command.add_argument(
-        "--udp",
-        type=int,
-        metavar="PORT",
-        help="read lines from this port on loopback instead of standard input",
-    )
-    command.add_argument(
-        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
-    )
+    add_ports(command)
     add_json(command)
 
 

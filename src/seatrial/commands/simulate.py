@@ -33,7 +33,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Trials of a plan, written vehicle by vehicle."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.physics import negative_latencies
     from seatrial.boat.vehicle import load_vehicle
     from seatrial.commands.shared.results import SimulatedVehicle, SimulateResult

@@ -46,7 +46,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Gains and margins, shown and written."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.control import save_gains, save_ros, tune, tuning_text
     from seatrial.control.gains_file import GAINS_FORMAT, gains_of
     from seatrial.workflow.next_step import after_tune

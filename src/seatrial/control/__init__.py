@@ -10,21 +10,11 @@ from seatrial.control.gains_file import (
     save_ros,
 )
 from seatrial.control.tracking.controller import Tracked, TrackingController
-from seatrial.control.tracking.courses import (
-    ByLength,
-    Circle,
-    Course,
-    Eight,
-    Shape,
-    Square,
-    Track,
-    at_speed,
-    fitted,
-    lawn_mower,
-    rounded_square,
-)
+from seatrial.control.tracking.courses import Course, at_speed, fitted
 from seatrial.control.tracking.reference import Reference
+from seatrial.control.tracking.shapes import ByLength, Circle, Eight, Shape, Square
 from seatrial.control.tracking.thrusters import ALLOCATIONS, VEHICLE, ThrusterAllocation
+from seatrial.control.tracking.tracks import Track, lawn_mower, rounded_square
 from seatrial.control.tracking.waiting import WaitingReference
 from seatrial.control.tuning.console import tuning_text
 from seatrial.control.tuning.design import CONTROLLER_RATE, KNOB, Tuning, tune

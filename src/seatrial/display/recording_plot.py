@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatrial.display.canvas import GREY, SMALL, drawn_on, finished, literal, symbol
-from seatrial.recording.pose_faults import COMMANDS_UNKNOWN, FaultKind
+from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.velocity import motion
 from seatrial.report.figures.base import BLUE, CYCLE, GREEN, ORANGE, RED, SKY

@@ -19,7 +19,6 @@ from seatrial.evaluation.reference import Reference, smoothed_motion
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import (
     HorizonScore,
-    PooledScore,
     RecordingScore,
     Scores,
     Start,
@@ -192,11 +191,7 @@ def _assessed(
     rows = [HorizonScore(h, p.steps, name, len(p.t), axis_scores(p)) for h, name, p in ahead]
     # what the filter's residuals still have to do with the forces
     left = [] if known is None else residuals(model, recording, known)
-    # what could not be had, and what is larger than expected
-    findings = [] if known else [finding_of(FindingKind.NO_FILTER, reason=str(filtered))]
-    findings += [*lost, *unexpected_errors(rows, own)]
-    if recording.period > SLOW:
-        findings.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
+    findings = _findings(recording, filtered, lost, unexpected_errors(rows, own))
     scored = None
     if prediction is not None:
         reference: Reference = "stencil" if smooth is None else "smoothed"
@@ -205,17 +200,23 @@ def _assessed(
             horizons=rows, correlations=left, findings=findings, reference=reference,
         )  # fmt: skip
     return Assessment(
-        recording,
-        own,
-        prediction,
-        failure,
-        tuple(ahead),
-        known,
-        smooth,
-        scored,
-        tuple(left),
-        tuple(findings),
-    )
+        recording, own, prediction, failure, tuple(ahead), known, smooth, scored, tuple(left), tuple(findings)
+    )  # fmt: skip
+
+
+def _findings(
+    recording: Recording,
+    filtered: Filtered | str,
+    lost: Sequence[Finding],
+    larger: Sequence[Finding],
+) -> list[Finding]:
+    """What could not be had (`lost`: horizons), errors that are larger than expected, slow poses."""
+    found = [*lost, *larger]
+    if not isinstance(filtered, Filtered):
+        found.insert(0, finding_of(FindingKind.NO_FILTER, reason=filtered))
+    if recording.period > SLOW:
+        found.append(finding_of(FindingKind.SLOW_POSES, period=recording.period))
+    return found
 
 
 def _all_horizons(
@@ -265,55 +266,6 @@ def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> l
         own = [s for s in odd if s.recording == i and s.times > DISTURBED]
         result.append(one.with_findings(interval_findings(recordings, own)))
     return result
-
-
-def together(predictions: Sequence[Prediction]) -> Prediction:
-    """One after the other, as far apart as makes blocks of time of their own."""
-    steps = max(p.steps for p in predictions)
-    moved, end = [], 0
-    for one in predictions:
-        moved.append(end - int(one.index.min()))
-        end = int(one.index.max()) + moved[-1] + 10 * steps + 1
-    count = np.array([len(p.t) for p in predictions], dtype=float)
-    variances = [p.variance for p in predictions if p.variance is not None]
-    first = predictions[0]
-    if len(predictions) == 1:
-        return first
-    return Prediction(
-        np.concatenate([p.stamps for p in predictions]),
-        np.concatenate([p.t for p in predictions]),
-        np.concatenate([p.nu for p in predictions]),
-        np.concatenate([p.measured for p in predictions]),
-        np.concatenate([p.start for p in predictions]),
-        np.concatenate([p.begun + by for p, by in zip(predictions, moved, strict=True)]),
-        np.concatenate([p.index + by for p, by in zip(predictions, moved, strict=True)]),
-        steps,
-        np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),
-        _mean([p.foreseen for p in predictions], count),
-        _mean([p.unsure for p in predictions], count),
-        np.concatenate(variances) if len(variances) == len(predictions) else None,
-    )
-
-
-def _mean(rms: Sequence[Array | None], count: Array) -> Array | None:
-    """Of root mean squares (3,) of so many predictions each; None where one is not known."""
-    known = [one for one in rms if one is not None]
-    if len(known) < len(rms):
-        return None
-    return np.asarray(np.sqrt(count @ np.square(known) / count.sum()))
-
-
-def pooled(found: Sequence[Assessment]) -> list[PooledScore]:
-    """Scores of all these recordings together, at every horizon that one of them reaches."""
-    kinds = sorted({(horizon, start) for one in found for horizon, start, _ in one.ahead})
-    scores = []
-    for horizon, start in kinds:
-        every = [p for one in found for h, s, p in one.ahead if (h, s) == (horizon, start)]
-        whole, fewest = together(every), min(p.steps for p in every)
-        scores.append(
-            PooledScore(horizon, fewest, start, len(every), len(whole.t), axis_scores(whole))
-        )
-    return scores
 
 
 def judging(found: Sequence[Assessment]) -> list[Assessment]:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """What `validate` found, for the terminal."""
 
+from collections.abc import Iterator
 from itertools import product
 from typing import get_args
 
@@ -21,39 +22,49 @@ def scores_text(scores: Scores) -> str:
         f"  {'recording':<{width}}       error  unit   constant  ratio   floor  expected  excess   95 % of error",
     ]
     for row in scores.recordings:
-        for axis, symbol in enumerate(SYMBOLS):
-            s = row.scores[symbol]
-            scale, unit = UNITS[axis]
-            mark = "*" if row.excited == AXES[axis] else " "
-            name = (
-                row.recording,
-                f"  {row.predictions} predictions",
-                f"  {100 * row.usable:.1f} % of poses used",
-            )[axis]
-            lines.append(
-                f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
-                f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
-                f"{_expected(s.foreseen, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
-                f"{_range(s.rms_interval, scale)}"
-            )
+        lines += _rows(row, width)
     known = [r.recording for r in scores.recordings if r.seen]
     if known:
         lines.append(f"  note: the model was identified from {', '.join(known)}: no test of it")
     for row in scores.recordings:
-        poor = {AXES[i]: row.scores[s] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0}
-        bad = [axis for axis, s in poor.items() if not s.at_floor]
-        hidden = [axis for axis, s in poor.items() if s.at_floor]
-        if bad:
-            lines.append(
-                f"  note: {row.recording}: in {' and '.join(bad)} no better than a velocity that stays as it is"
-            )
-        if hidden:
-            lines.append(
-                f"  note: {row.recording}: in {' and '.join(hidden)} the error is at the noise floor: these poses "
-                "do not resolve how well the model predicts"
-            )
+        lines += _poor_axes(row)
     lines += [f"  reference: {row.recording}: {_reference(row)}" for row in scores.recordings]
     return "\n".join(lines)
+
+
+def _rows(row: RecordingScore, width: int) -> Iterator[str]:
+    """A line of each axis; the first columns hold `width` characters."""
+    for axis, symbol in enumerate(SYMBOLS):
+        s = row.scores[symbol]
+        scale, unit = UNITS[axis]
+        mark = "*" if row.excited == AXES[axis] else " "
+        name = (
+            row.recording,
+            f"  {row.predictions} predictions",
+            f"  {100 * row.usable:.1f} % of poses used",
+        )[axis]
+        yield (
+            f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
+            f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
+            f"{_expected(s.foreseen, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
+            f"{_range(s.rms_interval, scale)}"
+        )
+
+
+def _poor_axes(row: RecordingScore) -> Iterator[str]:
+    """Notes on axes in which the model is no better than constant velocity."""
+    poor = {AXES[i]: row.scores[s] for i, s in enumerate(SYMBOLS) if row.scores[s].ratio > 1.0}
+    bad = [axis for axis, s in poor.items() if not s.at_floor]
+    hidden = [axis for axis, s in poor.items() if s.at_floor]
+    if bad:
+        yield (
+            f"  note: {row.recording}: in {' and '.join(bad)} no better than a velocity that stays as it is"
+        )
+    if hidden:
+        yield (
+            f"  note: {row.recording}: in {' and '.join(hidden)} the error is at the noise floor: these poses "
+            "do not resolve how well the model predicts"
+        )
 
 
 def _reference(row: RecordingScore) -> str:

@@ -29,7 +29,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.input_errors import InputErrors, input_errors
 from seatrial.recording.asynchronous import used_asynchronous
 from seatrial.recording.delays import at_one_time
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion, stencil_deviation

@@ -83,15 +83,7 @@ def head_to_head(
     has other commands than the recordings, or where the two origins differ.
     """
     # 1. Both models must be of one origin, stable, and driven by the recorded commands.
-    if not model.same_origin(other):
-        raise ModelError(
-            f"different origins: the measured point is {model.vehicle.point} of the model's, "
-            f"{other.vehicle.point} of the other's; identify both with one lever arm (pose: lever in the vehicle "
-            "file)"
-        )
-    for one in (model, other):
-        axis_physics(one)
-        _check_commands(one, recordings)
+    _refuse_incomparable(model, other, recordings)
     # 2. Noise of both filters, from all recordings.
     known = velocities or {}
     noises = [filter_noise(one, recordings) for one in (model, other)]
@@ -113,6 +105,19 @@ def head_to_head(
         duels += _tables(recording, ahead)
     reference = "stencil" if velocities is None else "given"
     return HeadToHead(model.estimator.method, other.estimator.method, horizon, reference, duels)
+
+
+def _refuse_incomparable(model: Model, other: Model, recordings: Sequence[Recording]) -> None:
+    """Raise ModelError for another origin, an unstable model, or other commands than the recordings'."""
+    if not model.same_origin(other):
+        raise ModelError(
+            f"different origins: the measured point is {model.vehicle.point} of the model's, "
+            f"{other.vehicle.point} of the other's; identify both with one lever arm (pose: lever in the vehicle "
+            "file)"
+        )
+    for one in (model, other):
+        axis_physics(one)
+        _check_commands(one, recordings)
 
 
 def _check_commands(model: Model, recordings: Sequence[Recording]) -> None:

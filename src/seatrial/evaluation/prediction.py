@@ -178,13 +178,7 @@ class Lookahead:
         if self.smoothed is not None and self.filtered is not None:
             starts = self.filtered.motion
         recording, begin = self.recording, self.reference if starts is None else starts
-        check_horizon(horizon)
-        steps = round(horizon / recording.period)
-        if steps < 1:
-            raise RecordingError(
-                f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
-                f"{recording.period:.3f} s; choose a longer one"
-            )
+        self._check(horizon)
         # pairs of poses, one horizon apart
         start, end = _starts(recording, begin.valid, self.reference.valid, horizon)
         kept = start % every == start[0] % every
@@ -204,26 +198,31 @@ class Lookahead:
         floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
         noise = self._noise_variance(floor, begin, start, end, few)
         foreseen, unsure = self._expected(noise, slopes[:, :, 6:])
-        variance = None
-        if self.smoothed is not None:  # no score is below the standard error of the reference
-            variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
-            least = np.sqrt(variance.mean(axis=0))
-            floor = np.maximum(floor, least)
-            foreseen = None if foreseen is None else np.maximum(foreseen, least)
+        floor, foreseen, variance = self._resolved(floor, foreseen, end)
         return Prediction(
-            recording.stamps[end],
-            recording.t[end],
-            states[:, 3:],
-            self.reference.nu[end],
-            begin.nu[start],
-            start,
-            end,
-            steps,
-            floor,
-            foreseen,
-            unsure,
-            variance,
-        )
+            recording.stamps[end], recording.t[end], states[:, 3:], self.reference.nu[end], begin.nu[start],
+            start, end, steps, floor, foreseen, unsure, variance,
+        )  # fmt: skip
+
+    def _check(self, horizon: float) -> None:
+        """Raise RecordingError for a horizon that is none, or is shorter than the time between poses."""
+        check_horizon(horizon)
+        if round(horizon / self.recording.period) < 1:
+            raise RecordingError(
+                f"{self.recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
+                f"{self.recording.period:.3f} s; choose a longer one"
+            )
+
+    def _resolved(
+        self, floor: Array, foreseen: Array | None, end: Poses
+    ) -> tuple[Array, Array | None, Array | None]:
+        """Floor and expected error, not below the standard error of a smoothed reference, and its variance."""
+        if self.smoothed is None:
+            return floor, foreseen, None
+        variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
+        least = np.sqrt(variance.mean(axis=0))
+        foreseen = None if foreseen is None else np.maximum(foreseen, least)
+        return np.maximum(floor, least), foreseen, variance
 
     def _run(
         self, begin: Motion, start: Poses, end: Poses, *, tangents: bool = False

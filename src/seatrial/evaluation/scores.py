@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
-from seatrial.boat.old_notes import with_findings
+from seatrial.boat.older_files.notes import with_findings
 from seatrial.evaluation.head_to_head import HeadToHead
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation

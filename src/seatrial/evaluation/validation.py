@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
-from seatrial.evaluation.assessment import Assessment, assess, judging, pooled
+from seatrial.evaluation.assessment import Assessment, assess, judging
 from seatrial.evaluation.head_to_head import HeadToHead, head_to_head
+from seatrial.evaluation.pooled_scores import pooled
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores, fingerprint

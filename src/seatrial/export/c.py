@@ -38,8 +38,6 @@ def words(content: Content, name: str) -> dict[str, str]:
         "vehicle": c_comment(content.vehicle_name),
         "source": c_comment(content.source),
     }
-    sections = pieces("curves.h", "/* ")
-    used = functions(content)
     queue = fill(
         template("queue.h" if late else "at_once.h"), {**common, **_queue_words(content, name)}
     )
@@ -59,17 +57,29 @@ def words(content: Content, name: str) -> dict[str, str]:
         "sizes": _sizes(content, name) if late else "",
         "members": _members(content, name, late=late),
         "allocation": block(allocation(content), "  "),
+        "curves": block(curves(content, name), "  "),
+        "mix": block(mix(content), "  "),
+        "acceleration": block(acceleration(content, name), "  "),
+        "prepare": prepare(content, name),
+        "levels": block(levels(content, name), "      "),
+        **_functions(content, name, common),
+        "queue": queue,
+        "thrusts": block(thrusts(content, name), "  "),
+        "reset": _reset(content),
+    }
+
+
+def _functions(content: Content, name: str, common: dict[str, str]) -> dict[str, str]:
+    """The substitutions that are functions which this boat needs, or the names of these."""
+    sections = pieces("curves.h", "/* ")
+    used = functions(content)
+    return {
         "curve_functions": "".join(
             "\n" + fill(sections[key], {**common, **table_words(content)})
             for key in ("curve", "pair", "table", "fade", "degree", "limited", "multiplier")
             if key in used
         ),
-        "curves": block(curves(content, name), "  "),
-        "mix": block(mix(content), "  "),
         "solve_function": "\n" + fill(sections["solve"], common) if "solve" in used else "",
-        "acceleration": block(acceleration(content, name), "  "),
-        "prepare": prepare(content, name),
-        "levels": block(levels(content, name), "      "),
         "whole": "_smooth" if "limited" in used else "_advance",
         "smooth": ", up to the end of a rate limit" if "limited" in used else "",
         "parts_function": fill(
@@ -77,9 +87,6 @@ def words(content: Content, name: str) -> dict[str, str]:
         )
         if "limited" in used
         else "",
-        "queue": queue,
-        "thrusts": block(thrusts(content, name), "  "),
-        "reset": _reset(content),
     }
 
 

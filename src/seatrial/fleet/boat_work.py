@@ -15,7 +15,8 @@ import numpy as np
 
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION
 from seatrial.boat.findings import finding_text, most_important, of_kinds
-from seatrial.boat.model import Model, load
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import changes_text

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from seatrial.recording.recording import Recording
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, expect_format, read_json, sha256, write_text
 from seatrial.util.questions import Questions
@@ -80,3 +81,12 @@ class Task:
     def file(self, name: str) -> Path:
         """In the folder."""
         return self.folder / name
+
+    def made_from(self, recordings: Sequence[Recording], training: Sequence[Recording]) -> str:
+        """Digest of what the model is made from: logs, vehicle file, what of them identifies, effects."""
+        return digest_of(
+            [source.sha256 for r in recordings for source in r.sources],
+            self.file("vehicle.yaml").read_text("utf-8"),
+            [(r.name, r.offset, r.duration) for r in training],
+            *self.effects,
+        )

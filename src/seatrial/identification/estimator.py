@@ -24,6 +24,7 @@ from seatrial.identification.diagnostics.solution_checks import solution_finding
 from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_effect
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
@@ -41,6 +42,7 @@ from seatrial.identification.uncertainty.covariance import (
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
+from seatrial.util.frames import Array
 from seatrial.util.progress import stage
 
 __all__ = ["OUTPUT_ERROR", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -77,9 +79,6 @@ def fit(
     `begin`: start values for the search, which is complete all the same.
     """
     chosen = settings or OutputErrorSettings()
-    for kind in chosen.effects:
-        if kind not in EFFECT_KINDS:
-            raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
     further = start is None and chosen.select_stages  # with stage selection and all diagnostics
     problem, findings = _problem(recordings, vehicle, chosen, start, prior)
     # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
@@ -100,19 +99,40 @@ def fit(
     with stage("standard errors", 0.1):
         covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
     with stage("diagnostics"):
-        if further:
-            findings += unmodelled_effect(at, horizon, covariance).findings
-            findings += change_findings(at)
-        findings += solution_findings(at, horizon, covariance)
-        # what disturbed intervals do to the standard errors
-        sought = chosen.select_stages and (further or prior is not None) and not chosen.hold_noise
-        if sought and (disturbed is not None or not without_process_noise(at)):
-            findings += disturbance_findings(disturbed, at, covariance)
-    for point in (at, likely):
-        point.runs.drop_linearisation()
-    return Fit(
-        at.runs.problem, at.theta, at.noise, at.runs, covariance, chosen, tuple(findings), horizon, likely.noise
-    )  # fmt: skip
+        findings += _diagnosed(
+            at, horizon, covariance, chosen, disturbed, further=further, with_prior=prior is not None
+        )  # fmt: skip
+    return Fit.of(at, covariance, chosen, findings, horizon=horizon, maximum=likely)
+
+
+def _check_effects(effects: Sequence[str]) -> None:
+    """Raise IdentificationError for an effect that there is not."""
+    for kind in effects:
+        if kind not in EFFECT_KINDS:
+            raise IdentificationError(f"no effect '{kind}'; there are {', '.join(EFFECT_KINDS)}")
+
+
+def _diagnosed(
+    at: Point,
+    horizon: float,
+    covariance: Array,
+    settings: OutputErrorSettings,
+    disturbed: Point | None,
+    *,
+    further: bool,
+    with_prior: bool,
+) -> list[Finding]:
+    """Findings at the solution; `further`: with stage selection. `disturbed`: a solution with disturbances."""
+    found: list[Finding] = []
+    if further:
+        found += unmodelled_effect(at, horizon, covariance).findings
+        found += change_findings(at)
+    found += solution_findings(at, horizon, covariance)
+    # what disturbed intervals do to the standard errors
+    sought = settings.select_stages and (further or with_prior) and not settings.hold_noise
+    if sought and (disturbed is not None or not without_process_noise(at)):
+        found += disturbance_findings(disturbed, at, covariance)
+    return found
 
 
 def _problem(
@@ -123,6 +143,7 @@ def _problem(
     prior: Model | None,
 ) -> tuple[Problem, list[Finding]]:
     """Which parameters are free, the prior on them, and blocks that are enough for them; findings on these."""
+    _check_effects(chosen.effects)
     whole, findings = with_sought_stages(vehicle, recordings, start)
     problem = with_prior(problem_with(whole, vehicle, recordings, chosen), prior)
     if start is not None:

@@ -104,30 +104,31 @@ def identify_with_fit(
     solution = None
     with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
         if method == OUTPUT_ERROR:
-            begin = None if choice is None else choice.begin
-            with explained(recordings, vehicle):
-                solution = _output_error(
-                    recordings, vehicle, prior, prior_spread, effects, begin=begin
-                )
-            found = _findings(solution, choice, prior)
-            model = (solution := replace(solution, findings=found)).model()
-            if prior is not None:
-                model = with_prior_findings(model, prior, prior_spread)
-        elif method == WEAK_FORM:
-            model = weak_form(recordings, vehicle, roles=roles)
-        elif method == SMOOTHER:
-            model = smoother(recordings, vehicle, roles=roles)
+            model, solution = _output_error(
+                recordings, vehicle, prior, prior_spread, effects, choice=choice
+            )
         else:
-            model = equation_error(recordings, vehicle, roles=roles, settings=settings)
-    if choice is not None and solution is None:
-        findings = [*choice.findings, *model.estimator.findings]
-        model = replace(
-            model, estimator=msgspec.structs.replace(model.estimator, findings=findings)
-        )
+            model = _by_regression(method, recordings, vehicle, roles, settings)
+            model = model if choice is None else _with_findings(model, choice.findings)
     # is it a boat, and are recordings and vehicle file what they seem?
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
         return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+
+
+def _by_regression(
+    method: str,
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    roles: Mapping[str, Sequence[str]] | None,
+    settings: EquationErrorSettings | None,
+) -> Model:
+    """The model of a method that solves for accelerations, not for poses."""
+    if method == WEAK_FORM:
+        return weak_form(recordings, vehicle, roles=roles)
+    if method == SMOOTHER:
+        return smoother(recordings, vehicle, roles=roles)
+    return equation_error(recordings, vehicle, roles=roles, settings=settings)
 
 
 def _findings(solution: Fit, choice: TermChoice | None, prior: Model | None) -> tuple[Finding, ...]:
@@ -193,6 +194,32 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
 
 
 def _output_error(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    prior: Model | None,
+    spread: float,
+    effects: Sequence[str],
+    *,
+    choice: TermChoice | None,
+) -> tuple[Model, Fit]:
+    """By prediction-error estimation, with the findings of solution, prior and choice of terms."""
+    begin = None if choice is None else choice.begin
+    with explained(recordings, vehicle):
+        solution = _maximised(recordings, vehicle, prior, spread, effects, begin=begin)
+    solution = replace(solution, findings=_findings(solution, choice, prior))
+    model = solution.model()
+    if prior is not None:
+        model = with_prior_findings(model, prior, spread)
+    return model, solution
+
+
+def _with_findings(model: Model, findings: Sequence[Finding]) -> Model:
+    """The model with findings before its own."""
+    found = [*findings, *model.estimator.findings]
+    return replace(model, estimator=msgspec.structs.replace(model.estimator, findings=found))
+
+
+def _maximised(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
     prior: Model | None,

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import msgspec
 import numpy as np
 
-from seatrial.boat.finding_kinds import QUANTITIES
+from seatrial.boat.finding_texts.spec import QUANTITIES
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Structure, Term

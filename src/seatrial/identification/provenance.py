@@ -8,7 +8,7 @@ import numpy as np
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.schema import EnvelopeEntry, RecordingEntry, SourceEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion
 from seatrial.util.frames import SYMBOLS, Array

@@ -76,6 +76,25 @@ class Fit:
     horizon: float  # [s] fit horizon under model mismatch, 0: none
     maximum_noise: Array  # (11,) at the likelihood's maximum, before the horizon
 
+    @staticmethod
+    def of(
+        at: Point,
+        covariance: Array,
+        settings: OutputErrorSettings,
+        findings: Sequence[Finding] = (),
+        *,
+        horizon: float = 0.0,
+        maximum: Point | None = None,
+    ) -> "Fit":
+        """From a solution, whose linearisation is dropped; `maximum` of the likelihood: absent, the solution."""
+        likely = at if maximum is None else maximum
+        for point in (at, likely):
+            point.runs.drop_linearisation()
+        return Fit(
+            at.runs.problem, at.theta, at.noise, at.runs, covariance, settings, tuple(findings), horizon,
+            likely.noise,
+        )  # fmt: skip
+
     @property
     def point(self) -> Point:
         """Parameters, noise and filter runs."""

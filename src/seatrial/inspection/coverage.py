@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.excitation import Excitation, even_times, excitation
-from seatrial.recording.pose_faults import GAP_FACTOR
+from seatrial.recording.faults.pose_faults import GAP_FACTOR
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import AXES, Array
 

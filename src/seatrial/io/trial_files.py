@@ -6,7 +6,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from seatrial.boat.model import Model, save
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import save
 from seatrial.boat.schema import TO_SI, Column
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.io.bags.write import BagTopic, message_for, write_bag

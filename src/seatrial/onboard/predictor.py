@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.boat.model import Model, load
-from seatrial.boat.parameter_uncertainty import onboard_uncertainty
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
+from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
 from seatrial.util.errors import ModelError, PredictorError
 from seatrial.util.frames import SYMBOLS, Array, frozen_array
 

@@ -11,7 +11,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.monitoring.recent_log import HELD, KINDS, recording_of_signals
 from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
-from seatrial.recording.pose_faults import Fault, FaultKind
+from seatrial.recording.faults.pose_faults import Fault, FaultKind
 from seatrial.recording.recording import KEPT_BEFORE, Recording
 from seatrial.recording.resolution import coarse_position
 from seatrial.util.errors import RecordingError

@@ -14,23 +14,14 @@ further searches. So memory and time of a search are bounded, too.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.diagnostics.solution_checks import at_bound_findings
 from seatrial.identification.estimator import fit
 from seatrial.identification.first_search import first_maximum
-from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.growing_filter import GrowingFilter
-from seatrial.identification.likelihood.linearised import START_DAMPING, Point, bounded_step
-from seatrial.identification.likelihood.optimiser import Outcome, far_from_poses, search
-from seatrial.identification.likelihood.problem import Prior, Problem
-from seatrial.identification.problem_setup import integration_step, problem_with
+from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
@@ -38,23 +29,19 @@ from seatrial.identification.solution import Fit, OutputErrorSettings, StartValu
 from seatrial.identification.uncertainty.covariance import (
     sandwich_covariance,
     with_enough_blocks,
-    with_lag_by_square,
 )
-from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.poolside.drive_log import DriveLog
+from seatrial.poolside.live_solution import Solution, scatter_ratio, solution_of, stepped, warm
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
-from seatrial.util.statistics import inverse_of
 
 FIRST_LENGTH = 15.0  # [s] of a drive before the first search
 WARM_GROWTH = 1.12  # of the drive, from one search to the next
 THOROUGH_GROWTH = 1.5  # of the drive, from one thorough search to the next
 LEAST_GROWTH = 4.0  # [s] of the drive, between two searches
 MOST_THOROUGH = 60_000  # poses: of a longer drive the structure is known
-MOST_SEARCHED = 120_000  # poses of a search: 40 min at 50 Hz
-WARM_PASSES = 12  # full ones of a warm search, at most
 STEP = 250_000_000  # [ns] of new poses that the filter goes on along at once
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 100  # rows before the new poses, which show their faults
@@ -63,23 +50,6 @@ NO_MAXIMUM = (
     "the search over the whole drive found no maximum: did the boat change? The estimate goes on from the last "
     "one. Begin a new session after a change of the boat"
 )
-RENEWED = (FindingKind.AT_BOUND, FindingKind.SHORT_BLOCKS)  # findings of every search
-
-
-@dataclass(frozen=True)
-class Solution:
-    """The last search, and the filter that goes on from it."""
-
-    fit: Fit
-    model: Model
-    going: GrowingFilter
-    information: Array  # (p, p) of the poses that the search used
-    thorough: float  # [s] of the drive at the last thorough search; 0: there was none
-
-    @property
-    def first(self) -> int:
-        """Stamp [ns] of the first pose that is not condensed."""
-        return self.fit.problem.recordings[0].origin
 
 
 class LiveEstimator:
@@ -147,7 +117,7 @@ class LiveEstimator:
         found = self._solution
         if found is None:
             return 1.0
-        return 1.0 / max(1.0, _scatter(found.fit.covariance, found.information))
+        return 1.0 / max(1.0, scatter_ratio(found.fit.covariance, found.information))
 
     @property
     def lag(self) -> float:
@@ -183,12 +153,12 @@ class LiveEstimator:
             recording = self.log.recording(None if last is None else last.first)
             few = len(recording.t) < MOST_THOROUGH
             found, thorough = self._found(recording, length, None if anew and few else last)
-            self._solution = _solution(found, thorough, hold)
+            self._solution = solution_of(found, thorough, hold)
         except SeatrialError as error:
             self._problem = str(error)
             return False
         self._problem = ""
-        return self._state(_stepped(self._solution, self._solution.going.at()))
+        return self._state(stepped(self._solution, self._solution.going.at()))
 
     def _state(self, found: Model) -> bool:
         """Make it the estimate; not where rounding leaves its covariance indefinite, as of a few poses."""
@@ -215,7 +185,7 @@ class LiveEstimator:
         """
         many = len(recording.t) >= MOST_THOROUGH
         if last is not None and (many or length < THOROUGH_GROWTH * last.thorough):
-            found = _warm(last.fit, recording)
+            found = warm(last.fit, recording)
             if found is not None:
                 return found, last.thorough
             if many:
@@ -241,11 +211,7 @@ class LiveEstimator:
         at = first_maximum(
             [recording], self.vehicle, self._settings.effects, start=begin, short=True
         )
-        covariance = sandwich_covariance(at)
-        at.runs.drop_linearisation()
-        return Fit(
-            at.runs.problem, at.theta, at.noise, at.runs, covariance, self._settings, (), 0.0, at.noise
-        )  # fmt: skip
+        return Fit.of(at, sandwich_covariance(at), self._settings)
 
     def _begin(self, last: Solution | None) -> StartValues | None:
         """Where a thorough search begins."""
@@ -269,89 +235,7 @@ class LiveEstimator:
         at = last.going.at()
         if last.going.newest == before or not np.isfinite(at.runs.cost):
             return False
-        return self._state(_stepped(last, at))
-
-
-def _warm(last: Fit, recording: Recording) -> Fit | None:
-    """The maximum from the last one, in its structure; None where the search does not end."""
-    problem = replace(last.problem, recordings=(recording,), block=last.settings.block)
-    if len(recording.t) > MOST_SEARCHED:
-        problem = _condensed(problem, last)
-    problem = replace(with_enough_blocks(problem), step=integration_step(problem, last.theta))
-    at, outcome = search(
-        problem, last.theta, last.noise, least=noise_floor(problem, last.horizon),
-        free=present(last.noise), passes=WARM_PASSES,
-    )  # fmt: skip
-    if outcome not in (Outcome.CONVERGED, Outcome.OUT_OF_STEPS) or far_from_poses(at):
-        return None
-    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
-    at.runs.drop_linearisation()
-    kept = [f for f in last.findings if f.kind not in RENEWED]
-    return replace(
-        last,
-        findings=(*kept, *at_bound_findings(at)),
-        problem=problem,
-        theta=at.theta,
-        noise=at.noise,
-        runs=at.runs,
-        covariance=covariance,
-    )
-
-
-def _condensed(problem: Problem, last: Fit) -> Problem:
-    """The problem of the later half of its recording, with what the earlier half knows as prior."""
-    (recording,) = problem.recordings
-    middle = float(recording.t[len(recording.t) // 2])
-    older = replace(problem, recordings=(recording.cut(None, middle),))
-    runs = older.run_filter(last.theta, last.noise, repeatable=False)
-    free = list(problem.free)
-    mean, precision = last.theta.copy(), np.zeros((len(last.theta),) * 2)
-    mean[free] += inverse_of(runs.information) @ runs.gradient
-    precision[np.ix_(free, free)] = runs.information
-    later = recording.cut(middle, None)
-    return replace(problem, recordings=(later,), prior=Prior(mean, precision))
-
-
-def _solution(found: Fit, thorough: float, hold: int) -> Solution:
-    """The filter goes on at the solution's parameters, from `hold` [ns] before its newest pose."""
-    newest = int(found.problem.recordings[0].stamps[-1])
-    going = GrowingFilter(found.problem, found.theta, found.noise)
-    going.begin(newest - hold)
-    return Solution(found, found.model(), going, going.at().runs.information, thorough)
-
-
-def _stepped(last: Solution, at: Point) -> Model:
-    """The model a Gauss-Newton step from the last search, with the information of all poses so far."""
-    move, _ = bounded_step(at, START_DAMPING)
-    problem = last.fit.problem
-    theta = problem.clipped(at.theta + move)
-    n, m = problem.n_coefficients, problem.n_constants
-    covariance = _covariance(last, at.runs.information)
-    return replace(
-        last.model, coefficients=theta[:n], constants=theta[n : n + m],
-        covariance=replace(last.fit, covariance=covariance).model_covariance(),
-    )  # fmt: skip
-
-
-def _covariance(last: Solution, information: Array) -> Array:
-    """The covariance (p, p) with more information: the scores of new poses scatter as those of the search did."""
-    old = last.fit.covariance
-    inside = np.diag(old) > 0.0
-    within = np.ix_(inside, inside)
-    before, after = last.information[within], information[within]
-    factor = _scatter(old, last.information)
-    inverse = inverse_of(after)
-    scatter = before @ old[within] @ before + factor * (after - before)
-    out = np.zeros_like(old)
-    out[within] = inverse @ scatter @ inverse
-    return out
-
-
-def _scatter(covariance: Array, information: Array) -> float:
-    """Mean ratio of the covariance (p, p) to the inverse information (p, p), of what is estimated."""
-    inside = np.diag(covariance) > 0.0
-    within = np.ix_(inside, inside)
-    return float(np.sum(information[within] * covariance[within])) / max(int(inside.sum()), 1)
+        return self._state(stepped(last, at))
 
 
 def _waiting(length: float) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 from seatrial.poolside.signal_stream import NANO, SIGNALS, WINDOW, SignalStream, StreamTiming
 from seatrial.poolside.sources.source import EventKind
 from seatrial.poolside.state import Level
+from seatrial.recording.faults.pose_faults import GAP_FACTOR
 from seatrial.recording.other_clock import FACTOR_SLACK, FACTORS, other_zone
-from seatrial.recording.pose_faults import GAP_FACTOR
 
 MISSING = 2.0  # [s] after which a signal that has not arrived is missing
 STOPPED = 1.0  # [s] least silence after which a periodic signal has stopped

@@ -26,7 +26,7 @@ from seatrial.poolside.signal_findings import (
 from seatrial.poolside.signal_stream import NANO, SignalStream, StreamTiming
 from seatrial.poolside.sources.source import EventKind
 from seatrial.poolside.state import Level, SignalState
-from seatrial.recording.pose_faults import FaultKind, examine
+from seatrial.recording.faults.pose_faults import FaultKind, examine
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import FEW_STEPS
 from seatrial.util.errors import RecordingError

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.poolside.sources.source import EventKind
-from seatrial.recording.pose_faults import GAP_FACTOR, usual_step
+from seatrial.recording.faults.pose_faults import GAP_FACTOR, usual_step
 from seatrial.recording.timing import FEW_STEPS, regular_period, silence_length
 from seatrial.util.frames import Array, Stamps
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.recording.pose_faults import poses_held
+from seatrial.recording.faults.frozen_poses import poses_held
 from seatrial.util.frames import Array, Mask, Stamps, frozen_array
 
 TWO_RATES_SHARE = (
@@ -129,25 +129,8 @@ def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) ->
     Where position and heading have one rate, the rows stay as they are, less those that repeat a pose, and
     those that are marked bad in turn with good ones.
     """
-    remarks = []
     # 1. Rows without a pose of their own.
-    rows = np.arange(len(stamps))
-    if (
-        marked_valid is not None
-        and np.mean(np.diff(marked_valid.astype(int)) < 0) > TWO_RATES_SHARE
-    ):
-        share = 100 * np.mean(~marked_valid)
-        remarks.append(
-            f"{share:.0f} % of the rows are marked bad, in turn with good ones: left out"
-        )
-        rows = rows[marked_valid]
-    held = poses_held(eta[rows])
-    if held.any():
-        remarks.append(
-            f"{100 * held.mean():.0f} % of the rows repeat the pose before (the log has more rows than "
-            "poses): each pose counts once"
-        )
-        rows = rows[~held]
+    rows, remarks = _own_poses(eta, marked_valid)
     # 2. Rows that repeat or lack one part.
     fresh = [
         np.isfinite(part).all(axis=1) & ~poses_held(part)
@@ -164,6 +147,29 @@ def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) ->
     first, second = rows[fresh[0]], rows[fresh[1]]
     found = joined(stamps[first], eta[first, :2], stamps[second], eta[second, 2])
     return replace(found, rows=first, remarks=tuple(remarks))
+
+
+def _own_poses(eta: Array, marked_valid: Mask | None) -> tuple[NDArray[np.intp], list[str]]:
+    """Rows (n, 3) that have a pose of their own, and what is left out."""
+    remarks = []
+    rows = np.arange(len(eta))
+    if (
+        marked_valid is not None
+        and np.mean(np.diff(marked_valid.astype(int)) < 0) > TWO_RATES_SHARE
+    ):
+        share = 100 * np.mean(~marked_valid)
+        remarks.append(
+            f"{share:.0f} % of the rows are marked bad, in turn with good ones: left out"
+        )
+        rows = rows[marked_valid]
+    held = poses_held(eta[rows])
+    if held.any():
+        remarks.append(
+            f"{100 * held.mean():.0f} % of the rows repeat the pose before (the log has more rows than "
+            "poses): each pose counts once"
+        )
+        rows = rows[~held]
+    return rows, remarks
 
 
 def used_asynchronous(

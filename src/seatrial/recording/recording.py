@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.recording.asynchronous import Asynchronous, split_rates
-from seatrial.recording.pose_faults import (
+from seatrial.recording.faults.pose_faults import (
     COMMANDS_UNKNOWN,
     Fault,
     FaultKind,

@@ -8,7 +8,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.recording.asynchronous import Asynchronous
 from seatrial.recording.averaging import at_middle
-from seatrial.recording.pose_faults import MAD_TO_SD
+from seatrial.recording.faults.pose_jumps import MAD_TO_SD
 from seatrial.recording.recording import Recording, rising
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps

@@ -160,18 +160,13 @@ def _drive(
     sticks = np.zeros((len(looks), 3))
     truth = np.zeros((len(poses), 6))
     force = np.zeros((len(poses), len(model.structure.forces)))
-    wall_x, wall_y = plan.pool.length / 2 + OUTSIDE_POOL, plan.pool.width / 2 + OUTSIDE_POOL
     due, j = [*poses.tolist(), np.inf], 0
     for i, t in enumerate(looks.tolist()):
         while due[j] < t:
             j = _note(plant, due[j], truth, force, j)
         plant.advance_to(t)
         x = plant.state
-        if not (abs(x[0]) < wall_x and abs(x[1]) < wall_y):
-            raise ModelError(
-                f"{label}: the boat left the pool after {t:.1f} s at ({x[0]:.2f}, {x[1]:.2f}) m; "
-                "the plant is too fast or too weak for this operator and pool"
-            )
+        _check_inside(plan, label, t, x)
         sticks[i] = operator.look(t, x)
         plant.command(t, np.ascontiguousarray(sticks[i][order]))
     while j < len(poses):
@@ -179,6 +174,16 @@ def _drive(
     at, *before = (np.searchsorted(poses, t) for t in (ticks, *late))
     seen = np.column_stack([truth[before[0], :2], truth[before[1], 2]])
     return looks, sticks, ticks, truth[at], force[at], seen
+
+
+def _check_inside(plan: PlanFile, label: str, t: float, state: Array) -> None:
+    """Raise ModelError where the boat has left the pool."""
+    wall_x, wall_y = plan.pool.length / 2 + OUTSIDE_POOL, plan.pool.width / 2 + OUTSIDE_POOL
+    if not (abs(state[0]) < wall_x and abs(state[1]) < wall_y):
+        raise ModelError(
+            f"{label}: the boat left the pool after {t:.1f} s at ({state[0]:.2f}, {state[1]:.2f}) m; "
+            "the plant is too fast or too weak for this operator and pool"
+        )
 
 
 class DisturbedPlant(_core.Plant):

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.boat.model import Model, load
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.onboard.predictor import row_of
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan, reading_of
 from seatrial.simulation.scene import Scene, SceneFile, load_scene

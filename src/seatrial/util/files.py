@@ -1,87 +1,29 @@
 # SPDX-License-Identifier: MIT
 """Text files: strict reading, atomic writing."""
 
-import difflib
 import hashlib
 import json
 import math
 import os
-import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 import yaml
 
 from seatrial.util.errors import FileError
+from seatrial.util.file_content.explanations import explained, keys_left_out
+from seatrial.util.file_content.yaml_dialect import Dumper, Loader
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
 S = TypeVar("S", bound=msgspec.Struct)
-DIGITS = 10  # significant digits of numbers in YAML files
 MOST_BYTES = 64_000_000  # of a YAML or JSON file
 MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file: bounds one that refers to itself
-
-
-class _Loader(yaml.CSafeLoader if hasattr(yaml, "CSafeLoader") else yaml.SafeLoader):  # type: ignore[misc]
-    """YAML 1.2's booleans and numbers (1e-3 is a number, `on` is a word); keys are unique."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Refuse a duplicate key."""
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if isinstance(key, (list, dict)):
-                raise yaml.constructor.ConstructorError(
-                    None, None, "a key must be a word", key_node.start_mark
-                )
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"key '{key}' stands twice", key_node.start_mark
-                )
-            seen.add(key)
-        return dict(super().construct_mapping(node, deep))
-
-
-_Loader.yaml_implicit_resolvers = {
-    first: [
-        (tag, pattern)
-        for tag, pattern in rules
-        if not tag.endswith((":bool", ":int", ":float", ":timestamp"))
-    ]
-    for first, rules in _Loader.yaml_implicit_resolvers.items()
-}
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|false|False)$"), list("tTfF")
-)
-_INT = (  # 01500 is 1500: YAML 1.1's 832 is octal, which nobody means
-    "tag:yaml.org,2002:int",
-    re.compile(r"^[-+]?\d{1,300}$|^0o[0-7]{1,100}$|^0x[\da-fA-F]{1,100}$"),
-    list("-+0123456789"),
-)
-_FLOAT = (
-    "tag:yaml.org,2002:float",
-    re.compile(
-        r"^[-+]?(?:\d+\.\d*|\.\d+|\d+(?=[eE]))(?:[eE][-+]?\d+)?$|^[-+]?\.(?:inf|Inf)$|^\.(?:nan|NaN)$"
-    ),
-    list("-+.0123456789"),
-)
-_Loader.add_implicit_resolver(*_INT)
-_Loader.add_implicit_resolver(*_FLOAT)
-
-
-def _whole_number(loader: _Loader, node: yaml.ScalarNode) -> int:
-    """A whole number of YAML 1.2."""
-    text = str(loader.construct_scalar(node))
-    return int(text, {"0o": 8, "0x": 16}.get(text[:2], 10))
-
-
-_Loader.add_constructor("tag:yaml.org,2002:int", _whole_number)
 
 
 def yaml_text(path: "Path | Traversable") -> str:
@@ -109,7 +51,7 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
     """A YAML mapping. Raises FileError with file and line."""
     text = yaml_text(path)
     try:
-        content = yaml.load(text, Loader=_Loader)
+        content = yaml.load(text, Loader=Loader)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         mark = getattr(error, "problem_mark", None)
         where = f" line {mark.line + 1}" if mark else ""
@@ -125,7 +67,7 @@ def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
 def _check_depth(text: str, path: object) -> None:
     """Raise FileError for deep nesting, by events: the C parser's own recursion ends in a crash."""
     depth = 0
-    for event in yaml.parse(text, Loader=_Loader):
+    for event in yaml.parse(text, Loader=Loader):
         depth += isinstance(event, yaml.CollectionStartEvent)
         depth -= isinstance(event, yaml.CollectionEndEvent)
         if depth > MOST_DEPTH:
@@ -194,40 +136,8 @@ def convert(content: dict[str, Any], kind: type[S], path: object, *, finite: boo
     try:
         return msgspec.convert(content, kind, strict=True)
     except msgspec.ValidationError as error:
-        problem = _explain(str(error), kind, _keys(content, kind, str(error)))
+        problem = explained(str(error), kind, keys_left_out(content, kind, str(error)))
         raise FileError(f"{path}: {problem}") from None
-
-
-def _keys(content: dict[str, Any], kind: type[S], message: str) -> list[str]:
-    """Keys of mappings with free names, which msgspec's message leaves out."""
-    found: list[str] = []
-    *paths, _ = message.rpartition("`$")[2].split("[...]")
-    at: object = content
-    for part in paths:
-        for step in part.strip(".").split("."):
-            at = at.get(step) if isinstance(at, dict) and step else at
-        if not isinstance(at, dict):
-            break
-        for key in at:
-            try:
-                msgspec.convert(_without(content, at, key), kind, strict=True)
-            except msgspec.ValidationError as error:
-                if str(error) == message:
-                    found.append(str(key))
-                    at = at[key]
-                    break
-    return found
-
-
-def _without(content: object, mapping: dict[str, Any], key: str) -> object:
-    """The content, in which the mapping has this key only."""
-    if content is mapping:
-        return {key: mapping[key]}
-    if isinstance(content, dict):
-        return {k: _without(value, mapping, key) for k, value in content.items()}
-    if isinstance(content, list):
-        return [_without(value, mapping, key) for value in content]
-    return content
 
 
 def write_text(path: Path, text: str) -> None:
@@ -285,7 +195,7 @@ def sync_folder(folder: Path) -> None:
 
 def dump_yaml(content: dict[str, Any]) -> str:
     """Readable YAML: order kept, short lists on one line."""
-    return str(yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100))
+    return str(yaml.dump(content, Dumper=Dumper, sort_keys=False, allow_unicode=True, width=100))
 
 
 def dump_json(content: object, *, ascii_only: bool = False) -> str:
@@ -311,42 +221,6 @@ def sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-class _Dumper(yaml.SafeDumper):
-    pass
-
-
-def _flow_list(dumper: yaml.SafeDumper, data: list[Any]) -> yaml.Node:
-    short = all(isinstance(x, (int, float)) or (isinstance(x, str) and " " not in x) for x in data)
-    return dumper.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=short)
-
-
-def _flow_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.Node:
-    short = len(data) <= 4 and not any(isinstance(x, (list, tuple, dict)) for x in data.values())
-    return dumper.represent_mapping("tag:yaml.org,2002:map", data, flow_style=short)
-
-
-def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
-    text = f"{data:.{DIGITS}g}"
-    text = text if any(c in text for c in ".en") else text + ".0"
-    text = {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(text, text)
-    return dumper.represent_scalar("tag:yaml.org,2002:float", text)
-
-
-def _text(dumper: yaml.SafeDumper, data: str) -> yaml.Node:
-    """A string in double quotes where it has line breaks, which become spaces otherwise."""
-    style = None if data.isprintable() else '"'
-    return dumper.represent_scalar("tag:yaml.org,2002:str", data, style=style)
-
-
-_Dumper.add_implicit_resolver(*_INT)
-_Dumper.add_implicit_resolver(*_FLOAT)  # a word that reads as a number is quoted
-_Dumper.add_representer(list, _flow_list)
-_Dumper.add_representer(tuple, lambda dumper, data: _flow_list(dumper, list(data)))
-_Dumper.add_representer(dict, _flow_mapping)
-_Dumper.add_representer(float, _float)
-_Dumper.add_representer(str, _text)
-
-
 def _numbers(content: object, place: str) -> Iterator[tuple[str, float]]:
     """Every float in nested mappings and lists, with its place."""
     if isinstance(content, float):
@@ -357,71 +231,3 @@ def _numbers(content: object, place: str) -> Iterator[tuple[str, float]]:
     elif isinstance(content, list):
         for i, value in enumerate(content):
             yield from _numbers(value, f"{place}[{i}]")
-
-
-def _explain(message: str, kind: type[msgspec.Struct], keys: Sequence[str] = ()) -> str:
-    """msgspec's message with the place in plain words, the nearest key, the allowed values.
-
-    `keys`: names that it leaves out of the place.
-    """
-    for key in keys:
-        message = message.replace("[...]", f".{key}", 1)
-    parts = re.fullmatch(r"(.*?)(?: - at (?:`key` in )?`\$(.*)`)?", message, re.DOTALL)
-    text, place = (parts[1], parts[2] or "") if parts else (message, "")
-    where = place.lstrip(".").replace("[...]", ".*")
-    unknown = re.search(r"unknown field `(.+)`", text)
-    if unknown:
-        known = sorted(_all_fields(kind).keys() - {unknown[1]})
-        near = difflib.get_close_matches(unknown[1], known, n=1)
-        hint = f"; did you mean '{near[0]}'?" if near else ""
-        return f"unknown key '{unknown[1]}'{' in ' + where if where else ''}{hint}"
-    missing = re.search(r"missing required field `(.+)`", text)
-    if missing:
-        return f"key '{missing[1]}' is missing{' in ' + where if where else ''}"
-    for word, plain in _PLAIN.items():
-        text = text.replace(word, plain)
-    text = text[:1].lower() + text[1:].replace("`", "'")
-    if "enum value" in text:
-        wanted = _all_fields(kind).get(where.rpartition(".")[2])
-        allowed = ", ".join(_literals(wanted))
-        number = "a number, or " if _has_number(wanted) else ""
-        text = text.replace("invalid enum value", "got") + f"; expected {number}{allowed}"
-    return f"{where or 'the file'}: {text}"
-
-
-_PLAIN = {"`array`": "a list", "`object`": "a mapping", "`str`": "text", "`float`": "a number",
-          "`object | null`": "a mapping", "`array | null`": "a list", "`float | null`": "a number",
-          "`int`": "a whole number"}  # fmt: skip
-
-
-def _literals(kind: object) -> list[str]:
-    """The values that a Literal, an Enum, or a union with one, allows."""
-    if isinstance(kind, type) and issubclass(kind, Enum):
-        return [str(member.value) for member in kind]
-    if get_origin(kind) is Literal:
-        return [str(value) for value in get_args(kind)]
-    return [text for part in get_args(kind) for text in _literals(part)]
-
-
-def _has_number(kind: object) -> bool:
-    """Whether a type, or a part of a union, is a number."""
-    return kind in (int, float) or any(_has_number(part) for part in get_args(kind))
-
-
-def _all_fields(kind: type[msgspec.Struct]) -> dict[str, Any]:
-    """Every key that may stand somewhere in the file, with its type."""
-    fields: dict[str, Any] = {}
-    pending: list[Any] = [kind]
-    seen: set[Any] = set()
-    while pending:
-        current = pending.pop()
-        if isinstance(current, type) and issubclass(current, msgspec.Struct):
-            if current in seen:
-                continue
-            seen.add(current)
-            for field in msgspec.structs.fields(current):
-                fields.setdefault(field.encode_name, field.type)
-                pending.append(field.type)
-        else:
-            pending.extend(get_args(current))
-    return fields

@@ -5,7 +5,7 @@ import argparse
 import os
 import re
 import sys
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +13,14 @@ from seatrial.util.printing import STANDARD_OUTPUT, put
 from seatrial.util.progress import over
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from contextlib import AbstractContextManager
+    from collections.abc import Mapping
 
     import msgspec
 
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
+    from seatrial.inspection.proposal.sources import Choices
     from seatrial.recording.recording import Recording
-    from seatrial.util.parallel import Farm
 
 JSON_HELP = "also write the result as JSON; -: to standard output, in place of the text"
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
@@ -97,7 +96,7 @@ def _stretch(text: str) -> tuple[str, float, float]:
 
 def load_model(args: argparse.Namespace) -> "Model":
     """The model, with another vehicle where one is given."""
-    from seatrial.boat.model import load
+    from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
 
     model = load(args.model)
@@ -113,6 +112,39 @@ def check_png(args: argparse.Namespace) -> None:
         raise FileError("--png belongs to the figures: say where with --figures FOLDER")
     if args.png:
         check()
+
+
+def check_page(args: argparse.Namespace) -> None:
+    """`check_png` of a command whose page is optional: figures and tables belong to it."""
+    from seatrial.util.errors import FileError
+
+    if args.out is None and (args.figures or args.tables):
+        raise FileError("--figures and --tables belong to the HTML file: say where with -o")
+    check_png(args)
+
+
+def choices_of(args: argparse.Namespace, name: str | None) -> "Choices":
+    """What the options that `init` and `auto` share choose: topics, and where things are."""
+    from seatrial.inspection.proposal.sources import Choices, thrusters_of
+
+    return Choices(
+        name=name, pose=args.pose, commands=args.commands,
+        lever=None if args.lever is None else (args.lever[0], args.lever[1]),
+        thrusters=() if args.thrusters is None else thrusters_of(args.thrusters),
+    )  # fmt: skip
+
+
+def add_ports(command: argparse.ArgumentParser) -> None:
+    """Those of lines over UDP."""
+    command.add_argument(
+        "--udp",
+        type=int,
+        metavar="PORT",
+        help="read lines from this port on loopback instead of standard input",
+    )
+    command.add_argument(
+        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
+    )
 
 
 def add_recordings(
@@ -211,46 +243,6 @@ def add_salvage(command: argparse.ArgumentParser) -> None:
     """--salvage."""
     text = "read what is left of a damaged bag"
     command.add_argument("--salvage", action="store_true", help=text)
-
-
-def add_workers(command: argparse.ArgumentParser, default: str | None = None) -> None:
-    """--scheduler and --workers."""
-    command.add_argument(
-        "--scheduler", default=default, metavar="WHERE",
-        help="Dask workers that share the work: local, tcp://HOST:PORT, or a scheduler's file (default: "
-        + (default or "this process") + ")",
-    )  # fmt: skip
-    command.add_argument(
-        "--workers", type=int, metavar="N",
-        help="processes of --scheduler local (default: all cores)"
-        + ("; 0: this process, without Dask" if default else ""),
-    )  # fmt: skip
-
-
-def workers_of(args: argparse.Namespace) -> "AbstractContextManager[Farm] | None":
-    """The workers that a command's options name; None: this process."""
-    from seatrial.util.errors import FleetError
-
-    if args.scheduler is None and args.workers is not None:
-        raise FleetError(f"--workers {args.workers} belongs to --scheduler local")
-    if args.scheduler is None or (args.scheduler == "local" and args.workers == 0):
-        return None
-    from seatrial.fleet.dask_cluster import cluster
-
-    return cluster(args.scheduler, args.workers)
-
-
-@contextmanager
-def on_workers(args: argparse.Namespace) -> "Iterator[None]":
-    """Long work inside is done by the workers that a command's options name."""
-    from seatrial.util.parallel import working_on
-
-    workers = workers_of(args)
-    if workers is None:
-        yield
-        return
-    with workers as farm, working_on(farm):
-        yield
 
 
 def add_exports(command: argparse.ArgumentParser) -> None:

@@ -3,7 +3,8 @@
 
 from pathlib import Path
 
-from seatrial.boat.model import Model, load
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.util.errors import VehicleError
 from seatrial.util.files import read_yaml

@@ -45,9 +45,14 @@ class Layout:
         return self.stages * self.block + MOTION_SIZE + self.n
 
     @property
+    def equations(self) -> int:
+        """Rows of the constraints that are equations: first z, the dynamics."""
+        return (self.stages + 1) * (MOTION_SIZE + self.n)
+
+    @property
     def rows(self) -> int:
-        """Of the constraints: first z, the dynamics, the walls."""
-        return (self.stages + 1) * (MOTION_SIZE + self.n) + self.stages * WALLS
+        """Of the constraints: the equations, then the walls."""
+        return self.equations + self.stages * WALLS
 
     def thrust(self, stage: int) -> slice:
         """g of a stage."""
@@ -104,13 +109,35 @@ def step_function(
     hessian, gradient, jacobian, value = _linearised(model, thrusters, grid, weights, layout)(
         *given
     )
+    below, room = _inequalities(thrusters, grid, layout, walls, (w, jacobian, value))
+    equal = layout.equations
+    programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
+    by, off = minimum(programme, START_MULTIPLIER * weights.price(grid.stages))
+    step: casadi.Function = ca.Function(
+        "seatrial_nmpc", given, [w + by, off], list(sizes), ["new_w", "off"]
+    )
+    return step
+
+
+def _inequalities(
+    thrusters: Thrusters,
+    grid: Grid,
+    layout: Layout,
+    walls: Array,
+    at: tuple[Symbol, Symbol, Symbol],
+) -> tuple[Symbol, Symbol]:
+    """Rows, and room that steps of w have along them: bounds of w, rates of angles, walls.
+
+    at: w, and of the constraints there the Jacobian and the values.
+    """
+    ca = casadi_module()
+    w, jacobian, value = at
     low, high = layout.bounds(thrusters)
     wall_limits = np.tile(walls, grid.stages)
-    equal = layout.rows - len(wall_limits)
     lower, upper, kept = (
         np.flatnonzero(np.isfinite(row)).tolist() for row in (low, high, wall_limits)
     )
-    wall = [equal + i for i in kept]
+    wall = [layout.equations + i for i in kept]
     box = ca.sparsify(
         ca.vertcat(-ca.DM.eye(layout.size)[lower, :], ca.DM.eye(layout.size)[upper, :])
     )
@@ -121,12 +148,7 @@ def step_function(
         w[lower] - low[lower], high[upper] - w[upper], most - turn @ w,
         wall_limits[kept] - value[wall],
     )  # fmt: skip
-    programme = hessian, gradient, jacobian[:equal, :], -value[:equal], below, room
-    by, off = minimum(programme, START_MULTIPLIER * weights.price(grid.stages))
-    step: casadi.Function = ca.Function(
-        "seatrial_nmpc", given, [w + by, off], list(sizes), ["new_w", "off"]
-    )
-    return step
+    return below, room
 
 
 def _linearised(

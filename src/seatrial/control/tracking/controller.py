@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.boat.model import Model, load
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.control.allocation.steered import steering_of
 from seatrial.control.gains_file import GainsFile, gains_of, guidance_numbers, load_gains
 from seatrial.control.tracking.reference import Reference

@@ -26,6 +26,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.progress import stage
 
 Action = Literal["pid", "pd"]
+Request = tuple[float, float, Action, float]  # knob, hold, action, strength
 KNOB = 1.0  # [s]
 CONTROLLER_RATE = 50.0  # [Hz] of the controller
 # largest |S|: 29 degrees of phase and a factor of 2 in gain remain (Skogestad 2003)
@@ -111,31 +112,58 @@ def tune(
     _check_request(knob, rate, extra)
     allocator = allocator_for(model, allocation)
     # Linear plant about rest and the fastest steady motions
-    boat = linearise(model)
-    if len(boat.driven) < 3:
-        boat = linearise(model, guided_motions(model))
-    _check_drag(model, boat)
+    boat = _plant(model)
     # Gains of each axis by internal model control, from its delay and its least drag
     hold = 0.5 / rate + extra
     gains = gains_for(boat, knob, hold, action)
     guidance = guidance_for(boat, hold, gains)
-    if guidance is not None:
-        boat = with_bend(model, boat, guidance)
+    boat = boat if guidance is None else with_bend(model, boat, guidance)
     # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
     boats = draws_of(boat, model, draws, seed)
-    strength = boat.steepest
-    with stage("margins of draws", 0.9):
-        spread = worst_of(boats, gains, knob, hold, strength, guidance=guidance)
-    if not permitted(spread):
-        raise ControlError(_refusal(model, boats, spread, (knob, hold, action, strength)))
-    # Margins of the nominal model
-    slow = 0.0 if guidance is None else guidance.time
-    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold, slow=slow)
-    nominal = margins(boat, Feedback(gains, boat.speeds, omega, hold, guidance)).worst()
+    spread = _spread(model, boats, gains, guidance, (knob, hold, action, boat.steepest))
+    nominal = _nominal(boat, gains, guidance, knob, hold)
     return Tuning(
         model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed,
         allocator, guidance,
     )  # fmt: skip
+
+
+def _plant(model: Model) -> LinearBoat:
+    """The linear plant about rest and the fastest steady motions; of a boat without sway thrust, guided ones."""
+    boat = linearise(model)
+    if len(boat.driven) < 3:
+        boat = linearise(model, guided_motions(model))
+    _check_drag(model, boat)
+    return boat
+
+
+def _spread(
+    model: Model,
+    boats: list[LinearBoat],
+    gains: tuple[Gains, Gains, Gains],
+    guidance: Guidance | None,
+    request: Request,
+) -> Margins:
+    """Worst margins of each draw. Raises ControlError where they are too small."""
+    knob, hold, _, strength = request
+    with stage("margins of draws", 0.9):
+        spread = worst_of(boats, gains, knob, hold, strength, guidance=guidance)
+    if not permitted(spread):
+        raise ControlError(_refusal(model, boats, spread, request))
+    return spread
+
+
+def _nominal(
+    boat: LinearBoat,
+    gains: tuple[Gains, Gains, Gains],
+    guidance: Guidance | None,
+    knob: float,
+    hold: float,
+) -> Margins:
+    """Worst margins of the nominal model over the speeds."""
+    slow = 0.0 if guidance is None else guidance.time
+    omega = frequencies(knob, float(boat.actuators.delay.max()) + hold, slow=slow)
+    return margins(boat, Feedback(gains, boat.speeds, omega, hold, guidance)).worst()
 
 
 def gains_for(
@@ -179,9 +207,6 @@ def _check_drag(model: Model, boat: LinearBoat) -> None:
             f"{boat.drag[worst, axis]:.3g} 1/s, expected 0 or more; identify it again with more driving in "
             f"{name} there, or remove the drag term that is not significant"
         )
-
-
-Request = tuple[float, float, Action, float]  # knob, hold, action, strength
 
 
 def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Request) -> str:

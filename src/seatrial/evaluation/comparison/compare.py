@@ -11,6 +11,7 @@ from seatrial.boat.schema import NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.comparison.boats import AxisMeaning, axis_meanings, notes, same_data
 from seatrial.evaluation.comparison.causes import Cause, causes
+from seatrial.evaluation.comparison.comparability import not_comparable
 from seatrial.evaluation.comparison.parameters import (
     Factor,
     Joint,
@@ -18,7 +19,6 @@ from seatrial.evaluation.comparison.parameters import (
     Pair,
     factors,
     joint,
-    not_comparable,
     pairs,
     unmatched,
     views,
@@ -102,11 +102,7 @@ def compare(
     odd = not_comparable(a, b)
     seen = views(a, b)
     found = pairs(a, b, seen, odd)
-    if not any(pair.name in a.values for pair in found):
-        raise ModelError(
-            f"no coefficient in common: {labels[0]} has {', '.join(a.values)}, {labels[1]} has "
-            f"{', '.join(b.values)}; compare models of one structure"
-        )
+    _refuse_nothing_in_common(a, b, found, labels)
     # 2. Predictions from shared starts: RMS errors, their difference, its significance.
     rows: list[PredictionRow] = []
     better = {}
@@ -117,21 +113,21 @@ def compare(
     # 3. Parameters without a counterpart, common factors, causes, physics, and reservations.
     same = same_data(a, b)
     return Comparison(
-        COMPARISON_FORMAT,
-        _side(a, labels[0]),
-        _side(b, labels[1]),
-        found,
-        joint(found, seen),
-        factors(a, b, found, seen),
-        unmatched(a, b, odd),
-        unmatched(b, a, odd),
-        axis_meanings(a, b),
-        notes(a, b, seen),
-        rows,
-        better,
-        same,
-        [] if same else causes(a, b, found, seen),
-    )
+        COMPARISON_FORMAT, _side(a, labels[0]), _side(b, labels[1]), found, joint(found, seen),
+        factors(a, b, found, seen), unmatched(a, b, odd), unmatched(b, a, odd), axis_meanings(a, b),
+        notes(a, b, seen), rows, better, same, [] if same else causes(a, b, found, seen),
+    )  # fmt: skip
+
+
+def _refuse_nothing_in_common(
+    a: Model, b: Model, found: Sequence[Pair], labels: tuple[str, str]
+) -> None:
+    """Raise ModelError where no coefficient is in both."""
+    if not any(pair.name in a.values for pair in found):
+        raise ModelError(
+            f"no coefficient in common: {labels[0]} has {', '.join(a.values)}, {labels[1]} has "
+            f"{', '.join(b.values)}; compare models of one structure"
+        )
 
 
 def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model, Model]:

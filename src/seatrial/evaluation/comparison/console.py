@@ -2,7 +2,6 @@
 """A comparison as text for the terminal and the report."""
 
 from collections.abc import Iterator
-from math import floor, log10
 
 from seatrial.boat.schema import CorrelatedEntry
 from seatrial.evaluation.comparison.cause_candidates import (
@@ -16,20 +15,15 @@ from seatrial.evaluation.comparison.cause_candidates import (
 from seatrial.evaluation.comparison.cause_text import cause_text, inseparable, most_probable
 from seatrial.evaluation.comparison.compare import Comparison, Side
 from seatrial.evaluation.comparison.parameters import SIGNIFICANCE, Factor, OneSided, Pair
-from seatrial.evaluation.comparison.prediction import (
-    AxisDifference,
-    PredictionRow,
-    beyond_same_boat,
-)
+from seatrial.evaluation.comparison.prediction_text import prediction_lines
 from seatrial.util.format import plus_minus
-from seatrial.util.frames import AXES, SYMBOLS, Axes
+from seatrial.util.frames import AXES, Axes
 
 LEAST_FACTOR_Z = 2.4  # standard errors from 1, 5 % level over three axes
 NO_NOISE = "none"
 LEAST_POSE_NOISE = 1e-6  # [m], [rad] of correlated pose noise that is shown
 LEAST_SHOWN_DISTURBANCE = 1e-5  # [m/s^2], [rad/s^2] of process noise that is shown
 OTHER_BOAT_FACTOR = 0.1  # common factor of drag and thrust, below which a payload is no explanation
-SLIGHT_DIFFERENCE = 0.005  # of the error; a smaller difference is negligible, however significant
 COMMON_FACTOR_P = 0.01  # p below which one factor does not explain an axis
 
 
@@ -76,7 +70,13 @@ def _by_prediction(found: Comparison) -> str:
 def comparison_text(found: Comparison) -> str:
     """Models, parameters, physics, noise, prediction."""
     return "\n".join(
-        [*_head(found), *_parameters(found), *_boat(found), *_noise(found), *_prediction(found)]
+        [
+            *_head(found),
+            *_parameters(found),
+            *_boat(found),
+            *_noise(found),
+            *prediction_lines(found),
+        ]
     )
 
 
@@ -261,119 +261,3 @@ def _correlated(entry: CorrelatedEntry | None) -> str:
     if entry is None or max(entry.position, entry.heading) < LEAST_POSE_NOISE:
         return NO_NOISE
     return f"{1e3 * entry.position:.2g} mm, {1e3 * entry.heading:.2g} mrad over {entry.memory_text}"
-
-
-def _prediction(found: Comparison) -> Iterator[str]:
-    for name in found.better:
-        rows = [row for row in found.ahead if f"{row.horizon:g}" == name]
-        yield ""
-        start = "measured velocities" if rows[0].starts == "stencil" else "the mean of both filters"
-        yield f"RMS error {name} s ahead, both from {start}"
-        width = max(9, *(len(row.recording) for row in rows))
-        for row in rows:
-            for axis, symbol in enumerate(SYMBOLS):
-                head = row.recording if axis == 0 else ""
-                yield f"  {head:<{width}}  {symbol}  {_axis(row.axes[symbol], axis)}"
-        yield f"  => {prediction_text(found, name)}"
-        yield from _seen_recordings(rows)
-
-
-def _axis(one: AxisDifference, axis: int) -> str:
-    scale, unit = _scale(axis)
-    errors = f"A {scale * one.a:7.3f}  B {scale * one.b:7.3f} {unit}"
-    if one.interval is None:
-        return f"{errors}; too short for a significance test"
-    return f"{errors}; {_interval(one, axis)}"
-
-
-def _scale(axis: int) -> tuple[float, str]:
-    return (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
-
-
-def _interval(one: AxisDifference, axis: int) -> str:
-    """The interval of the difference, positive for the better model."""
-    if one.interval is None:
-        return ""
-    scale, _ = _scale(axis)
-    low, high = (scale * x for x in one.interval)
-    if one.difference < 0:
-        low, high = -high, -low
-    letter = "A" if one.difference < 0 else "B"
-    if low > 0:
-        return f"{letter} is better by {low:.2g} to {high:.2g} (95 %)"
-    return f"not significant: {letter} by {low:.2g} to {high:.2g} (95 %)"
-
-
-def prediction_text(found: Comparison, horizon: str) -> str:
-    """Sentence: which model predicts better at a horizon of `found.better`."""
-    # 1. The rows of all recordings together; they may be too short for a test.
-    axes = [row for row in found.ahead if f"{row.horizon:g}" == horizon][-1].axes
-    if any(axes[s].interval is None for s in SYMBOLS):
-        return "too short to decide which predicts better: record a minute or more"
-    # 2. Significant differences: real, negligible, or within two estimates of one boat.
-    beyond = beyond_same_boat(axes)
-    real: list[str] = []
-    slight: list[str] = []
-    same_boat: list[str] = []
-    for axis, symbol in enumerate(SYMBOLS):
-        letter, one = found.better[horizon][symbol], axes[symbol]
-        if letter is not None:
-            small = abs(one.difference) < SLIGHT_DIFFERENCE * min(one.a, one.b)
-            kind = same_boat if symbol not in beyond else slight if small else real
-            kind.append(_better(letter, one, axis))
-    # 3. Axes that are significant alone, but not after Holm's correction.
-    near = [
-        AXES[axis]
-        for axis, symbol in enumerate(SYMBOLS)
-        if axes[symbol].better and found.better[horizon][symbol] is None
-    ]
-    chance = f"{' and '.join(near)} is significant alone, but not among three axes (Holm)"
-    more = f"; {chance}" if near else ""
-    # 4. The strongest statement that holds.
-    if real:
-        seen = found.joint is None or found.changed or found.joint.p < SIGNIFICANCE
-        head = (
-            "the difference matters for prediction"
-            if found.same_data
-            else "the change matters for prediction"
-            if seen or found.untested
-            else "prediction shows a change within the coefficients' errors"
-        )
-        more = (
-            f"; {'; '.join(same_boat)}, within the difference of two estimates of one boat{more}"
-            if same_boat
-            else more
-        )
-        return f"{head}: {'; '.join(real + slight)}{more}"
-    if slight or same_boat:
-        why = (
-            f"significant, but less than {100 * SLIGHT_DIFFERENCE:g} % of the error, which is negligible"
-            if slight
-            else "two estimates of one unchanged boat may differ as much, so this shows no change"
-        )
-        return f"{'; '.join(slight or same_boat)}: {why}{more}"
-    if found.changed and near:
-        return f"coefficients changed; in the prediction {chance}: record longer"
-    if found.changed:
-        return "coefficients changed, without a significant effect on the prediction of these recordings"
-    return "both predict these recordings equally well"
-
-
-def _better(letter: str, one: AxisDifference, axis: int) -> str:
-    scale, unit = _scale(axis)
-    good, bad = (one.b, one.a) if letter == "B" else (one.a, one.b)
-    low, high = sorted(abs(scale * x) for x in one.interval or (0.0, 0.0))
-    digits = max(0, 1 - floor(log10(abs(scale * one.difference)))) if one.difference else 3
-    return (
-        f"{letter} is better in {AXES[axis]}: {scale * good:.{digits}f} against {scale * bad:.{digits}f} {unit} "
-        f"(95 %: {low:.2g} to {high:.2g} better)"
-    )
-
-
-def _seen_recordings(rows: list[PredictionRow]) -> Iterator[str]:
-    for letter, names in (
-        ("A", [r.recording for r in rows if r.seen_a and r.recording != "all"]),
-        ("B", [r.recording for r in rows if r.seen_b and r.recording != "all"]),
-    ):
-        if names:
-            yield f"  warning: {letter} was identified from {', '.join(names)}, which favours it"

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.boat.finding_kinds import QUANTITIES
+from seatrial.boat.finding_texts.spec import QUANTITIES
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.linearised import Point

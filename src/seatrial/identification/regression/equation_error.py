@@ -81,9 +81,7 @@ def equation_error(
         envelope(vehicle, vehicle.constants.values, recordings, moving),
         tuple(recording_entry(r) for r in recordings),
         EstimatorEntry(
-            EQUATION_ERROR,
-            {"literal": chosen.literal, "correlation": chosen.correlation},
-            solver.steps,
+            EQUATION_ERROR, {"literal": chosen.literal, "correlation": chosen.correlation}, solver.steps
         ),
     )  # fmt: skip
 

@@ -18,8 +18,8 @@ from seatrial.identification.regression.linear_equations import (
     movable_constants,
 )
 from seatrial.identification.regression.weak_rows import Widths, Windows, choose_widths, windows_of
+from seatrial.recording.faults.pose_faults import usual_step
 from seatrial.recording.origin import poses_of_origin
-from seatrial.recording.pose_faults import usual_step
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array, Mask

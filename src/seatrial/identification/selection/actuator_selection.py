@@ -54,7 +54,7 @@ def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> l
     problem = at.runs.problem
     found = []
     runs: dict[int, FilterRuns] = {}  # of probes
-    for extra in stage_candidates(vehicle, problem.vehicle, problem.recordings):
+    for extra in stage_candidates(vehicle, problem.vehicle):
         if id(extra.probe) not in runs:
             probe = wider_problem(problem, extra.probe, vehicle, settings)
             start = moved_to(at, probe, extra.origin)
@@ -123,9 +123,7 @@ def _whole_curve(
     problem = at.runs.problem
     if not curves:
         return []
-    of_curve = [
-        e for e in stage_candidates(vehicle, problem.vehicle, problem.recordings) if not e.origin
-    ]
+    of_curve = [e for e in stage_candidates(vehicle, problem.vehicle) if not e.origin]
     wider = wider_problem(problem, of_curve[0].probe, vehicle, settings)
     if len(of_curve) < 2 or len(wider.free) - len(problem.free) != len(of_curve):
         return []

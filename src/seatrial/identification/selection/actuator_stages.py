@@ -6,7 +6,7 @@ thrust, the curve's power, and these, latency or lag for each group of actuators
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -43,6 +43,7 @@ STAGES_BY_GROUP = (
 )  # stages that each kind of actuator may have of its own
 PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
 MOST_STAGE_ROWS = 4000  # used of the commands: enough for their distribution
+Wider = Callable[[list[ChainGroup]], Vehicle | None]  # the vehicle with these groups for one
 
 
 @dataclass(frozen=True)
@@ -131,33 +132,42 @@ def _scale_varies(recordings: Sequence[Recording], vehicle: Vehicle, group: Chai
     return bool(high > LEAST_SCALE_RATIO * low)
 
 
-def stage_candidates(
-    vehicle: Vehicle, whole: Vehicle, recordings: Sequence[Recording]
-) -> list[StageCandidate]:
+def stage_candidates(vehicle: Vehicle, whole: Vehicle) -> list[StageCandidate]:
     """Candidates beyond the stages of `whole`, which is `with_estimated_stages` of `vehicle`."""
-    has, chain, place = _stated(vehicle), whole.file.chain, len(vehicle.file.chain)
-    own = chain[place]
-    found = []
+    chain, place = whole.file.chain, len(vehicle.file.chain)
 
     def wider(groups: list[ChainGroup]) -> Vehicle | None:
         return with_room(whole, [*chain[:place], *groups, *chain[place + 1 :]])
 
+    own = chain[place]
+    return [*_of_the_curve(vehicle, whole, own, wider), *_by_group(whole, own, wider)]
+
+
+def _of_the_curve(
+    vehicle: Vehicle, whole: Vehicle, own: ChainGroup, wider: Wider
+) -> Iterator[StageCandidate]:
+    """Stages of the thrust curve, beside a dead zone that is estimated; `own`: the group that has it."""
+    has = _stated(vehicle)
     sought = {
         n.partition(".")[0] for n in set(whole.constants.names) - set(vehicle.constants.names)
     }
-    if "edge_forward" in sought:
-        both = ("reverse_ratio",) if "edge_reverse" in sought else ()
-        curve = (*both, "power")
-        missing = [s for s in curve if s not in sought and not has[s]]
-        whole_curve = own
-        for stage in missing:
-            whole_curve = _with(whole_curve, stage, 1.0)
-        probe = wider([whole_curve])
-        for stage in missing:
-            alone = wider([_with(own, stage, 1.0)])
-            if alone is not None:
-                selected = finding_of(FindingKind.CURVE_STAGE_SELECTED, stage=stage)
-                found.append(StageCandidate(selected, alone, {}, probe or alone))
+    if "edge_forward" not in sought:
+        return
+    both = ("reverse_ratio",) if "edge_reverse" in sought else ()
+    missing = [s for s in (*both, "power") if s not in sought and not has[s]]
+    whole_curve = own
+    for stage in missing:
+        whole_curve = _with(whole_curve, stage, 1.0)
+    probe = wider([whole_curve])
+    for stage in missing:
+        alone = wider([_with(own, stage, 1.0)])
+        if alone is not None:
+            selected = finding_of(FindingKind.CURVE_STAGE_SELECTED, stage=stage)
+            yield StageCandidate(selected, alone, {}, probe or alone)
+
+
+def _by_group(whole: Vehicle, own: ChainGroup, wider: Wider) -> Iterator[StageCandidate]:
+    """Stages that all actuators share in `own`, one for each group of them."""
     groups = actuator_groups(whole)
     kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
     for stage in STAGES_BY_GROUP if len(groups) > 1 else ():
@@ -172,8 +182,7 @@ def stage_candidates(
                 continue
             origin = {f"{stage}.{part.name}": stage for part in parts}
             selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, *kinds, stage=stage)
-            found.append(StageCandidate(selected, split, origin, split))
-    return found
+            yield StageCandidate(selected, split, origin, split)
 
 
 def with_room(vehicle: Vehicle, chain: list[ChainGroup]) -> Vehicle | None:

@@ -136,7 +136,7 @@ class _Tested:
 def _tested(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> _Tested:
     before = at.runs.problem
     zoned, _ = with_estimated_stages(vehicle, before.recordings)
-    more = [e.probe for e in stage_candidates(vehicle, zoned, before.recordings) if not e.origin]
+    more = [e.probe for e in stage_candidates(vehicle, zoned) if not e.origin]
     problem, whole = (
         wider_problem(before, v, vehicle, settings) for v in (zoned, next(iter(more), zoned))
     )

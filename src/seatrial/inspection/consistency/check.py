@@ -108,16 +108,10 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     runs = [read_run(r, file_commands(vehicle, r), spacing=spacing) for r in recordings]
     commanded = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
     if not (commanded and enough(runs)):
-        n = len(vehicle.inputs)
-        nothing = Repair(order=tuple(range(n)), input_signs=(1,) * n)
-        not_excited = [f"{name}: {NOT_EXCITED}" for name in vehicle.inputs]
-        return ConsistencyReport(
-            (), (), (TOO_SHORT,) if commanded else (NEVER_COMMANDED, *not_excited), nothing
-        )
+        return _not_excited(vehicle, commanded=commanded)
     # 2. Units of length by plausible speeds, unit of heading by the unexplained acceleration.
     speed, lengths = usual_speed(runs), length_units(runs, vehicle)
-    factors = length_factors(lengths, vehicle)
-    angle, read = heading_unit(runs, vehicle, factors)
+    angle, read = heading_unit(runs, vehicle, length_factors(lengths, vehicle))
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
     # 3. Clock of the commands.
     offset = clock_offset(runs)
@@ -132,21 +126,27 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     repair = replace(search.best(), units=(*lengths, angle))
     effects = _input_effects(vehicle, search, repair)
     unexcited = _unexcited(vehicle, search, repair)
+    wrong = (
+        *clock_inconsistency(offset),
+        *inconsistencies(vehicle, repair, effects, speed),
+        *steering_inconsistencies(vehicle, _surge_t(vehicle, search, repair), effects),
+    )
+    remarks = (
+        *(f"{name} {does}" for name, does in effects.items()),
+        *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
+        *_exchangeable(vehicle, search, repair, unexcited),
+    )
+    names = tuple(vehicle.inputs[i] for i in unexcited)
+    return ConsistencyReport(wrong, _table(vehicle, found), remarks, repair, search, names)
+
+
+def _not_excited(vehicle: Vehicle, *, commanded: bool) -> ConsistencyReport:
+    """The report on recordings that are too short, or in which nothing is commanded."""
+    n = len(vehicle.inputs)
+    nothing = Repair(order=tuple(range(n)), input_signs=(1,) * n)
+    not_excited = [f"{name}: {NOT_EXCITED}" for name in vehicle.inputs]
     return ConsistencyReport(
-        (
-            *clock_inconsistency(offset),
-            *inconsistencies(vehicle, repair, effects, speed),
-            *steering_inconsistencies(vehicle, _surge_t(vehicle, search, repair), effects),
-        ),
-        _table(vehicle, found),
-        (
-            *(f"{name} {does}" for name, does in effects.items()),
-            *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
-            *_exchangeable(vehicle, search, repair, unexcited),
-        ),
-        repair,
-        search,
-        tuple(vehicle.inputs[i] for i in unexcited),
+        (), (), (TOO_SHORT,) if commanded else (NEVER_COMMANDED, *not_excited), nothing
     )
 
 

@@ -11,7 +11,7 @@ from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
 from seatrial.inspection.consistency.gains import Run, plane_acceleration_squared, unexplained
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
-from seatrial.recording.pose_faults import COMMANDS_UNKNOWN, FaultKind, examine
+from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind, examine
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, earth_offset

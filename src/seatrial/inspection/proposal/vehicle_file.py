@@ -21,6 +21,17 @@ FORCE_OF_AXIS = dict(zip(AXES, WRENCH, strict=True))
 ORIGIN = (
     "origin: the middle of thrusters around the boat; of thrusters astern only, the centre of mass"
 )
+THRUSTERS_TO_CHECK = (
+    "# check: the allocation from F_u, F_v and F_r to thruster commands in the boat's software. Most",
+    "# thrusters have a dead zone. Without these lines structure: auto takes the usual layout that",
+    "# explains the recordings best; where none does, force and drag are biased (docs/vehicle.md):",
+    "# thrusters:                    # positions [m]; directions of thrust [deg] from forward",
+    "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
+    "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",
+    "#   F_3: {x: -0.2, y: 0.2, angle_deg: 45}",
+    "#   F_4: {x: -0.2, y: -0.2, angle_deg: -45}",
+    "# allocation: {scheme: moore-penrose, limit: 1.0}",
+)
 NO_DRIVER_FOUND = "No channel moves it"
 
 
@@ -136,36 +147,10 @@ def _timeout(drive: Drive) -> list[str]:
 
 def _forces(drive: Drive, choices: Choices) -> list[str]:
     if choices.thrusters and not drive.forces:
-        direct = len(choices.thrusters) == len(drive.inputs) and not set(drive.inputs) & set(WRENCH)
-        names = [*drive.inputs] if direct else [f"T_{i + 1}" for i in range(len(choices.thrusters))]
-        places = [{"x": x, "y": y, "angle_deg": angle} for x, y, angle in choices.thrusters]
-        return [
-            _commented("thrusters:", "positions [m] and directions of thrust [deg], as given"),
-            *(f"  {_line(name, place)}" for name, place in zip(names, places, strict=True)),
-            *([] if direct else [f"allocation: {{scheme: {choices.scheme}, limit: 1.0}}"]),
-        ]
+        return _thrusters(drive, choices)
     if not drive.forces:
-        return [
-            "# check: the allocation from F_u, F_v and F_r to thruster commands in the boat's software. Most",
-            "# thrusters have a dead zone. Without these lines structure: auto takes the usual layout that",
-            "# explains the recordings best; where none does, force and drag are biased (docs/vehicle.md):",
-            "# thrusters:                    # positions [m]; directions of thrust [deg] from forward",
-            "#   F_1: {x: 0.2, y: 0.2, angle_deg: 135}",
-            "#   F_2: {x: 0.2, y: -0.2, angle_deg: -135}",
-            "#   F_3: {x: -0.2, y: 0.2, angle_deg: 45}",
-            "#   F_4: {x: -0.2, y: -0.2, angle_deg: -45}",
-            "# allocation: {scheme: moore-penrose, limit: 1.0}",
-        ]
-    comments = ["# check: each force as a weighted sum of the inputs, estimated from the recording"]
-    if choices.thrusters:
-        comments = [
-            "# each force as a weighted sum of the inputs, by the places [m] of the thrusters as given"
-        ]
-    elif not drive.undriven:  # `thrusters` needs a force in every axis
-        comments = [
-            f"{comments[0]}. Where the",
-            "# thrusters are known write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
-        ]
+        return [*THRUSTERS_TO_CHECK]
+    comments = _on_forces(drive, choices)
     lines = [*(comments if drive.thrusters else ()), "forces:"]
     lines += [f"  {_line(name, force)}" for name, force in drive.forces.items()]
     for axis in drive.undriven:
@@ -178,6 +163,33 @@ def _forces(drive: Drive, choices: Choices) -> list[str]:
         entry = f"  # {FORCE_OF_AXIS[axis]}: {{axis: {axis}, of: {{{of}}}}}"
         lines.append(_commented(entry, why))
     return lines
+
+
+def _thrusters(drive: Drive, choices: Choices) -> list[str]:
+    """Thrusters at the places that the user gave."""
+    direct = len(choices.thrusters) == len(drive.inputs) and not set(drive.inputs) & set(WRENCH)
+    names = [*drive.inputs] if direct else [f"T_{i + 1}" for i in range(len(choices.thrusters))]
+    places = [{"x": x, "y": y, "angle_deg": angle} for x, y, angle in choices.thrusters]
+    return [
+        _commented("thrusters:", "positions [m] and directions of thrust [deg], as given"),
+        *(f"  {_line(name, place)}" for name, place in zip(names, places, strict=True)),
+        *([] if direct else [f"allocation: {{scheme: {choices.scheme}, limit: 1.0}}"]),
+    ]
+
+
+def _on_forces(drive: Drive, choices: Choices) -> list[str]:
+    """Comments above the forces."""
+    if choices.thrusters:
+        return [
+            "# each force as a weighted sum of the inputs, by the places [m] of the thrusters as given"
+        ]
+    estimated = "# check: each force as a weighted sum of the inputs, estimated from the recording"
+    if drive.undriven:  # `thrusters` needs a force in every axis
+        return [estimated]
+    return [
+        f"{estimated}. Where the",
+        "# thrusters are known write thrusters: {NAME: {x: , y: , angle_deg: }} instead (docs/vehicle.md)",
+    ]
 
 
 def _structure() -> list[str]:

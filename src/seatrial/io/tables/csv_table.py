@@ -13,21 +13,30 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.io.tables.base import NO_VALUE, Table, unique_names
+from seatrial.io.tables.csv_layout import (
+    COMMA_NUMBER,
+    COMMENTS,
+    MOST_TITLES,
+    SPACES,
+    as_number,
+    header_cells,
+    header_line,
+    is_comment,
+    is_number,
+    plain_lines,
+    separator,
+    without_mark,
+)
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
-SEPARATORS = ",;\t|"
-SPACES = " "  # any number of them between two cells
-COMMENTS = ("#", "%", "//")  # that lines before the header begin with
-MOST_TITLES = 12  # lines of text above the header
 ENCODED = 1 << 16  # [bytes] by which the encoding is found
 NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 LONGEST_LINE = 1 << 20  # [characters]
 MOST_COMMENTS = 1000  # lines before the header
 READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
 OTHER_FILES = ("seatrial:", "# Proposed by", "%YAML")
-COMMA_NUMBER = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
 NMEA = re.compile(r"[$!][A-Z]{2}[A-Z0-9]{3},")
 UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
 
@@ -42,8 +51,8 @@ class CsvTable(Table):
         self._read_columns: dict[str, Array] = {}
         self._count = 0  # rows, once they are read
         head, rows = self._beginning()
-        self.delimiter = _separator(head, rows[0] if rows else "")
-        cells_of_head = _header_cells(head, rows[0] if rows else "", self.delimiter)
+        self.delimiter = separator(head, rows[0] if rows else "")
+        cells_of_head = header_cells(head, rows[0] if rows else "", self.delimiter)
         self.names, renamed = unique_names(cells_of_head)
         self._header = cells_of_head
         self._no_rows: set[int] = set()  # lines among the rows
@@ -54,7 +63,7 @@ class CsvTable(Table):
             self._skip_units(cells)
             self._check_width(cells[0])
             pairs = zip(self.names, cells[0], strict=False)
-            self._numeric = [name for name, cell in pairs if name and _is_number(cell)]
+            self._numeric = [name for name, cell in pairs if name and is_number(cell)]
 
     def columns(self, wanted: Sequence[str]) -> Array:
         """The wanted columns (n, len(wanted)); an empty cell is NaN."""
@@ -74,7 +83,7 @@ class CsvTable(Table):
         index = range(len(self.names))
         commas = set() if self.delimiter == "," else self._have_commas(index)
         rows = [
-            [_number(row[i] if i < len(row) else "", comma=i in commas) for i in index]
+            [as_number(row[i] if i < len(row) else "", comma=i in commas) for i in index]
             for row, _ in self._rows()
         ]
         return np.array(rows, dtype=float).reshape(-1, len(index))
@@ -133,7 +142,7 @@ class CsvTable(Table):
             with self.path.open(encoding=self.encoding, newline="") as file:
                 while len(lines) < MOST_COMMENTS + 3:
                     lines.append(file.readline(LONGEST_LINE))
-                    if not lines[-1] or _plain_lines(lines) >= MOST_TITLES + 3:
+                    if not lines[-1] or plain_lines(lines) >= MOST_TITLES + 3:
                         break
         except OSError as error:
             raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
@@ -149,20 +158,20 @@ class CsvTable(Table):
             raise RecordingError(
                 f"{self.path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"
             )
-        at = _header_line(lines)
+        at = header_line(lines)
         if at is None:
             raise RecordingError(
                 f"{self.path}: is empty; expected a header line and rows of numbers"
             )
-        titles = [i for i in range(at) if lines[i].strip() and not _is_comment(lines[i])]
+        titles = [i for i in range(at) if lines[i].strip() and not is_comment(lines[i])]
         if titles:
             self.remarks.append(
                 f"{len(titles)} lines above the header are no row, and are left out"
             )
         self._skipped = at + 1  # lines before the first row
         head = lines[at].strip("\r\n")
-        if at > 0 or _mark(head).strip():
-            head = _mark(head)
+        if at > 0 or without_mark(head).strip():
+            head = without_mark(head)
         return head, [line for line in lines[at + 1 :] if line.strip()][:2]
 
     def _skip_units(self, cells: list[list[str]]) -> None:
@@ -170,8 +179,8 @@ class CsvTable(Table):
         if len(cells) < 2 or len(cells[0]) != len(self.names) or not any(map(str.strip, cells[0])):
             return
         units = [cell.strip() for cell in cells[0]]
-        if all(UNIT_CELL.fullmatch(unit) for unit in units) and any(map(_is_number, cells[1])):
-            if any(map(_is_number, units)):
+        if all(UNIT_CELL.fullmatch(unit) for unit in units) and any(map(is_number, cells[1])):
+            if any(map(is_number, units)):
                 return
             pairs = zip(self.names, units, strict=True)
             self.units = {name: unit.strip("[]()") for name, unit in pairs if unit}
@@ -306,100 +315,3 @@ class CsvTable(Table):
                 f"{self.path} line {line}: column '{self.names[i]}' has '{text[:40]}', "
                 f"expected a number{hint}"
             ) from None
-
-
-def _is_comment(line: str) -> bool:
-    return line.lstrip().startswith(COMMENTS)
-
-
-def _mark(line: str) -> str:
-    """The line without the mark of a comment."""
-    return re.sub(r"^\s*(?:#|%|//)+[ \t]*", "", line)
-
-
-def _plain_lines(lines: Sequence[str]) -> int:
-    return sum(bool(line.strip()) and not _is_comment(line) for line in lines)
-
-
-def _header_line(lines: Sequence[str]) -> int | None:
-    """The header: the first line that is no comment, or the comment above the first row of numbers."""
-    plain = [i for i, line in enumerate(lines) if line.strip() and not _is_comment(line)]
-    comments = [i for i, line in enumerate(lines) if line.strip() and _is_comment(line)]
-    if not plain:
-        return comments[0] if comments else None
-    before = [i for i in comments if i < plain[0]]
-    if before and _begins_with_number(lines[plain[0]]):
-        return before[-1]
-    return _below_titles(lines, plain)
-
-
-def _below_titles(lines: Sequence[str], plain: Sequence[int]) -> int:
-    """The header below lines of text: the first line that is divided as all lines below it, and has no number."""
-    for k in plain[: MOST_TITLES + 1]:
-        rows = [lines[i] for i in plain if i > k]
-        if rows and _divided_alike(lines[k], rows):
-            return plain[0] if _has_number(lines[k]) else k
-    return plain[0]
-
-
-def _divided_alike(head: str, rows: Sequence[str]) -> bool:
-    return any(
-        mark in head and all(row.count(mark) == head.count(mark) for row in rows)
-        for mark in SEPARATORS
-    )
-
-
-def _has_number(line: str) -> bool:
-    cells = re.split(r"[,;\t|]", line)
-    return any(map(_is_number, cells)) or any(
-        map(COMMA_NUMBER.fullmatch, re.split(r"[;\t|]", line))
-    )
-
-
-def _begins_with_number(line: str) -> bool:
-    first = re.split(r"[,;\t| ]", line.strip(), maxsplit=1)[0]
-    return _is_number(first) or is_date_time(first)
-
-
-def _separator(head: str, row: str) -> str:
-    """What stands between the cells: of those in the header the one that divides the row likewise."""
-    counts = {mark: head.count(mark) for mark in SEPARATORS if mark in head}
-    likely = sorted(counts, key=lambda mark: -counts[mark])
-    for mark in likely:
-        if row.count(mark) == counts[mark]:
-            return mark
-    if likely:
-        return likely[0]
-    words = len(head.split())
-    return SPACES if words > 1 and len(row.split()) == words else ","
-
-
-def _header_cells(head: str, row: str, delimiter: str) -> list[str]:
-    """Names in the header; quoted names may hold the separator."""
-    if delimiter == SPACES:
-        return [name.strip('"') for name in head.split()]
-    plain = head.split(delimiter)
-    if '"' in head:
-        try:
-            quoted = next(csv.reader([head], delimiter=delimiter), [])
-            cells = len(next(csv.reader([row], delimiter=delimiter), []))
-        except csv.Error:
-            quoted, cells = [], 0
-        if quoted and len(quoted) == cells != len(plain):
-            plain = quoted
-    return [name.strip().strip('"') for name in plain]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _number(text: str, *, comma: bool) -> float:
-    try:
-        return float(text.replace(",", ".") if comma else text)
-    except ValueError:
-        return float("nan")

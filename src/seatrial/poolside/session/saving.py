@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from seatrial.boat.model import save
+from seatrial.boat.model_file import save
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.identification.methods import identify
 from seatrial.io import read

@@ -11,7 +11,7 @@ from seatrial.io.assemble import GEOGRAPHIC, requests
 from seatrial.io.poses import NO_FIX, heading_of, in_plane
 from seatrial.io.signals import Request, Signals, scaled
 from seatrial.poolside.sources.source import EventKind, Mistakes, SourceEvent, usable
-from seatrial.recording.pose_faults import in_order
+from seatrial.recording.faults.pose_faults import in_order
 from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps
 
 NOT_LIVE = "yaw rates"  # of a gyro: read from a recording, not used by a session

@@ -13,7 +13,8 @@ from seatrial.boat.schema import PoseSource
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.signals import Request, of_columns
 from seatrial.io.table import Table
-from seatrial.io.tables.csv_table import COMMENTS, LONGEST_LINE, CsvTable
+from seatrial.io.tables.csv_layout import COMMENTS
+from seatrial.io.tables.csv_table import LONGEST_LINE, CsvTable
 from seatrial.io.tables.signals import TableSignals, stamp_column
 from seatrial.poolside.sources.conversion import Conversion
 from seatrial.poolside.sources.source import EventSource, SourceEvent

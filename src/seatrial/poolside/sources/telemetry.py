@@ -6,163 +6,33 @@ clock; their offset is that of the least delayed message of the first `SETTLING`
 """
 
 import queue
-import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.io.formats.layout import topic_name
 from seatrial.io.formats.mavlink import (
-    AUTOPILOT,
-    LONGEST,
-    STAMP,
     TIMES,
-    Message,
-    frame_at,
     messages,
-    unwrapped,
 )
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.io.log_signals import LogSignals
 from seatrial.io.signals import Request, of_columns
 from seatrial.poolside.sources.conversion import Conversion
 from seatrial.poolside.sources.lines import address_of
+from seatrial.poolside.sources.mavlink_stream import AutopilotClock, FrameStream, Heard
 from seatrial.poolside.sources.source import EventSource, Mistakes, SourceEvent
+from seatrial.poolside.sources.transports import WAIT, SerialTransport, Transport, UdpTransport
 from seatrial.util.errors import LiveError, RecordingError
 
 SETTLING = 1.0  # [s] of messages that give the offset of the autopilot's clock
-RESTART = 2_000_000_000  # [ns] by which its time falls back where it starts again
-WAIT = 0.2  # [s] after which a closed source is noticed
 MOST_WAITING = 1024  # blocks that wait to be handled
-BLOCK = 65536  # [bytes]
 BAUD = 115200
-Sender = tuple[int, int]  # system, component
-
-
-class Transport(Protocol):
-    """Bytes from a line."""
-
-    def read(self) -> bytes:
-        """The next bytes, waiting up to `WAIT`; none: nothing came. Raises OSError."""
-
-    def close(self) -> None:
-        """Free it."""
-
-
-class UdpTransport:
-    """Datagrams to a port."""
-
-    def __init__(self, address: str, port: int) -> None:
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.bind((address, port))
-        except (OSError, UnicodeError) as error:
-            self._socket.close()
-            raise LiveError(f"UDP port {port} of {address}: can't be opened ({error})") from None
-        self._socket.settimeout(WAIT)
-        self.port = int(self._socket.getsockname()[1])
-
-    def read(self) -> bytes:
-        """See `Transport`."""
-        try:
-            return self._socket.recv(BLOCK)
-        except TimeoutError:
-            return b""
-
-    def close(self) -> None:
-        """See `Transport`."""
-        self._socket.close()
-
-
-class SerialTransport:
-    """A serial line."""
-
-    def __init__(self, device: str, baud: int) -> None:
-        try:
-            import serial
-        except ImportError:
-            raise LiveError("a serial line needs pyserial: pip install 'seatrial[live]'") from None
-        try:
-            self._port = serial.Serial(device, baud, timeout=WAIT, exclusive=True)
-        except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise LiveError(f"{device}: can't be opened ({error})") from None
-
-    def read(self) -> bytes:
-        """See `Transport`."""
-        first: bytes = self._port.read(1)
-        rest: bytes = self._port.read(self._port.in_waiting) if first else b""
-        return first + rest
-
-    def close(self) -> None:
-        """See `Transport`."""
-        self._port.close()
-
-
-@dataclass(frozen=True)
-class Heard:
-    """A message of one sensor."""
-
-    topic: str
-    message: Message
-    record: bytes  # eight bytes of nothing, then the payload
-    sender: Sender
-
-
-class FrameStream:
-    """Frames out of bytes that arrive in blocks of any size."""
-
-    def __init__(self) -> None:
-        self.lost = 0  # [bytes] that are no frame of a known message
-        self._known = messages()
-        from fastcrc.crc16 import mcrf4xx  # pymavlink brings it
-
-        self._checksum, self._rest = mcrf4xx, b""
-        self._autopilot: Sender | None = None
-
-    def feed(self, block: bytes) -> Iterator[Heard]:
-        """The messages that these bytes complete."""
-        data, at = self._rest + block, 0
-        while at < len(data):
-            found = frame_at(data, at, len(data), self._known, self._checksum)
-            message = None if found is None else self._known.get(found[1])
-            if found is not None and message is not None:
-                at, _, sender, body, length = found
-                payload = data[body : body + min(length, message.payload)]
-                yield self._heard(message, sender, payload)
-            elif self._may_begin(data, at):
-                break
-            else:
-                self.lost += 1
-                at += 1
-        self._rest = data[at:]
-
-    @staticmethod
-    def _may_begin(data: bytes, at: int) -> bool:
-        """Whether a frame may begin here that has not arrived whole."""
-        left = len(data) - at
-        if data[at] not in (0xFE, 0xFD) or left >= LONGEST:
-            return False
-        if left < 12:
-            return True
-        size = 8 + data[at + 1] if data[at] == 0xFE else 12 + data[at + 1] + 13 * (data[at + 2] & 1)
-        return left < size
-
-    def _heard(self, message: Message, sender: Sender, payload: bytes) -> Heard:
-        if self._autopilot is None or (self._autopilot[1] != AUTOPILOT == sender[1]):
-            self._autopilot = sender
-        record = (bytes(STAMP) + payload).ljust(message.layout.size, b"\0")
-        instance = message.layout.instance
-        name = topic_name(message.name, 0 if instance is None else record[instance])
-        if sender != self._autopilot:
-            name += f"@{sender[0]}.{sender[1]}"
-        return Heard(name, message, record, sender)
 
 
 @dataclass(frozen=True)
@@ -174,31 +44,6 @@ class _Row:
     own: float | None  # its own time, in units of `unit`
     unit: str
     arrival: int  # [ns]
-
-
-class AutopilotClock:
-    """The autopilot's times on the clock of arrival."""
-
-    def __init__(self) -> None:
-        self.offset: int | None = None  # [ns] least of arrival minus time since boot
-        self._last = 0  # [ns] since boot
-
-    def hear(self, boot: int, arrival: int) -> bool:
-        """A time since boot and its arrival [ns]; whether the autopilot has started again."""
-        restarted = self.offset is not None and boot < self._last - RESTART
-        if restarted:
-            self.offset = None
-        self._last = boot
-        since = arrival - boot
-        self.offset = since if self.offset is None else min(self.offset, since)
-        return restarted
-
-    def stamp(self, own: float | None, unit: str, arrival: int) -> int:
-        """The stamp [ns]: its own time where it is sound, else that of its arrival."""
-        if own is None or self.offset is None:
-            return arrival
-        found = unwrapped(np.array([own]), unit, np.array([arrival]), self.offset)
-        return arrival if found is None else int(found[0])
 
 
 class TelemetrySource(EventSource):

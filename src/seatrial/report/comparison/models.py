@@ -5,8 +5,9 @@ from html import escape
 from itertools import zip_longest
 
 from seatrial.evaluation.comparison.cause_text import cause_text, probability_text
-from seatrial.evaluation.comparison.console import changes_text, prediction_text
+from seatrial.evaluation.comparison.console import changes_text
 from seatrial.evaluation.comparison.parameters import Pair
+from seatrial.evaluation.comparison.prediction_text import prediction_text
 from seatrial.report.comparison import draw, first
 from seatrial.report.comparison.two_models import LETTERS, ModelPair
 from seatrial.report.evidence.actuators import curves, step_responses

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Head-to-head prediction of the same recordings."""
 
-from seatrial.evaluation.assessment import pooled
 from seatrial.evaluation.comparison.prediction import PredictionRow
+from seatrial.evaluation.pooled_scores import pooled
 from seatrial.report.comparison import draw
 from seatrial.report.comparison.two_models import LETTERS, ModelPair
 from seatrial.report.figures import recorded as draw_recorded

@@ -14,7 +14,7 @@ from seatrial.evaluation.prediction import Prediction
 from seatrial.evaluation.residuals import Correlation
 from seatrial.evaluation.scores import RecordingScore
 from seatrial.recording.excitation import Excitation, excitation
-from seatrial.recording.pose_faults import GAP_FACTOR
+from seatrial.recording.faults.pose_faults import GAP_FACTOR
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
 from seatrial.util.errors import ModelError, RecordingError

@@ -42,10 +42,8 @@ def verdict(evidence: Evidence) -> list[str]:
 def headline(evidence: Evidence) -> str:
     """The verdict in plain words: how well the model predicts, and what it is fit for."""
     runs = judged(evidence.runs)
-    if evidence.physics.unstable:
-        return f"It can't be used: {evidence.physics.unstable}."
-    if not runs:
-        return f"It predicts none of the recordings: {evidence.runs[0].failure}."
+    if useless := _useless(evidence):
+        return useless
     kind = "which it has not seen" if runs[0].unseen else "which it was identified from"
     fit = {level: [f.use.value for f in evidence.fitness if f.level is level] for level in Level}
     words = {Level.FIT: "Fit for", Level.LIMITED: "limited for", Level.NOT_FIT: "not fit for"}
@@ -87,13 +85,20 @@ def _accuracy(known: Identifiability) -> str:
     return f"; of these {joined(parts)}{listed}"
 
 
+def _useless(evidence: Evidence) -> str:
+    """Why the model predicts nothing; empty: it does."""
+    if evidence.physics.unstable:
+        return f"It can't be used: {evidence.physics.unstable}."
+    if not judged(evidence.runs):
+        return f"It predicts none of the recordings: {evidence.runs[0].failure}."
+    return ""
+
+
 def predicted(evidence: Evidence) -> str:
     """Prediction of velocities: verdict, RMS errors, ratio to constant velocity."""
     runs = judged(evidence.runs)
-    if evidence.physics.unstable:
-        return f"It can't be used: {evidence.physics.unstable}."
-    if not runs:
-        return f"It predicts none of the recordings: {evidence.runs[0].failure}."
+    if useless := _useless(evidence):
+        return useless
     rms, ratio = rms_and_ratio(runs)
     verdicts = _by_axis(runs)
     sizes = [f"{number(r * s, 2)} {u}" for r, (u, s) in zip(rms.tolist(), ERROR_UNITS, strict=True)]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures.base import (
     BLUE,

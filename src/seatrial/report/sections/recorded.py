@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 from string import Template
 
-from seatrial.recording.pose_faults import FaultKind
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import recorded as draw

@@ -13,7 +13,8 @@ import msgspec
 from numpy.typing import ArrayLike
 
 from seatrial import _core
-from seatrial.boat.model import Model, load
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load
 from seatrial.boat.schema import NotNegative, Positive, Strict
 from seatrial.onboard.predictor import POSE, row_of
 from seatrial.util.errors import MimicError

@@ -26,7 +26,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     find_stamp,
     recognised,
 )
-from seatrial.inspection.proposal.columns.yaw_rate import find_yaw_rate, seconds_of
+from seatrial.inspection.proposal.columns.yaw_rate import YawRate, find_yaw_rate, seconds_of
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
@@ -86,18 +86,29 @@ def choose_pose(
         ]
     rate = find_yaw_rate(path, tables, heading, psi, given)
     if rate is not None:
-        table, name, entry, seen = rate
-        found.append(seen)
-        if seen.sure is Sureness.GUESS:
-            notes["yaw_rate"] = [f"yaw_rate: {name}", seen.why]
-        else:
-            entries["yaw_rate"] = entry | _elsewhere(table, position.table, stamp)
+        found.append(rate[3])
+        _state_yaw_rate(rate, position.table, stamp, entries, notes)
     marks = [c.name for c in position.table.view.columns if is_validity(c)]
     if marks:
         entries["valid"] = marks[0]
     taken = _taken(position, heading, rate)
     used = (position.table, *([heading.table] if heading.table is not position.table else []))
     return PoseColumns(entries, used, taken, tuple(found), notes)
+
+
+def _state_yaw_rate(
+    rate: YawRate,
+    poses: TableSeen,
+    stamp: StampFound,
+    entries: dict[str, Any],
+    notes: dict[str, list[str]],
+) -> None:
+    """An entry where it is sure, else a note."""
+    table, name, entry, seen = rate
+    if seen.sure is Sureness.GUESS:
+        notes["yaw_rate"] = [f"yaw_rate: {name}", seen.why]
+    else:
+        entries["yaw_rate"] = entry | _elsewhere(table, poses, stamp)
 
 
 def heading_and_sense(
@@ -169,9 +180,7 @@ def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str
     return entry
 
 
-def _taken(
-    position: Position, heading: Heading, rate: tuple[TableSeen, str, Any, Any] | None
-) -> dict[str, frozenset[str]]:
+def _taken(position: Position, heading: Heading, rate: YawRate | None) -> dict[str, frozenset[str]]:
     """Columns of the pose by table."""
     found: dict[str, set[str]] = {}
     for table, names in ((position.table, position.names), (heading.table, heading.names)):

@@ -29,6 +29,7 @@ from seatrial.inspection.proposal.sources import (
 from seatrial.io.columns import TableSeen
 from seatrial.util.frames import Array
 
+YawRate = tuple[TableSeen, str, dict[str, Any], Recognised]  # the last: how it was recognised
 RATE_SLACK = 0.3  # of a slope of 1, of a yaw rate in the unit that is tried
 
 
@@ -45,7 +46,7 @@ def seconds_of(table: TableSeen, found: StampFound) -> Array:
 
 def find_yaw_rate(
     path: Path, tables: Sequence[TableSeen], heading: Heading, psi: Psi, given: Mapping[str, str]
-) -> tuple[TableSeen, str, dict[str, Any], Recognised] | None:
+) -> YawRate | None:
     """A yaw rate that agrees with the heading: of a gyro it is used, another is mentioned."""
     if "yaw_rate" in given:
         pairs = [column_of(path, tables, given["yaw_rate"], "--pose")]

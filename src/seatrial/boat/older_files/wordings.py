@@ -1,21 +1,15 @@
 # SPDX-License-Identifier: MIT
-"""Sentences of older files as findings: `notes:` of "model 2" and of "scores 3". Used to read those only.
+"""The sentences that "model 2" and "scores 3" have, and how findings are read from them.
 
-The wordings are those that these versions wrote, and stay as they are. A sentence that none of them is stays
-text. One sentence may hold several findings.
+The wordings are those that these versions wrote, and stay as they are.
 """
 
 import re
-from collections.abc import Callable, Iterable, Sequence
-
-import msgspec
+from collections.abc import Callable, Sequence
 
 from seatrial.boat.findings import Finding, FindingKind, Value, finding_of
-from seatrial.util.errors import FileError
 from seatrial.util.frames import AXES
 
-LONGEST_NOTE = 3000  # [characters] of a sentence that is looked at: a file may hold anything
-MOST_NOTES = 200  # of a file that are looked at
 NUMBER = r"[-+]?\d{1,20}(?:\.\d{1,20})?(?:e[-+]?\d{1,4})?"
 STAGE_WORDS = {
     "a latency": "latency", "a lag": "lag", "a power": "power", "power": "power",
@@ -26,45 +20,6 @@ QUANTITY = r"thrust and drag|thrust|drag"
 
 Found = re.Match[str]
 Read = Callable[[Found], list[Finding]]
-
-
-def findings_of(notes: Iterable[str]) -> list[Finding]:
-    """The findings that sentences stand for, in their order."""
-    return [
-        finding
-        for i, note in enumerate(notes)
-        for finding in (_of_note(note) if i < MOST_NOTES else [_other(note)])
-        if note
-    ]
-
-
-def with_findings(entry: object, place: str) -> object:
-    """A mapping of an older file with `findings` in place of its `notes`. Raises FileError."""
-    if not isinstance(entry, dict):
-        return entry
-    if "findings" in entry:
-        raise FileError(f"{place}: unknown key 'findings' in a file of this version")
-    notes = entry.get("notes", [])
-    if not isinstance(notes, list) or not all(isinstance(note, str) for note in notes):
-        raise FileError(f"{place}: notes: expected a list of texts")
-    rest = {key: value for key, value in entry.items() if key != "notes"}
-    return {**rest, "findings": msgspec.to_builtins(findings_of(notes))}
-
-
-def _other(note: str) -> Finding:
-    return Finding(FindingKind.OTHER, values={"text": note[:LONGEST_NOTE]})
-
-
-def _of_note(note: str) -> list[Finding]:
-    """Of one sentence; its text as it is where it is none of the known ones, or holds what can't be."""
-    for pattern, read in _WORDINGS if len(note) <= LONGEST_NOTE else ():
-        found = re.fullmatch(pattern, note, re.DOTALL)
-        if found is not None:
-            try:
-                return read(found)
-            except (ValueError, OverflowError):
-                break
-    return [_other(note)]
 
 
 def _plain(kind: FindingKind, subject: str = "") -> Read:
@@ -235,7 +190,7 @@ def _unexpected(found: Found) -> list[Finding]:
 _EFFECT = "more than half of the unmodelled force would be explained by "
 _IF = ": if that may be, identify with --effect {0}, before further terms are sought"
 _TOLD = rf"(?P<quantity>{QUANTITY}) (?P<places>.*?): (?P<rest>.*)"
-_WORDINGS: Sequence[tuple[str, Read]] = (
+WORDINGS: Sequence[tuple[str, Read]] = (
     (
         rf"(?P<parameter>.+): (?P<bound>{NUMBER}) is the bound of its range",
         _plain(FindingKind.AT_BOUND),

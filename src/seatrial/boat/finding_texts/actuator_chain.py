@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Findings on the actuator chain: dead zones, thruster layout, stages that are selected."""
+
+from seatrial.boat.finding_texts.spec import NAMES, ONE_NAME, Spec
+
+DEAD_ZONE_NOT_SOUGHT = Spec(
+    "dead zone: not estimated, as the commands are {forces}, not thrusters'. If the thrusters have "
+    "one, force and drag coefficients are biased",
+    "Add thrusters: and allocation: to the vehicle file",
+    {"forces": NAMES},
+)
+COMMANDS_SAMPLED = Spec(
+    "commands: their rows are a logger's samples: with each change halfway to the row before, -2 log L falls "
+    "by {gain:.0f}. So the model takes them, and its vehicle file says 'sampled: true'",
+    "To take them so in every model, write 'sampled: true' below commands: in the vehicle file",
+    numbers={"gain": "-"},
+)
+THRUSTER_LAYOUT_SELECTED = Spec(
+    "thrusters: the vehicle file has none. Of the usual layouts '{layout}' explains the recordings best "
+    "(-2 log L falls by {gain:.0f}), so the model has these thrusters. Only their directions matter, not "
+    "their positions",
+    "Compare thrusters: and allocation: in the model file with the boat, and write the boat's own into "
+    "the vehicle file",
+    numbers={"gain": "-"},
+    words={"layout": None},
+)
+THRUSTER_LAYOUT_CONTRADICTED = Spec(
+    "thrusters: the usual layout '{layout}' explains the recordings much better than the layout in the "
+    "vehicle file (-2 log L falls by {gain:.0f}). A thruster, its direction or the allocation scheme is "
+    "probably wrong there, and forces and drag are biased",
+    "Compare thrusters: and allocation: in the vehicle file with the boat",
+    numbers={"gain": "-"},
+    words={"layout": None},
+)
+DEAD_ZONE_ONE_EDGE = Spec(
+    "dead zone of {actuators}: one edge for both sides, as they hardly push {side}",
+    "If the two edges differ, record commands that push {side}",
+    {"actuators": NAMES},
+    words={"side": {"ahead": "", "astern": ""}},
+)
+DEAD_ZONE_NOT_IDENTIFIABLE = Spec(
+    "dead zone of {actuators}: not identifiable, as it takes the same share of each force under these "
+    "commands. The force coefficients include it",
+    "If the edge is needed, record thrusts of several sizes",
+    {"actuators": NAMES},
+)
+SCALE_POWER_HELD = Spec(
+    "{parameter}: held at {power:g}, as the scale signal {signal} hardly changes while there is a "
+    "command",
+    "To estimate it, record with {signal} at several values",
+    {"parameter": ONE_NAME, "signal": ONE_NAME},
+    {"power": "-"},
+    signed=("power",),
+)
+CURVE_STAGE_SELECTED = Spec(
+    "actuator-stage selection: {stage_means} of the thrust curve is estimated",
+    "To estimate it always, state it as 'estimate' in the vehicle file's chain",
+    words={"stage": {"reverse_ratio": "reverse over forward", "power": "the power"}},
+)
+GROUP_STAGES_SELECTED = Spec(
+    "actuator-stage selection: {stage_means} is estimated for each of {groups}",
+    "To estimate them always, state them as 'estimate' in the vehicle file's chain",
+    {"groups": NAMES},
+    words={
+        "stage": {
+            "latency": "a latency",
+            "lag": "a lag",
+            "power": "a power",
+            "reverse_ratio": "a reverse over forward",
+        }
+    },
+)

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""Findings of effects that the model does not have."""
+
+from seatrial.boat.finding_texts.spec import NAMES, Spec
+
+UNMODELLED = "would remove more than half of the process noise, or move a coefficient by half its standard error"
+ASK_EFFECT = "If it is plausible, identify with --effect {effect} before further terms are selected"
+
+UNMODELLED_LEVER_ARM = Spec(
+    f"unmodelled effect: a lever arm, poses of a point about {{size:.2g}} m off the origin, {UNMODELLED}",
+    ASK_EFFECT.format(effect="lever"),
+    numbers={"size": "m"},
+)
+UNMODELLED_CURRENT = Spec(
+    f"unmodelled effect: a current of up to {{size:.2g}} m/s {UNMODELLED}",
+    ASK_EFFECT.format(effect="current"),
+    numbers={"size": "m/s"},
+)
+UNMODELLED_TRIM = Spec(
+    f"unmodelled effect: a steady force, as of thrusters that are not quite at rest, {UNMODELLED}",
+    ASK_EFFECT.format(effect="trim"),
+)
+UNMODELLED_WIND = Spec(f"unmodelled effect: wind {UNMODELLED}", ASK_EFFECT.format(effect="wind"))
+UNMODELLED_DELAY = Spec(
+    "unmodelled effect: position and heading are of two times, about {size:.2g} s apart, which "
+    f"{UNMODELLED} or of the correlated pose noise",
+    ASK_EFFECT.format(effect="delay"),
+    numbers={"size": "s"},
+)
+UNEQUAL_THRUSTER_GAINS = Spec(
+    f"unequal thruster gains of {{actuators}} {UNMODELLED}. {{weak_means}}",
+    "If that is so, add {{gains: {{{gains}}}}} to the vehicle file's chain and identify again",
+    {"actuators": NAMES},
+    {"gains": "-"},
+    {
+        "weak": {
+            "one": "Is a propeller fouled or damaged?",
+            "several": "Several are equally weak, which an offset payload looks like, too: check with "
+            "'seatrial select' whether a coupled force explains it",
+        }
+    },
+    signed=("gains",),
+    each=("gains",),
+)
+HEADING_OFFSET = Spec(
+    "heading offset: poses fit far better with a heading that is {size:.2deg} degrees off",
+    "If that is so, write offset: {psi_offset:.4g} at pose: psi in the vehicle file and identify again, "
+    "before further terms are selected",
+    numbers={"size": "rad", "psi_offset": "of psi in the vehicle file"},
+    signed=("psi_offset",),
+)

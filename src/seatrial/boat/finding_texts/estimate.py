@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""Findings on the estimate: standard errors, bounds, missing terms, poor fits, sensors."""
+
+from seatrial.boat.finding_texts.spec import NAMES, ONE_NAME, Spec
+
+SAME_RUN = "Check with 'seatrial inspect' that poses and commands are of the same run and time base"
+
+SHORT_BLOCKS = Spec(
+    "standard errors: scores are summed over blocks of {length:.1f} s only, as the recordings are short",
+    "Record longer where errors are correlated for longer than that",
+    numbers={"length": "s"},
+)
+AT_BOUND = Spec(
+    "{parameter}: the estimate is at the bound {bound:g} of its range and has no standard error",
+    "A lag or a dead zone at its lower bound is none. A latency at its bound is a wrong clock",
+    {"parameter": ONE_NAME},
+    {"bound": "of the parameter"},
+    signed=("bound",),
+    parameter=("bound",),
+)
+MISSING_TERM = Spec(
+    "missing term: {term} in {axis} is {errors:.1f} standard errors from 0. With it {axis} is predicted "
+    "{improvement:.0%} better 1 s ahead",
+    "Identify with --structure auto, or run 'seatrial select'",
+    {"axis": ONE_NAME, "term": ONE_NAME},
+    {"errors": "-", "improvement": "-"},
+)
+MODEL_MISMATCH = Spec(
+    "model mismatch: innovations are correlated. Fitted to the 1 s prediction error instead of "
+    "single-pose innovations (fit horizon {horizon:g} s)",
+    "Run 'seatrial select' to look for missing terms",
+    numbers={"horizon": "s"},
+)
+OUTLIERS = Spec(
+    "outliers: {share:.1%} of the poses are outliers to the model and have less weight",
+    "Look for false matches and for two clocks with 'seatrial inspect'",
+    numbers={"share": "-"},
+)
+NO_SIGNIFICANT_COEFFICIENT = Spec(
+    "no coefficient differs from zero by more than two standard errors", SAME_RUN
+)
+NOT_PREDICTABLE = Spec(
+    "no 1 s prediction is possible: the model diverges at the recorded velocities, or nowhere are there "
+    "poses in a row",
+    "Look at the recordings with 'seatrial inspect'",
+)
+NO_BETTER_THAN_CONSTANT = Spec(
+    "{axes}: 1 s predictions are hardly better than constant or zero velocity",
+    f"{SAME_RUN}, and check the vehicle file's signs",
+    {"axes": NAMES},
+)
+SMOOTH_HEADING = Spec(
+    "heading: no white noise, but correlated errors of {lasting:.2g} mrad with a time constant of "
+    "{memory:.2g} s. So it comes from a filter, such as an autopilot's. White noise is held at "
+    "{white:.2g} mrad",
+    "Log the heading of the compass or the GNSS as well. On board, give the predictor the same filtered "
+    "heading",
+    numbers={"white": "mrad", "lasting": "mrad", "memory": "s"},
+)
+LEVER_ARM_ERRORS = Spec(
+    "lever arm: standard errors are {ahead:.1e} m ahead and {aside:.1e} m aside",
+    "If they are too large, measure the lever arm and state it",
+    numbers={"ahead": "m", "aside": "m"},
+)
+DELAY_DIFFERENCE = Spec(
+    "sensor delays: the {older} is {delay:.3f} ± {error:.1g} s older than the {newer}",
+    "If you know what both are late by, state it: it is indistinguishable from the thrusters' latency",
+    {"older": ONE_NAME, "newer": ONE_NAME},
+    {"delay": "s", "error": "s"},
+)
+DELAY = Spec(
+    "sensor delays: the {part} is {delay:.3f} ± {error:.1g} s late, with the thrusters' latency as stated",
+    "An error of the stated latency is one of the delay",
+    {"part": ONE_NAME},
+    {"delay": "s", "error": "s"},
+    signed=("delay",),
+)

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""What older versions wrote into files, read as what this version writes."""

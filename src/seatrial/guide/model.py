@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: MIT
+"""The third step of a guided path: the model, with the effects that the recordings show and the user accepts."""
+
+from collections.abc import Sequence
+
+from seatrial.boat.findings import Finding
+from seatrial.boat.model import Model
+from seatrial.boat.model_file import load, save
+from seatrial.boat.vehicle import Vehicle
+from seatrial.guide.answers import AT_ORIGIN, effect_answered
+from seatrial.guide.held_out import HELD_OUT_SUFFIX
+from seatrial.guide.steps import Task
+from seatrial.identification.guided import Guided, identify_guided
+from seatrial.identification.selection.significance import least_length
+from seatrial.recording.recording import Recording
+from seatrial.util.format import joined
+from seatrial.workflow.next_step import identify_line
+
+
+def model_of(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_from: str) -> Model:
+    """Identify, with the effects that the model lacks; or the model that is there."""
+    path = here.file("model.yaml")
+    if here.steps.done("model", made_from, [path]):
+        here.say(f"identify  done before  -> {path}")
+        return load(path)
+    accepted: list[str] = []
+
+    def confirm(kind: str, finding: Finding) -> bool:
+        answer = here.ask is None or effect_answered(finding, here.ask)
+        accepted.extend([kind] if answer else [])
+        return answer
+
+    found = identify_guided(training, vehicle, effects=here.effects, confirm=confirm)
+    save(found.model, path)
+    here.steps.note("model", made_from, [path])
+    if here.ask is None:
+        here.assumed += [
+            f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
+        ]
+    here.say(f"identify  {_made_of(found, training, vehicle, accepted)}  -> {path}")
+    _lever_stated_wrong(here, found.model, vehicle)
+    return found.model
+
+
+def _made_of(
+    found: Guided, training: Sequence[Recording], vehicle: Vehicle, accepted: Sequence[str]
+) -> str:
+    """Coefficients, effects, and effects that were accepted and are not in the model."""
+    text = f"{len(found.model.values)} coefficients"
+    if found.chosen is not None:
+        text += ", terms chosen by the recordings"
+    elif vehicle.automatic:
+        least = least_length(training, len(found.solution.problem.free))
+        text += (
+            ", those that every boat has: the recordings are too short to choose terms "
+            f"({least:.0f} s or more, beside what tests the model)"
+        )
+    dropped = [kind for kind in accepted if kind not in found.effects]
+    text += f"; with {joined(found.effects)}" if found.effects else ""
+    return text + (f"; without {joined(dropped)}, which the other parts explain" if dropped else "")
+
+
+def _lever_stated_wrong(here: Task, model: Model, vehicle: Vehicle) -> None:
+    """State that the lever arm is the log's: the user's, or the origin, does not stand."""
+    if model.vehicle.lever == vehicle.lever:
+        return
+    here.assumed[:] = [one for one in here.assumed if one != AT_ORIGIN]
+    if vehicle.stated_lever is not None and any(vehicle.lever):
+        here.assumed.append(
+            f"the lever arm stated, {vehicle.point}, does not fit the log; it shows {model.vehicle.point}"
+        )
+
+
+def whole_command(here: Task, model: Model, held_out: Sequence[Recording]) -> str | None:
+    """State the command that identifies from the last quarters, too; None where none is held out."""
+    if not any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out):
+        return None
+    whole = identify_line(
+        here.logs,
+        here.file("vehicle.yaml"),
+        here.file("model-of-all.yaml"),
+        *effect_options(model),
+    )
+    here.assumed.append(
+        f"what tests the model is not used to identify it. A model of all the data: {whole}"
+    )
+    return whole
+
+
+def effect_options(model: Model) -> list[str]:
+    """Options of `identify` with the model's effects."""
+    effects = str(model.estimator.settings.get("effects") or "").split(", ")
+    return [word for effect in effects if effect for word in ("--effect", effect)]

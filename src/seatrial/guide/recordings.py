@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""The second step of a guided path: the recordings, and whether the vehicle file is consistent with them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from seatrial.boat.model import Model
+from seatrial.boat.vehicle import Vehicle
+from seatrial.guide.held_out import HELD_OUT_SUFFIX
+from seatrial.guide.steps import Task
+from seatrial.guide.vehicle_file import of_this_boat
+from seatrial.inspection.console import inspection_text
+from seatrial.inspection.overview import Inspection, inspect
+from seatrial.io import read
+from seatrial.io.reader import recording_name
+from seatrial.recording.recording import Recording
+from seatrial.recording.undriven import undriven_motion
+from seatrial.util.files import write_text
+from seatrial.util.progress import over, stage
+
+
+def driven_recordings(
+    here: Task, vehicle: Vehicle, *, proposed_now: bool
+) -> tuple[list[Recording], Inspection]:
+    """The recordings while the boat is driven, and the inspection of all of them."""
+    with stage("reading", 0.1), of_this_boat(here, proposed_now=proposed_now):
+        recordings = [read(path, vehicle, salvage=here.salvage) for path in over(here.logs)]
+    with stage("inspecting", 0.05):
+        inspection = _inspect(here, recordings, vehicle)
+        return [while_driven(here, recording) for recording in recordings], inspection
+
+
+def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
+    """State what is wrong with recordings and vehicle file; the model has it as a doubt."""
+    found = inspect(recordings, vehicle)
+    write_text(here.file("inspect.txt"), inspection_text(found) + "\n")
+    length = sum(r.duration for r in recordings)
+    usable = sum(r.usable * r.duration for r in recordings) / length
+    wrong = [*found.vehicle.remarks, *(finding.text for finding in found.signs.findings)]
+    verdict = wrong[0] if wrong else "units, signs and order are consistent"
+    share = f"{100.0 * usable:.1f} % of the poses usable"
+    here.say(f"inspect   {length:.0f} s, {share}; {verdict}  -> {here.file('inspect.txt')}")
+    return found
+
+
+def while_driven(here: Task, recording: Recording) -> Recording:
+    """Without a beginning or an end in which the boat is carried, towed or adrift."""
+    start, end = None, None
+    for found in undriven_motion(recording):
+        which = "first" if found.first else "last"
+        here.assumed.append(
+            f"the {which} {found.end - found.start:.0f} s of {recording.name} are left out: the boat moves "
+            f"{found.moved:.0f} m there without a command (carried, towed or adrift)"
+        )
+        start, end = (found.end, end) if found.first else (start, found.start)
+    return recording if start is end is None else recording.cut(start, end)
+
+
+def as_model_reads(
+    here: Task, model: Model, vehicle: Vehicle, recordings: Sequence[Recording]
+) -> list[Recording]:
+    """The recordings as the model's vehicle reads them: with the lever arm and delays that were estimated."""
+    if (model.vehicle.lever, model.vehicle.delays) == (vehicle.lever, vehicle.delays):
+        return [*recordings]
+    names = {recording_name(path): path for path in here.logs}
+    found = []
+    for one in recordings:
+        name = one.name.removesuffix(HELD_OUT_SUFFIX)
+        again = read(names[name], model.vehicle, salvage=here.salvage)
+        part = again.cut(one.offset or None, one.offset + one.duration + 0.5 * one.period)
+        found.append(replace(part, name=one.name))
+    return found

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""The last steps of a guided path: scores on what was held out, the report, and what to do next."""
+
+from collections.abc import Sequence
+
+from seatrial.boat.model import Model
+from seatrial.evaluation.assessment import assess
+from seatrial.evaluation.prediction import DEFAULT_HORIZON
+from seatrial.evaluation.scores import Scores, load_scores, scores_json
+from seatrial.evaluation.validation import scores_of, validate
+from seatrial.guide.model import effect_options
+from seatrial.guide.steps import Task
+from seatrial.recording.recording import Recording
+from seatrial.report.evidence.advice import wants_more_data
+from seatrial.report.evidence.model_evidence import evidence_of
+from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
+from seatrial.report.model_report import write_evidence
+from seatrial.util.files import dump_json, write_text
+from seatrial.workflow.next_step import NextStep, asked_for, command
+
+
+def scores_on(here: Task, model: Model, tested: Sequence[Recording], made_from: str) -> Scores:
+    """Validate; or the scores that are there."""
+    path = here.file("scores.json")
+    if here.steps.done("scores", made_from, [path]):
+        return load_scores(path)
+    scores = validate(model, tested)
+    write_text(path, dump_json(scores_json(scores)))
+    here.steps.note("scores", made_from, [path])
+    return scores
+
+
+def report(
+    here: Task, model: Model, recordings: Sequence[Recording], whole: str | None
+) -> NextStep:
+    """The page; and what to do next. whole: the command that identifies from what is held out, too."""
+    found = assess(model, recordings, DEFAULT_HORIZON)
+    evidence = evidence_of(model, found, scores_of(model, found, DEFAULT_HORIZON))
+    write_evidence(evidence, here.file("report.html"))
+    here.say(f"validate  {predicted(evidence)}  -> {here.file('scores.json')}")
+    here.say(f"report    -> {here.file('report.html')}")
+    # what `auto` estimated stays, and so does its model
+    vehicle, further = here.file("vehicle.yaml"), here.file("model-2.yaml")
+    wanted = asked_for(model, here.logs, vehicle, further, effect_options(model))
+    if wanted is not None:
+        return wanted
+    step = following(evidence)
+    if step.endswith(USE_WITHIN_ENVELOPE):
+        out = here.file("odometry.csv")
+        use = command("predict", here.file("model.yaml"), here.logs[0], "-o", out)
+        return NextStep(use, "velocity and odometry as on board; other uses: docs/uses.md")
+    wish = step.removeprefix("Next: ")
+    # what is held out may have the driving that the model lacks
+    if whole is not None and wants_more_data(evidence):
+        return NextStep(
+            whole, f"this model lacks the last quarter of each log. If that is not enough: {wish}"
+        )
+    return NextStep(wish)

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: MIT
+"""How a text table is laid out: which line is the header, what stands between the cells, what is a number."""
+
+import csv
+import re
+from collections.abc import Sequence
+
+from seatrial.io.tables.stamps import is_date_time
+
+SEPARATORS = ",;\t|"
+SPACES = " "  # any number of them between two cells
+COMMENTS = ("#", "%", "//")  # that lines before the header begin with
+MOST_TITLES = 12  # lines of text above the header
+COMMA_NUMBER = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+def header_line(lines: Sequence[str]) -> int | None:
+    """The header: the first line that is no comment, or the comment above the first row of numbers."""
+    plain = [i for i, line in enumerate(lines) if line.strip() and not is_comment(line)]
+    comments = [i for i, line in enumerate(lines) if line.strip() and is_comment(line)]
+    if not plain:
+        return comments[0] if comments else None
+    before = [i for i in comments if i < plain[0]]
+    if before and _begins_with_number(lines[plain[0]]):
+        return before[-1]
+    return _below_titles(lines, plain)
+
+
+def _below_titles(lines: Sequence[str], plain: Sequence[int]) -> int:
+    """The header below lines of text: the first line that is divided as all lines below it, and has no number."""
+    for k in plain[: MOST_TITLES + 1]:
+        rows = [lines[i] for i in plain if i > k]
+        if rows and _divided_alike(lines[k], rows):
+            return plain[0] if _has_number(lines[k]) else k
+    return plain[0]
+
+
+def _divided_alike(head: str, rows: Sequence[str]) -> bool:
+    return any(
+        mark in head and all(row.count(mark) == head.count(mark) for row in rows)
+        for mark in SEPARATORS
+    )
+
+
+def _has_number(line: str) -> bool:
+    cells = re.split(r"[,;\t|]", line)
+    return any(map(is_number, cells)) or any(map(COMMA_NUMBER.fullmatch, re.split(r"[;\t|]", line)))
+
+
+def _begins_with_number(line: str) -> bool:
+    first = re.split(r"[,;\t| ]", line.strip(), maxsplit=1)[0]
+    return is_number(first) or is_date_time(first)
+
+
+def plain_lines(lines: Sequence[str]) -> int:
+    """How many lines are neither empty nor a comment."""
+    return sum(bool(line.strip()) and not is_comment(line) for line in lines)
+
+
+def is_comment(line: str) -> bool:
+    """Whether a line begins with the mark of a comment."""
+    return line.lstrip().startswith(COMMENTS)
+
+
+def without_mark(line: str) -> str:
+    """The line without the mark of a comment."""
+    return re.sub(r"^\s*(?:#|%|//)+[ \t]*", "", line)
+
+
+def separator(head: str, row: str) -> str:
+    """What stands between the cells: of those in the header the one that divides the row likewise."""
+    counts = {mark: head.count(mark) for mark in SEPARATORS if mark in head}
+    likely = sorted(counts, key=lambda mark: -counts[mark])
+    for mark in likely:
+        if row.count(mark) == counts[mark]:
+            return mark
+    if likely:
+        return likely[0]
+    words = len(head.split())
+    return SPACES if words > 1 and len(row.split()) == words else ","
+
+
+def header_cells(head: str, row: str, delimiter: str) -> list[str]:
+    """Names in the header; quoted names may hold the separator."""
+    if delimiter == SPACES:
+        return [name.strip('"') for name in head.split()]
+    plain = head.split(delimiter)
+    if '"' in head:
+        try:
+            quoted = next(csv.reader([head], delimiter=delimiter), [])
+            cells = len(next(csv.reader([row], delimiter=delimiter), []))
+        except csv.Error:
+            quoted, cells = [], 0
+        if quoted and len(quoted) == cells != len(plain):
+            plain = quoted
+    return [name.strip().strip('"') for name in plain]
+
+
+def is_number(text: str) -> bool:
+    """Whether a cell is a number with a decimal point."""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def as_number(text: str, *, comma: bool) -> float:
+    """A cell's number; NaN where it is none. `comma`: its decimal mark."""
+    try:
+        return float(text.replace(",", ".") if comma else text)
+    except ValueError:
+        return float("nan")

@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: MIT
+"""Faults of poses: gaps, jumps, outliers, frozen poses."""
