@@ -8,7 +8,7 @@ from conftest import make_model
 
 import seatrial
 from seatrial.boat.schema import EstimatorEntry
-from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.boat.vehicle import vehicle_from
 
 PROOF = "PROOF_OF_CODE_THAT_RAN"
 CREATES = f'int creat(const char*,unsigned);__attribute__((constructor)) static void p(void){{creat("{PROOF}",384);}}'
@@ -74,5 +74,5 @@ def hostile_boat(seed: int, monkeypatch) -> seatrial.Model:
             found[name(begin, between=between)] = None
         return [*found]
 
-    monkeypatch.setattr(Vehicle, "_check_names", lambda _: None)
+    monkeypatch.setattr("seatrial.boat.vehicle.check_vehicle_names", lambda _file, _source: None)
     return boat(name(), three(), three("F_", between=""), three(), name(), method=name())
