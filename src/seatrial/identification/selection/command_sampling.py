@@ -16,9 +16,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import IdentificationError
 
-LEAST_SAMPLING_GAIN = (
-    20.0  # fall of -2 log L: neither alternative has a parameter that the other lacks
-)
+LEAST_SAMPLING_GAIN = 20.0  # fall of -2 log L; both alternatives have the same parameters
 
 
 @dataclass(frozen=True)
