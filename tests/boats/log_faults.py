@@ -136,6 +136,15 @@ def latitude_longitude(poses, commands, rng):
     return table(("t", "lat", "lon", "psi"), rows, "%.12g"), plain(commands)
 
 
+@fault
+def sampled_commands(poses, commands, rng):
+    """A logger looks at the commands every 0.1 s, which the vehicle file states."""
+    t = np.arange(commands[0, 0], commands[-1, 0], 0.1)
+    at = np.searchsorted(commands[:, 0], t, side="right") - 1
+    rows = np.column_stack([t, commands[at, 1:]])
+    return table(("t", "x", "y", "psi"), poses), plain(rows)
+
+
 def pose_of(fault: str) -> dict[str, object]:
     """What the vehicle file says of poses in which this fault is known."""
     psi: dict[str, object] = {"column": "psi"}
@@ -157,6 +166,8 @@ def vehicle_for(boat: Vehicle, fault: str, **other: object) -> Vehicle:
     if fault == "pwm_zero_disarmed":
         inputs = {n: {"column": n, "offset": 1500, "scale": 400, "off": 0} for n in boat.inputs}
         content["commands"]["inputs"] = inputs
+    if fault == "sampled_commands":
+        content["commands"]["sampled"] = True
     if fault == "unpadded_nanoseconds":
         content["commands"]["stamp"] = {"column": "t", "unit": "s.ns"}
     return vehicle_from(content, "vehicle.yaml")
