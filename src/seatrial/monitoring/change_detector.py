@@ -40,7 +40,7 @@ from seatrial.util.errors import RecordingError
 
 WINDOWS = (10.0, 20.0, 40.0)  # [s]
 EVERY = 2.0  # [s] from test to test
-FALSE_ALARMS = 0.1  # an hour
+FALSE_ALARMS = 0.02  # an hour, at most, in weather of these noises: other weather gives some more
 PASSING = 5.0  # [s] after the notice, in which what passes is over
 CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
