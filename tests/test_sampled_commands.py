@@ -23,6 +23,7 @@ from seatrial.identification.term_choice import choose_terms
 from seatrial.onboard.live.playback import replay
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.util.errors import SeatrialError
 from tests.boats.hulls import MIDDLE, driven
 
 PERIOD = 0.1  # [s]
@@ -198,13 +199,19 @@ def test_a_column_beside_the_poses_may_be_exact(tmp_path):
     assert found.command_period == pytest.approx(0.1)
     assert not found.command_sampled
     (doubt,) = sampling_doubt(found)
-    assert "'sampled: false' where each changed at its row" in doubt
+    assert "'sampled: false' if each row is a new command" in doubt
     for stated in ("true", "false"):
         text = TABLE.replace("commands: {", f"commands: {{sampled: {stated}, ")
         vehicle = vehicle_of(tmp_path, text)
         again = read_recording(path, vehicle)
         assert sampling_period(vehicle, again) == pytest.approx(0.1 if stated == "true" else 0.0)
         assert not sampling_doubt(again)
+
+
+def test_what_is_no_truth_value_is_refused(tmp_path):
+    text = TABLE.replace("commands: {", "commands: {sampled: maybe, ")
+    with pytest.raises(SeatrialError, match=r"commands\.sampled: expected true or false, got text"):
+        vehicle_of(tmp_path, text)
 
 
 def test_the_recordings_show_which_it_is(boat):

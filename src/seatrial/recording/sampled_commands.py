@@ -27,10 +27,12 @@ def sampled_commands(streams: Sequence[Stream], stated: bool | None = None) -> S
 
 def taken_halfway(stream: Stream) -> str:
     """What is done with sampled commands."""
+    autopilot = stream.clock is Clock.LOG
+    hint = " (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)" if autopilot else ""
     return (
         f"the commands of {stream.source} are samples, {1.0 / stream.rate:.2g} s apart: each change counts as "
-        "halfway between two of them, and the intervals have the error of that. Commands logged at 50 Hz or more "
-        "give better ones (ArduPilot: LOG_BITMASK with RCOUT at its fast rate)"
+        "halfway between two of them, and the intervals include the error of this. For shorter intervals log the "
+        f"commands at 50 Hz or more{hint}"
     )
 
 
@@ -39,8 +41,8 @@ def sampling_doubt(recording: Recording) -> list[str]:
     if recording.command_period == 0.0 or recording.command_sampled:
         return []
     return [
-        f"rows of the commands are {recording.command_period:.2g} s apart: where a logger looked at the commands, "
-        "one changed up to that long before its row; then latency, lag and dead zone are off by more than their "
-        "intervals say. State in the vehicle file, below commands, 'sampled: true', or 'sampled: false' where "
-        "each changed at its row"
+        f"the rows of the commands are {recording.command_period:.2g} s apart. If a logger sampled them, a change is "
+        "up to that much older than its row, and latency, lag and dead zone are off by more than their intervals "
+        "say. Below commands: in the vehicle file state 'sampled: true', or 'sampled: false' if each row is a "
+        "new command"
     ]

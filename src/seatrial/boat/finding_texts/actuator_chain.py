@@ -10,9 +10,9 @@ DEAD_ZONE_NOT_SOUGHT = Spec(
     {"forces": NAMES},
 )
 COMMANDS_SAMPLED = Spec(
-    "commands: their rows are a logger's samples: with each change halfway to the row before, -2 log L falls "
-    "by {gain:.0f}. So the model takes them, and its vehicle file says 'sampled: true'",
-    "To take them so in every model, write 'sampled: true' below commands: in the vehicle file",
+    "commands: their rows are a logger's samples. With each change halfway to the row before, -2 log L falls "
+    "by {gain:.0f}, so the model has 'sampled: true'",
+    "For other models of these logs write 'sampled: true' below commands: in the vehicle file",
     numbers={"gain": "-"},
 )
 THRUSTER_LAYOUT_SELECTED = Spec(

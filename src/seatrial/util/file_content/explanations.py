@@ -12,7 +12,8 @@ import msgspec
 S = TypeVar("S", bound=msgspec.Struct)
 _PLAIN = {"`array`": "a list", "`object`": "a mapping", "`str`": "text", "`float`": "a number",
           "`object | null`": "a mapping", "`array | null`": "a list", "`float | null`": "a number",
-          "`int`": "a whole number"}  # fmt: skip
+          "`int`": "a whole number", "`int | null`": "a whole number", "`str | null`": "text",
+          "`bool | null`": "true or false", "expected `bool`": "expected true or false"}  # fmt: skip
 
 
 def explained(message: str, kind: type[msgspec.Struct], keys: Sequence[str] = ()) -> str:
