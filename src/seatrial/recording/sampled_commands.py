@@ -41,8 +41,8 @@ def sampling_doubt(recording: Recording) -> list[str]:
     if recording.command_period == 0.0 or recording.command_sampled:
         return []
     return [
-        f"the rows of the commands are {recording.command_period:.2g} s apart. If a logger sampled them, a change is "
-        "up to that much older than its row, and latency, lag and dead zone are off by more than their intervals "
-        "say. Below commands: in the vehicle file state 'sampled: true', or 'sampled: false' if each row is a "
-        "new command"
+        f"the rows of the commands are {recording.command_period:.2g} s apart. If a logger sampled them, a change "
+        "is up to that much older than its row, and latency, lag and dead zone are off by more than their "
+        "intervals say. Below commands: in the vehicle file state 'sampled: true', or 'sampled: false' if each row "
+        "is a new command"
     ]
