@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 from bag_tools import Sent
 from hypothesis import HealthCheck, settings
+from shares import shared_out
 
 import seatrial
 from seatrial.boat.model_file import save
@@ -54,22 +55,6 @@ TABLE_II = {
         "N_r": -0.48, "N_rr": -0.20, "N_F": 1.3, "N_ud": 0.04, "N_uu": 0.63,
     },
 }  # fmt: skip
-
-
-# files that take a minute or more, the longest first: each worker begins with its share of them
-LONG = (
-    "test_fuzz",
-    "test_ros2_nodes",
-    "test_demo",
-    "test_hector",
-    "test_wheels",
-    "test_core_cpp",
-    "test_ros2_node",
-    "test_site",
-    "test_docs",
-    "test_ros1_node",
-    "test_report_browser",
-)
 
 
 def pytest_configure():
@@ -112,24 +97,6 @@ def pytest_collection_modifyitems(items):
     result = yield
     items[:] = shared_out(items, int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")))
     return result
-
-
-def shared_out(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
-    """The parts that xdist cuts the list into for its workers: in turn a long file, then as many others."""
-    files: dict[str, list[pytest.Item]] = {name: [] for name in LONG}
-    others = [item for item in items if item.path.stem not in files]
-    for item in items:
-        if item.path.stem in files:
-            files[item.path.stem].append(item)
-    present, ordered = [one for one in files.values() if one], []
-    left = len(items)
-    for place in range(workers):
-        size = left // (workers - place)
-        part = [item for one in present[place::workers] for item in one]
-        fill = max(0, size - len(part))
-        ordered += part + others[:fill]
-        others, left = others[fill:], left - size
-    return ordered + others
 
 
 def at_length(*values: object, **more: object) -> object:
