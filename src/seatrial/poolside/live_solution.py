@@ -16,12 +16,8 @@ from seatrial.identification.likelihood.optimiser import Outcome, far_from_poses
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.problem_setup import integration_step
 from seatrial.identification.solution import Fit
-from seatrial.identification.uncertainty.covariance import (
-    sandwich_covariance,
-    with_enough_blocks,
-    with_lag_by_square,
-)
-from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
+from seatrial.identification.uncertainty.covariance import with_enough_blocks
+from seatrial.identification.uncertainty.estimation_errors import estimation_covariance
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
@@ -67,7 +63,7 @@ def warm(last: Fit, recording: Recording) -> Fit | None:
     )  # fmt: skip
     if outcome not in (Outcome.CONVERGED, Outcome.OUT_OF_STEPS) or far_from_poses(at):
         return None
-    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+    covariance = estimation_covariance(at)
     at.runs.drop_linearisation()
     kept = [f for f in last.findings if f.kind not in RENEWED]
     return replace(
