@@ -24,7 +24,8 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import SeatrialError
