@@ -20,6 +20,7 @@ from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome
 from seatrial.identification.likelihood.problem import Problem
@@ -191,7 +192,7 @@ def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
 
 def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
     def nowhere(problem, *begin, **_):
-        return Point(*begin, problem.run_filter(*begin)), Outcome.CONVERGED
+        return Point(*begin, filter_along(problem, *begin)), Outcome.CONVERGED
 
     monkeypatch.setattr(import_module("seatrial.identification.first_search"), "search", nowhere)
     vehicle, recordings, _, starts = far

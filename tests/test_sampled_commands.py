@@ -15,6 +15,7 @@ from seatrial.boat.noise_parameters import NOISE_START
 from seatrial.evaluation.input_errors import input_errors
 from seatrial.identification.estimator import fit, output_error
 from seatrial.identification.first_search import first_maximum
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import search
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
@@ -96,7 +97,7 @@ def point(vehicle, recordings) -> Point:
     problem = problem_with(vehicle, vehicle, recordings, OutputErrorSettings())
     theta, _ = start_of(problem, recordings, None)
     problem = with_start(problem, theta)
-    return Point(theta, NOISE_START, problem.run_filter(theta, NOISE_START))
+    return Point(theta, NOISE_START, filter_along(problem, theta, NOISE_START))
 
 
 def test_the_linearised_run_has_the_same_errors(boat):
@@ -108,7 +109,7 @@ def test_the_linearised_run_has_the_same_errors(boat):
 def test_the_filter_is_less_sure_of_the_velocity(boat):
     vehicle, recordings = boat
     here = point(vehicle, recordings)
-    exact = replace(here.runs.problem, input_errors=()).run_filter(here.theta, NOISE_START)
+    exact = filter_along(replace(here.runs.problem, input_errors=()), here.theta, NOISE_START)
     with_errors, without = (
         np.asarray(runs.by_recording[0].deviation) for runs in (here.runs, exact)
     )
@@ -176,7 +177,7 @@ def test_what_a_ramp_would_make_of_the_estimates_is_in_their_errors(boat):
     exact = replace(
         at.runs.problem, recordings=tuple(replace(r, command_period=0.0) for r in recordings)
     )
-    here = Point(at.theta, at.noise, exact.run_filter(at.theta, at.noise))
+    here = Point(at.theta, at.noise, filter_along(exact, at.theta, at.noise))
     assert with_unknown_shape(here, plain) is plain
 
 

@@ -9,6 +9,7 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import present
 from seatrial.identification.diagnostics.solution_checks import at_bound_findings
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.likelihood.linearised import START_DAMPING, Point, bounded_step
@@ -82,7 +83,7 @@ def _condensed(problem: Problem, last: Fit) -> Problem:
     (recording,) = problem.recordings
     middle = float(recording.t[len(recording.t) // 2])
     older = replace(problem, recordings=(recording.cut(None, middle),))
-    runs = older.run_filter(last.theta, last.noise, repeatable=False)
+    runs = filter_along(older, last.theta, last.noise, repeatable=False)
     free = list(problem.free)
     mean, precision = last.theta.copy(), np.zeros((len(last.theta),) * 2)
     mean[free] += inverse_of(runs.information) @ runs.gradient

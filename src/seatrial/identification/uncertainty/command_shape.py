@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.model import sampling_period
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.frames import Array
@@ -30,7 +31,7 @@ def with_unknown_shape(at: Point, covariance: Array) -> Array:
     if not any(periods):
         return covariance
     ramps = tuple(with_ramps(r, p) for r, p in zip(problem.recordings, periods, strict=True))
-    runs = replace(problem, recordings=ramps).run_filter(at.theta, at.noise, repeatable=False)
+    runs = filter_along(replace(problem, recordings=ramps), at.theta, at.noise, repeatable=False)
     if not np.isfinite(runs.cost):
         return covariance
     # parameters at a bound stay there
