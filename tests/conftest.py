@@ -27,6 +27,7 @@ from seatrial.commands.cli import main
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
+from seatrial.util import parallel
 
 settings.register_profile(
     "seatrial",
@@ -69,6 +70,26 @@ LONG = (
     "test_ros1_node",
     "test_report_browser",
 )
+
+
+def pytest_configure():
+    """A worker of a parallel run keeps to one core: the others have theirs. `on_cores` is for tests of threads."""
+    if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) >= parallel.cores():
+        parallel._most_cores.set(1)
+
+
+@pytest.fixture
+def on_cores(monkeypatch):
+    """Have as many cores as said, whatever the computer has."""
+
+    def have(count: int) -> None:
+        parallel._most_cores.set(count)
+        monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(count)), raising=False)
+        assert parallel.cores() == count
+
+    before = parallel._most_cores.get()
+    yield have
+    parallel._most_cores.set(before)
 
 
 def pytest_collection(session):

@@ -3,14 +3,13 @@
 
 import bz2
 import os
-import resource
 import sqlite3
 import struct
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+import warm_program
 import yaml
 from conftest import at_length
 
@@ -24,7 +23,6 @@ from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, read_yaml
 
-PROGRAM = str(Path(sys.executable).parent / "seatrial")
 RULE = "\n" + "=" * 80 + "\n"
 MEMORY = 1_500_000_000  # [bytes] of address space
 SECONDS = 30  # [s] of CPU: some hundred times what it takes
@@ -32,17 +30,9 @@ SECONDS = 30  # [s] of CPU: some hundred times what it takes
 
 def inspected(*arguments) -> tuple[int, str]:
     """Exit code and output, within limits of memory and CPU time."""
-
-    def limited() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
-
-    done = subprocess.run(
-        [PROGRAM, "inspect", *map(str, arguments)], capture_output=True, text=True, check=False, timeout=300,
-        preexec_fn=limited,
-    )  # fmt: skip
-    assert "Traceback" not in done.stderr
-    return done.returncode, done.stdout + done.stderr
+    code, out, err = warm_program.seatrial("inspect", *arguments, memory=MEMORY, seconds=SECONDS)
+    assert "Traceback" not in err
+    return code, out + err
 
 
 def fan_out(levels: int, width: int, last: str) -> str:
@@ -318,13 +308,10 @@ def test_a_file_is_read_by_its_own_name(tmp_path, name):
 def test_deep_yaml_is_refused(tmp_path, text):
     """In a process of its own, as it ended in a segmentation fault."""
     (tmp_path / "deep.yaml").write_text(text)
-    done = subprocess.run(
-        [PROGRAM, "inspect", str(tmp_path), "--vehicle", str(tmp_path / "deep.yaml")], capture_output=True, text=True,
-        check=False, timeout=60,
-    )  # fmt: skip
-    assert done.returncode == 1
-    assert "is more than 50 lists or mappings deep" in done.stderr
-    assert done.stderr.count("\n") == 1
+    code, shown = inspected(tmp_path, "--vehicle", tmp_path / "deep.yaml")
+    assert code == 1
+    assert "is more than 50 lists or mappings deep" in shown
+    assert shown.count("\n") == 1
 
 
 def test_the_metadata_of_a_bag_may_not_be_deep_either(tmp_path):

@@ -25,7 +25,7 @@ BAD = {
     "axis never excited": (["identify", "{p}/surge", "--vehicle", "{v}", "-o", "{o}"], "sway is never excited"),
     "no commands": (["identify", "{p}/mute", "--vehicle", "{v}", "-o", "{o}"], "has a header but no rows"),
     "not a number": (["identify", "{p}/nan", "--vehicle", "{v}", "-o", "{o}"], "empty or not finite"),
-    "singular regressor": (["identify", "{p}/S7-AF", "--vehicle", "{p}/twins.yaml", "-o", "{o}"], "X_a, X_b can't be told"),
+    "singular regressor": (["identify", "{p}/brief", "--vehicle", "{p}/twins.yaml", "-o", "{o}"], "X_a, X_b can't be told"),
     "unknown key": (["identify", "{p}/S7-AF", "--vehicle", "{p}/key.yaml", "-o", "{o}"], "unknown key 'axis'; did you mean"),
     "wrong unit": (["identify", "{p}/S7-AF", "--vehicle", "{p}/unit.yaml", "-o", "{o}"], "unit 'rad'; use m, cm, mm"),
     "no such unit": (["inspect", "{p}/S7-AF", "--vehicle", "{p}/furlong.yaml"], "pose.x"),
@@ -61,6 +61,12 @@ def spoiled(pool):
         shutil.copytree(pool / "S7-AF", pool / name)
         poses = np.loadtxt(pool / name / "poses.csv", delimiter=",", skiprows=1) * factor
         np.savetxt(pool / name / "poses.csv", poses, delimiter=",", header="t,x,y,psi", comments="")
+    (pool / "brief").mkdir()
+    for name in ("poses.csv", "commands.csv"):  # a minute
+        head, *rows = (pool / "S7-AF" / name).read_text().splitlines()
+        first = float(rows[0].split(",")[0])
+        rows = [row for row in rows if float(row.split(",")[0]) < first + 60.0]
+        (pool / "brief" / name).write_text("\n".join([head, *rows]) + "\n")
     sticks = (pool / "surge" / "commands.csv").read_text().splitlines()
     rows = [sticks[0], *(",".join([*line.split(",")[:2], "0", "0"]) for line in sticks[1:])]
     (pool / "surge" / "commands.csv").write_text("\n".join(rows))

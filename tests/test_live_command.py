@@ -55,8 +55,14 @@ def until(port, wanted):
 
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory):
+    """The trial that is replayed, with its vehicle's file."""
     folder = tmp_path_factory.mktemp("trials")
-    assert main(["simulate", "--plan", "clean", "-o", str(folder), "--quiet"]) == 0
+    plan = folder / "plan.yaml"
+    plan.write_text(
+        "seatrial: plan 1\nbased_on: clean\nvehicles: [mallard-mp]\n"
+        f"trials: {{{TRIAL[:2]}: {{drive: surge, duration: 200}}}}\n"
+    )
+    assert main(["simulate", "--plan", str(plan), "-o", str(folder), "--quiet"]) == 0
     return folder
 
 

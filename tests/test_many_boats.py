@@ -358,7 +358,8 @@ def squared(common, item):
     return common + item**2
 
 
-def test_farmed_work_is_in_order_and_raises_the_first_error():
+def test_farmed_work_is_in_order_and_raises_the_first_error(on_cores):
+    on_cores(3)
     assert farmed(squared, 1, [3, 2, 1]) == [10, 5, 2]
     with working_on(InTurn()):
         assert farmed(squared, 1, [3, 2, 1]) == [10, 5, 2]

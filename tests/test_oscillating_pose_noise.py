@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A boat on waves: its poses swing, by their errors or by what the waves do to it, and the model is that of the boat."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -54,30 +55,39 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
     fine = np.arange(0.0, seconds, step)
     push = waves(rng, fine, period, np.array(pushed))
     thrust = np.asarray(trace.forces(fine + step / 2)) * [SURGE["X_F"], SURGE["Y_F"], SURGE["N_F"]]
-    linear = np.array([SURGE["X_u"], SURGE["Y_v"], SURGE["N_r"]])
-    squares = np.array([SURGE["X_uu"], SURGE["Y_vv"], SURGE["N_rr"]])
-    eta, nu, path = np.zeros(3), np.zeros(3), []
-    for k in range(len(fine)):  # the midpoint rule
-        path.append([eta, nu])
-
-        def rate(eta, nu, k=k):
-            c, s = np.cos(eta[2]), np.sin(eta[2])
-            turn = np.array([[c, -s], [s, c]])
-            body = np.append(push[k, :2] @ turn, push[k, 2])
-            carried = np.array([nu[1] * nu[2], -nu[0] * nu[2], 0.0])
-            slow = linear * nu + squares * np.abs(nu) * nu
-            return np.append(turn @ nu[:2], nu[2]), carried + slow + thrust[k] + body
-
-        eta_dot, nu_dot = rate(eta, nu)
-        eta_dot, nu_dot = rate(eta + 0.5 * step * eta_dot, nu + 0.5 * step * nu_dot)
-        eta, nu = eta + step * eta_dot, nu + step * nu_dot
+    path = midpoints(thrust, push, step)
     t = fine[::10]
-    path = np.array(path)[::10]
+    path = path[::10]
     poses = path[:, 0] + rng.normal(size=(len(t), 3)) * 2e-3
     poses += waves(rng, t, period, np.array(moved))
     commands = Signal(truth.vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
     stamps = np.round(1e9 * t).astype(np.int64)
     return make_recording(f"drive {seed}", stamps, poses, commands), path[:, 1]
+
+
+def midpoints(thrust, push, step):
+    """Poses and velocities (n, 2, 3) by the midpoint rule, in plain numbers: an array of three is slow.
+
+    Accelerations (n, 3) by the thrust, in body axes, and by the waves, in earth axes.
+    """
+    linear = [SURGE["X_u"], SURGE["Y_v"], SURGE["N_r"]]
+    squares = [SURGE["X_uu"], SURGE["Y_vv"], SURGE["N_rr"]]
+
+    def rate(x, own, waves):
+        _, _, psi, u, v, r = x
+        c, s = math.cos(psi), math.sin(psi)
+        body = (c * waves[0] + s * waves[1], c * waves[1] - s * waves[0], waves[2])
+        carried = (v * r, -u * r, 0.0)
+        slow = [a * w + b * abs(w) * w for a, b, w in zip(linear, squares, (u, v, r), strict=True)]
+        gained = [sum(part) for part in zip(carried, slow, own, body, strict=True)]
+        return (c * u - s * v, s * u + c * v, r, *gained)
+
+    x, path = [0.0] * 6, []
+    for own, waves in zip(thrust.tolist(), push.tolist(), strict=True):
+        path.append(x)
+        half = [a + 0.5 * step * b for a, b in zip(x, rate(x, own, waves), strict=True)]
+        x = [a + step * b for a, b in zip(x, rate(half, own, waves), strict=True)]
+    return np.array(path).reshape(-1, 2, 3)
 
 
 @pytest.fixture(scope="module", params=[(1.5, 0.02), (4.0, 0.1)], ids=["1.5 s", "4 s"])

@@ -222,7 +222,9 @@ def test_threads_report_only_to_their_own_listener():
         assert found[name][-1] == ("", 0.5)
 
 
-def test_items_in_threads_are_parts_of_the_work_that_spread_them():
+def test_items_in_threads_are_parts_of_the_work_that_spread_them(on_cores):
+    on_cores(2)
+
     def one(item):
         assert progress._current.get() is not None
         progress.reach(0.5)
