@@ -21,7 +21,7 @@ import seatrial
 from benchmarks.harness import command
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import Trial, plant_model, simulate

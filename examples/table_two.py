@@ -13,7 +13,8 @@ from seatrial import _core
 from seatrial.boat.schema import Integration
 from seatrial.identification.methods import EquationErrorSettings
 from seatrial.identification.regression.equation_error import equation_error
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 

@@ -7,7 +7,8 @@ import msgspec
 import numpy as np
 
 import seatrial
-from seatrial.recording.recording import Recording, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 

@@ -14,7 +14,8 @@ from seatrial.boat.schema import AllocationEntry
 from seatrial.boat.vehicle import Vehicle, as_column
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Repair, apply_repair
-from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording, Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.frames import POSE_SIGNS, Axes

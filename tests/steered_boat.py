@@ -12,7 +12,8 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.vehicle import Vehicle, vehicle_from
-from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording, Signal
 
 OUTBOARD = """
 seatrial: vehicle 1

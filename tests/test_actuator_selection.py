@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.parameters import quadratic_drag
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates, with_free_stages
@@ -33,7 +34,7 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
     assert [e.finding.values["stage"] for e in found] == ["reverse_ratio", "power"]
     settings = OutputErrorSettings()
     together = problem_with(found[0].probe, vehicle, recordings, settings)
-    shared = together.run_filter(parameters(together), NOISE)
+    shared = filter_along(together, parameters(together), NOISE)
     places = {
         together.names[i]: k for k, i in enumerate(together.free) if together.names[i] not in whole.constants.names
     }  # fmt: skip
@@ -41,7 +42,7 @@ def test_one_pass_tells_of_each_stage_what_its_own_would(clean_mp):
         found, ("reverse_ratio", "power"), ("power", "reverse_ratio"), strict=True
     ):
         alone = problem_with(extra.vehicle, vehicle, recordings, settings)
-        own = alone.run_filter(parameters(alone), NOISE)
+        own = filter_along(alone, parameters(alone), NOISE)
         (place,) = [k for k, i in enumerate(alone.free) if alone.names[i] == name]
         want = score_test(own, [place])
         got = score_test(shared, [places[name]], None, [places[other]])

@@ -11,7 +11,8 @@ from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
 import seatrial
 from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.estimator import output_error
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 
 KNOWN = {n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")}
 CHAIN = {"lag": LAG, "latency": LATENCY}

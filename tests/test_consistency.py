@@ -31,7 +31,8 @@ from seatrial.inspection.consistency.gains import gains, read_run
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.inspection.consistency.repair import apply_repair
 from seatrial.recording.excitation import even_times
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError

@@ -10,7 +10,7 @@ from seatrial.inspection.consistency.between_recordings import check_each_record
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.io.poses import in_vehicle_terms
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.util.frames import Axes
 from tests.boats.hulls import MIDDLE, driven
 

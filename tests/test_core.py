@@ -16,7 +16,8 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 
 CHAIN = [
     ChainGroup(latency=0.037, dead_zone=DeadZone(0.08, 0.1), reverse_ratio=0.8, power=1.3, lag=0.09)

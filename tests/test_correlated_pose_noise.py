@@ -12,7 +12,8 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import fit, output_error
 from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.start_noise import noise_from_poses
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.recording.resolution import heading_step
 
 SURGE = {

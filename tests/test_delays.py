@@ -21,7 +21,8 @@ from seatrial.identification.estimator import OutputErrorSettings, fit, output_e
 from seatrial.io import read
 from seatrial.onboard.predictor import Health, Predictor, Taken
 from seatrial.recording.delays import at_one_time
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import DisturbanceForce, DropOuts, Jumps, load_plan
 from seatrial.simulation.sensors import PoseSettings, Sensors

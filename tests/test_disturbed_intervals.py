@@ -22,7 +22,7 @@ from seatrial.identification.console import summary
 from seatrial.identification.selection.terms.select_terms import of_files
 from seatrial.io.trial_files import write_trial
 from seatrial.recording.faults.pose_faults import FaultKind
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, RecordingError

@@ -14,7 +14,8 @@ from seatrial.identification.methods import METHODS, EquationErrorSettings, iden
 from seatrial.identification.regression.equation_error import equation_error
 from seatrial.identification.regression.least_squares import solve_least_squares
 from seatrial.recording.excitation import excitation, find_roles
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.recording.velocity import Motion
 from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 

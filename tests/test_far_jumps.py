@@ -9,7 +9,7 @@ from survey_boat import TRUTH, as_stated, driven
 from seatrial.boat.noise_parameters import noise_vector
 from seatrial.evaluation.filtering import filter_pass, filter_series
 from seatrial.identification.estimator import output_error
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 
 UTM = np.array([500_000.0, 5_800_000.0])  # [m]
 

@@ -10,7 +10,7 @@ import pytest
 from seatrial.boat.noise_parameters import NOISE_LEAST, noise_entry, noise_vector
 from seatrial.boat.schema import CorrelatedEntry, Integration, NoiseEntry, ProcessEntry
 from seatrial.evaluation.filtering import filter_noise, run_filter
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate

@@ -16,7 +16,8 @@ from test_model import frd
 import seatrial
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.coverage import input_use
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 
 # Nothing wrong. #
 

@@ -13,7 +13,8 @@ from logs import EPOCH, JOY, POSE, drive, nanoseconds
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.console import inspection_text
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 
 # Clocks. #
 

@@ -10,6 +10,7 @@ from conftest import at_length
 
 import seatrial
 from seatrial.identification.first_search import first_maximum
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.poolside import live_estimator, live_solution
@@ -197,7 +198,7 @@ def test_the_filter_in_parts_has_the_sums_of_the_whole(effects):
     for until in range(recording.origin + 56 * SECOND, newest + SECOND, SECOND // 3):
         going.advance(log.recording(log.before(going.newest, 100)), until)
     same = replace(problem, recordings=(log.recording(),))
-    whole, parts = same.run_filter(at.theta, at.noise), going.at().runs
+    whole, parts = filter_along(same, at.theta, at.noise), going.at().runs
     assert going.newest == newest
     assert parts.cost == pytest.approx(whole.cost, rel=1e-10)
     np.testing.assert_allclose(parts.gradient, whole.gradient, rtol=1e-8, atol=1e-6)

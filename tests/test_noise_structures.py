@@ -9,6 +9,7 @@ from conftest import at_length
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import Fit, fit
 from seatrial.identification.likelihood import noise_structures as subject
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.noise_structures import (
     DISTURBANCE_MEMORY,
@@ -144,7 +145,7 @@ def test_white_innovations_and_the_right_frame_are_searched_no_further(found, mo
     def refused(*_, **__):
         raise AssertionError("another noise structure is searched")
 
-    at = Point(found.theta, found.noise, found.problem.run_filter(found.theta, found.noise))
+    at = Point(found.theta, found.noise, filter_along(found.problem, found.theta, found.noise))
     assert is_white(at)
     assert not at.runs.problem.earth_fixed
     monkeypatch.setattr(subject, "search", refused)

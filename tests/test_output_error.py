@@ -20,11 +20,13 @@ from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import SeatrialError
@@ -190,7 +192,7 @@ def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
 
 def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
     def nowhere(problem, *begin, **_):
-        return Point(*begin, problem.run_filter(*begin)), Outcome.CONVERGED
+        return Point(*begin, filter_along(problem, *begin)), Outcome.CONVERGED
 
     monkeypatch.setattr(import_module("seatrial.identification.first_search"), "search", nowhere)
     vehicle, recordings, _, starts = far

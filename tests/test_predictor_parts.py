@@ -12,7 +12,7 @@ from seatrial.onboard.live import Reader, replay
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Health, Predictor, Taken
 from seatrial.recording.asynchronous import joined
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import LiveError, PredictorError

@@ -7,7 +7,7 @@ from conftest import trials
 from recording_tools import COMMANDS, poses
 
 from seatrial.recording.faults.pose_faults import FaultKind
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.util.errors import RecordingError
 
 # Stamps. #

@@ -20,7 +20,8 @@ from seatrial.evaluation.prediction import Lookahead, Prediction, predict
 from seatrial.evaluation.reference import smoothed_motion
 from seatrial.evaluation.scoring import axis_scores
 from seatrial.evaluation.validation import validate
-from seatrial.recording.recording import Recording, Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.velocity import motion
 from seatrial.report.evidence import verdict
 from seatrial.report.evidence.runs import gather

@@ -13,7 +13,8 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial.evaluation.comparison.compare import compare
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.report import write_report
 from seatrial.report.comparison import write_comparison
 

@@ -13,13 +13,18 @@ from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import sampling_period
 from seatrial.boat.noise_parameters import NOISE_START
 from seatrial.evaluation.input_errors import input_errors
-from seatrial.identification.estimator import output_error
+from seatrial.identification.estimator import fit, output_error
 from seatrial.identification.first_search import first_maximum
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import search
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
 from seatrial.identification.selection.command_sampling import sampled_commands_of
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.term_choice import choose_terms
+from seatrial.identification.uncertainty.command_shape import with_ramps, with_unknown_shape
+from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.onboard.live.playback import replay
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.sampled_commands import sampling_doubt
@@ -92,7 +97,7 @@ def point(vehicle, recordings) -> Point:
     problem = problem_with(vehicle, vehicle, recordings, OutputErrorSettings())
     theta, _ = start_of(problem, recordings, None)
     problem = with_start(problem, theta)
-    return Point(theta, NOISE_START, problem.run_filter(theta, NOISE_START))
+    return Point(theta, NOISE_START, filter_along(problem, theta, NOISE_START))
 
 
 def test_the_linearised_run_has_the_same_errors(boat):
@@ -104,7 +109,7 @@ def test_the_linearised_run_has_the_same_errors(boat):
 def test_the_filter_is_less_sure_of_the_velocity(boat):
     vehicle, recordings = boat
     here = point(vehicle, recordings)
-    exact = replace(here.runs.problem, input_errors=()).run_filter(here.theta, NOISE_START)
+    exact = filter_along(replace(here.runs.problem, input_errors=()), here.theta, NOISE_START)
     with_errors, without = (
         np.asarray(runs.by_recording[0].deviation) for runs in (here.runs, exact)
     )
@@ -132,6 +137,48 @@ def test_coefficients_latency_and_lag_are_within_their_intervals(boat, model):
     late = output_error([replace(r, command_period=0.0) for r in recordings], vehicle)
     found = dict(zip(late.parameters, [*late.coefficients, *late.constants], strict=True))
     assert found["latency"] < -10.0 * late.standard_errors["latency"]
+
+
+def test_a_ramp_has_the_mean_and_the_variance_of_a_steady_change(boat):
+    _, (one, _) = boat
+    step = with_commands(one, [0, 0, 0.8, 0.8])
+    ramp = with_ramps(step, PERIOD)
+    np.testing.assert_allclose(ramp.commands.values[-1], step.commands.values[-1])
+    changes = np.diff(ramp.commands.values[:, 0])
+    times = ramp.seconds(ramp.commands.stamps)[1:][changes > 0]
+    changes = changes[changes > 0]
+    mean = float(changes @ times) / 0.8
+    assert mean == pytest.approx(0.2, abs=1e-8)
+    assert float(changes @ (times - mean) ** 2) / 0.8 == pytest.approx(PERIOD**2 / 12.0, rel=1e-6)
+
+
+def test_ramps_of_irregular_samples_sum_up(boat):
+    _, (one, _) = boat
+    rows = with_commands(one, [0, 0.5, -0.2, 0.9])
+    close = rows.commands.stamps[0] + np.array([0, 100_000_000, 110_000_000, 111_000_000])
+    ramp = with_ramps(replace(rows, commands=replace(rows.commands, stamps=close)), PERIOD)
+    np.testing.assert_allclose(ramp.commands.values[[0, -1], 0], [0.0, 0.9], atol=1e-12)
+
+
+def test_what_a_ramp_would_make_of_the_estimates_is_in_their_errors(boat):
+    vehicle, recordings = boat
+    found = fit(recordings, vehicle)
+    at = search(found.problem, found.theta, found.noise, hold=True)[0]
+    plain = with_dead_zone_profile(at, sandwich_covariance(at))
+    wider = with_unknown_shape(at, plain) - plain
+    # against the solution with ramps
+    ramps = replace(at.runs.problem, recordings=tuple(with_ramps(r, PERIOD) for r in recordings))
+    there = search(ramps, at.theta, at.noise, hold=True)[0]
+    move = (there.theta - at.theta)[list(at.runs.problem.free)]
+    lag = found.names.index("lag")
+    assert wider[lag, lag] == pytest.approx(move[lag] ** 2, rel=0.1)
+    assert abs(move[lag]) > 0.01 * LAG
+    # commands with stamps of their own have no such error
+    exact = replace(
+        at.runs.problem, recordings=tuple(replace(r, command_period=0.0) for r in recordings)
+    )
+    here = Point(at.theta, at.noise, filter_along(exact, at.theta, at.noise))
+    assert with_unknown_shape(here, plain) is plain
 
 
 def test_odometry_of_a_log_has_each_change_halfway(boat, model):

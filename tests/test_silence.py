@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from test_recording import kinds, poses
 
 from seatrial.recording.faults.pose_faults import FaultKind
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.util.errors import RecordingError
 
 

@@ -7,8 +7,9 @@ from scipy.integrate import solve_ivp
 from test_recording import COMMANDS
 
 from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.pose_noise import pose_error_correlation
-from seatrial.recording.recording import Recording, make_recording
+from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import five_point_stencil
 

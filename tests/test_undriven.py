@@ -8,7 +8,8 @@ import pytest
 
 from seatrial.guide.recordings import while_driven
 from seatrial.guide.steps import Steps, Task
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.recording.undriven import undriven_motion
 
 RATE, BEFORE, DRIVEN, AFTER = 10.0, 40.0, 60.0, 40.0  # [Hz], [s] of each part

@@ -7,8 +7,8 @@ from survey_boat import LAG, LATENCY, NOISE, TRUTH, as_stated, driven
 
 from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.estimator import output_error
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.pose_noise import pose_noise
-from seatrial.recording.recording import make_recording
 from seatrial.util.errors import SeatrialError
 
 KNOWN = {n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")}

@@ -14,8 +14,8 @@ from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.regression.start_values import lever_from_poses
 from seatrial.identification.selection.terms import select, selection_text
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.origin import poses_of_origin
-from seatrial.recording.recording import make_recording
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.util.errors import IdentificationError
 from tests.boats import hulls

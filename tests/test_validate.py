@@ -13,7 +13,7 @@ from seatrial.evaluation.prediction import predict
 from seatrial.evaluation.scores import scores_json
 from seatrial.evaluation.validation import validate
 from seatrial.identification.regression.equation_error import equation_error
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
@@ -113,7 +113,8 @@ def test_a_prediction_ends_at_the_pose_that_is_nearest_to_the_horizon(af, paper_
 
 
 def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):
-    from seatrial.recording.recording import Signal, make_recording
+    from seatrial.recording.from_poses import make_recording
+    from seatrial.recording.recording import Signal
 
     model, trial = make_model(af, TABLE_II["AF"]), clean_af["S7"]
     signal = trial.recording.commands
@@ -192,7 +193,7 @@ def test_the_floor_is_that_of_the_recordings_own_noise(clean_af, af):
     """A model of clean poses, scored on noisy ones, and the other way round."""
     from dataclasses import replace
 
-    from seatrial.recording.recording import make_recording
+    from seatrial.recording.from_poses import make_recording
 
     model = replace(plant_model(load_plan("clean"), af), noise=NoiseEntry(1.0, 1.0))
     trial, rng = clean_af["S7"], np.random.default_rng(3)

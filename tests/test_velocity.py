@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from test_recording import COMMANDS
 
 from seatrial.boat.schema import NoiseEntry
-from seatrial.recording.recording import make_recording
+from seatrial.recording.from_poses import make_recording
 from seatrial.recording.velocity import (
     STENCIL_NOISE,
     five_point_stencil,

@@ -19,7 +19,8 @@ from seatrial.identification.regression.weak_rows import (
     window_sums,
     windows_of,
 )
-from seatrial.recording.recording import Signal, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import IdentificationError, RecordingError
 

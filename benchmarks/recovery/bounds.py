@@ -12,6 +12,7 @@ from seatrial.boat.model import thrust_trace
 from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import PlanFile
@@ -53,7 +54,7 @@ def true_noise(plan: PlanFile) -> Array:
 
 def whole(problem: Problem, theta: Array, noise: Array) -> Array:
     """Information (p, p) of whole recordings."""
-    return problem.run_filter(theta, noise).information
+    return filter_along(problem, theta, noise).information
 
 
 def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Problem:

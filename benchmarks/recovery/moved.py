@@ -19,7 +19,8 @@ from seatrial.boat.model import Model
 from seatrial.control.tuning.linear import linearise
 from seatrial.evaluation.disturbed_intervals import clearest_interval, squared_innovations
 from seatrial.identification.estimator import fit
-from seatrial.recording.recording import Recording, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording
 from seatrial.simulation import trials
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DISTURBANCE_STEP

@@ -15,6 +15,7 @@ from seatrial.boat.noise_parameters import noise_vector
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.estimator import OutputErrorSettings
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.regression.equation_error import equation_error
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
@@ -158,7 +159,7 @@ def causal(model: Model, recording: Recording) -> Motion:
     problem = bounds.problem_of(model.vehicle, [recording])
     problem = replace(problem, outlier=OutputErrorSettings().outlier)  # outliers count less here
     theta = np.concatenate([model.coefficients, model.constants])
-    state = problem.run_filter(theta, _noise_of(model)).by_recording[0].state
+    state = filter_along(problem, theta, _noise_of(model)).by_recording[0].state
     valid = recording.valid & (recording.t > SETTLING)
     return Motion(recording.t, state[:, :3], state[:, 3:6], valid)
 

@@ -3,7 +3,8 @@
 
 import numpy as np
 
-from seatrial.recording.recording import Recording, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.util.frames import Array
 

@@ -34,12 +34,8 @@ from seatrial.identification.selection.actuator_stages import (
     with_free_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, Fit, OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import (
-    sandwich_covariance,
-    with_enough_blocks,
-    with_lag_by_square,
-)
-from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
+from seatrial.identification.uncertainty.covariance import with_enough_blocks
+from seatrial.identification.uncertainty.estimation_errors import estimation_covariance
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -97,7 +93,7 @@ def fit(
             findings += selected
     # standard errors, and diagnostics at the solution
     with stage("standard errors", 0.1):
-        covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+        covariance = estimation_covariance(at)
     with stage("diagnostics"):
         findings += _diagnosed(
             at, horizon, covariance, chosen, disturbed, further=further, with_prior=prior is not None

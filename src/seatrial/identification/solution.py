@@ -22,10 +22,11 @@ from seatrial.boat.noise_parameters import (
 )
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.filter_runs import FilterRuns
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.parameters import DELAY_NAMES, EFFECT_NAMES, LEVER_NAMES
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.frames import Array

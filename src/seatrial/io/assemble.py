@@ -23,7 +23,8 @@ from seatrial.recording.asynchronous import Poses, joined
 from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
-from seatrial.recording.recording import Recording, Signal, Source, make_recording
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording, Signal, Source
 from seatrial.recording.resolution import coarse_position, interpolated_position
 from seatrial.recording.sampled_commands import sampled_commands, taken_halfway
 from seatrial.recording.timing import Clock

@@ -25,7 +25,8 @@ from seatrial.boat.noise_parameters import (
     noise_vector,
 )
 from seatrial.evaluation.comparison.cause_candidates import full_thrust
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
@@ -151,7 +152,9 @@ class Window:
     def quadratic(self, boat: Model, theta: Array) -> Quadratic | None:
         """About parameters theta (n,) of a boat; wind and current integrated out. None: it diverges."""
         problem = self.problem(boat)
-        runs = problem.run_filter(without_nuisances(problem, theta), self.noise, repeatable=False)
+        runs = filter_along(
+            problem, without_nuisances(problem, theta), self.noise, repeatable=False
+        )
         if not np.isfinite(runs.cost):
             return None
         found = Sums.of(runs).marginal(theta, nuisance_deviations(problem, boat))

@@ -9,6 +9,7 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import present
 from seatrial.identification.diagnostics.solution_checks import at_bound_findings
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
 from seatrial.identification.likelihood.linearised import START_DAMPING, Point, bounded_step
@@ -16,12 +17,8 @@ from seatrial.identification.likelihood.optimiser import Outcome, far_from_poses
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.identification.problem_setup import integration_step
 from seatrial.identification.solution import Fit
-from seatrial.identification.uncertainty.covariance import (
-    sandwich_covariance,
-    with_enough_blocks,
-    with_lag_by_square,
-)
-from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
+from seatrial.identification.uncertainty.covariance import with_enough_blocks
+from seatrial.identification.uncertainty.estimation_errors import estimation_covariance
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
@@ -67,7 +64,7 @@ def warm(last: Fit, recording: Recording) -> Fit | None:
     )  # fmt: skip
     if outcome not in (Outcome.CONVERGED, Outcome.OUT_OF_STEPS) or far_from_poses(at):
         return None
-    covariance = with_lag_by_square(at, with_dead_zone_profile(at, sandwich_covariance(at)))
+    covariance = estimation_covariance(at)
     at.runs.drop_linearisation()
     kept = [f for f in last.findings if f.kind not in RENEWED]
     return replace(
@@ -86,7 +83,7 @@ def _condensed(problem: Problem, last: Fit) -> Problem:
     (recording,) = problem.recordings
     middle = float(recording.t[len(recording.t) // 2])
     older = replace(problem, recordings=(recording.cut(None, middle),))
-    runs = older.run_filter(last.theta, last.noise, repeatable=False)
+    runs = filter_along(older, last.theta, last.noise, repeatable=False)
     free = list(problem.free)
     mean, precision = last.theta.copy(), np.zeros((len(last.theta),) * 2)
     mean[free] += inverse_of(runs.information) @ runs.gradient

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A recording in memory: raw, unsynchronised, in forward-left-up axes, with its faults masked."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,17 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.asynchronous import Asynchronous, split_rates
+from seatrial.recording.asynchronous import Asynchronous
 from seatrial.recording.faults.pose_faults import (
     COMMANDS_UNKNOWN,
     Fault,
     FaultKind,
-    examine,
     in_order,
-    silences,
     usual_step,
 )
-from seatrial.recording.timing import Stream, only_changes
+from seatrial.recording.timing import Stream
 from seatrial.util.above import above
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import sha256
@@ -301,95 +298,6 @@ class Recording:
         fault = Fault(FaultKind.EXCLUDED, max(0.0, start), min(end, last), int(inside.sum()))
         faults = sorted((*self.faults, fault), key=lambda f: f.start)
         return replace(self, valid=self.valid & ~inside, faults=tuple(faults))
-
-
-def make_recording(
-    name: str,
-    stamps: Stamps,
-    eta: Array,
-    commands: Signal,
-    *,
-    scales: Signal | None = None,
-    marked_valid: Mask | None = None,
-    timeout: float | None = None,
-    sources: Sequence[Source] = (),
-    streams: Sequence[Stream] = (),
-    remarks: Sequence[str] = (),
-    doubts: Sequence[str] = (),
-    position_delay: float = 0.0,
-    parts: NDArray[np.int8] | None = None,
-    asynchronous: Asynchronous | None = None,
-) -> Recording:
-    """A recording from raw poses: heading unwrapped, faults detected and masked.
-
-    stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. position_delay [s]: positions are
-    older than headings by it, whose time is the stamp's. Commands are unknown after
-    `timeout` seconds without any, and while one is not a number. parts (n,), asynchronous: of sensors with
-    stamps of their own; without them the rows themselves show what is new.
-    """
-    if len(stamps) < 2:
-        raise RecordingError(f"{name}: {len(stamps)} poses; record a few seconds at least")
-    # 1. Rows that only repeat the last position or heading.
-    if parts is None:
-        fresh = split_rates(stamps, eta, marked_valid)
-        stamps, eta, parts = fresh.stamps, fresh.eta, fresh.parts
-        remarks = [*remarks, *fresh.remarks]
-        marked_valid = None if marked_valid is None else marked_valid[fresh.rows]
-        if fresh.asynchronous is not None:
-            asynchronous = fresh.asynchronous.joined(asynchronous)
-    # 2. Faults of the poses.
-    found = examine(name, stamps, eta, marked_valid)
-    # 3. Intervals with unknown commands: poses in them are masked.
-    driven, unknown = _finite_rows(commands)
-    origin = stamps[found.in_order][0]
-    held, not_finite = ((some - origin).astype(float) * 1e-9 for some in (driven.stamps, unknown))
-    faults, hidden = list(found.faults), np.zeros(len(found.t), dtype=bool)
-    if len(held):
-        silent = silences(name, found.t, held, driven.values, timeout)
-        lost, hidden = _unknown_commands(found.t, silent, not_finite)
-        faults += lost
-        streams = [replace(s, on_change=_is_on_change(s, held, driven.values)) for s in streams]
-    # 4. Poses with rising stamps.
-    kept = found.in_order
-    return Recording(
-        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
-        found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
-        tuple(sources), tuple(streams), tuple(remarks), tuple(doubts), position_delay=position_delay,
-        parts=None if parts is None else parts[kept], asynchronous=asynchronous,
-    )  # fmt: skip
-
-
-def _unknown_commands(
-    t: Array, silent: Sequence[tuple[float, float]], not_finite: Array
-) -> tuple[list[Fault], Mask]:
-    """Faults, and the poses (n,) at t (n,) [s] in them: commands are silent, or no numbers (k, 2) [s]."""
-    faults, hidden = [], np.zeros(len(t), dtype=bool)
-    holes = [(FaultKind.SILENT, *hole) for hole in silent]
-    holes += [(FaultKind.NO_NUMBER, *s) for s in not_finite.tolist() if s[0] < t[-1] and s[1] > 0]
-    for kind, begin, end in holes:
-        inside = (t >= begin) & (t < end)
-        hidden |= inside
-        until = float(min(end, t[-1]))
-        faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
-    return faults, hidden
-
-
-def _is_on_change(stream: Stream, held: Array, values: Array) -> bool:
-    return stream.on_change or (stream.role == "commands" and only_changes(held, values))
-
-
-def _finite_rows(commands: Signal) -> tuple[Signal, Stamps]:
-    """The finite rows, and the intervals (k, 2) [ns] from another row to the next finite one."""
-    good = np.asarray(np.isfinite(commands.values).all(axis=1))
-    if good.all():
-        return commands, np.zeros((0, 2), dtype=np.int64)
-    rows = np.flatnonzero(~good)
-    first = rows[np.diff(rows, prepend=-2) > 1]
-    later = np.append(np.flatnonzero(good), len(good))
-    after = later[np.searchsorted(later, first)]
-    ends = np.append(commands.stamps, np.iinfo(np.int64).max // 2)[after]
-    known = Signal(commands.names, commands.stamps[good], commands.values[good])
-    return known, np.column_stack([commands.stamps[first], ends])
 
 
 def rising(stamps: Stamps) -> Mask:

@@ -23,9 +23,10 @@ from seatrial.evaluation.disturbed_intervals import (
     joined_intervals,
     squared_innovations,
 )
+from seatrial.identification.likelihood.filter_runs import FilterRuns
 from seatrial.identification.likelihood.linearised import Point, by_linearisation
 from seatrial.identification.likelihood.optimiser import at_bounds, full_pass
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError, RecordingError
 from seatrial.util.frames import Array

@@ -12,6 +12,7 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI
 from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
@@ -96,6 +97,6 @@ def without_offset(recording: Recording, by: float) -> Recording:
 
 def _cost(problem: Problem, at: Point) -> float:
     """-2 log L after one Gauss-Newton step of the free parameters."""
-    runs = problem.run_filter(at.theta, at.noise, repeatable=False)
+    runs = filter_along(problem, at.theta, at.noise, repeatable=False)
     taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
     return float(runs.cost - taken)

@@ -14,11 +14,12 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
+from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point, linearised_optimum, noise_box
 from seatrial.identification.likelihood.optimiser import Outcome, has_correlated_poses, search
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.held import Held, held_test
 from seatrial.identification.selection.score_test import (
@@ -102,8 +103,8 @@ def _effects(at: Point, kinds: Sequence[str]) -> list[Held]:
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
-    runs = replace(problem, free=(*problem.free, *sum(new.values(), ()))).run_filter(
-        at.theta, at.noise
+    runs = filter_along(
+        replace(problem, free=(*problem.free, *sum(new.values(), ()))), at.theta, at.noise
     )
     candidates = []
     for kind, own in new.items():
@@ -129,7 +130,7 @@ def _unequal_gains(at: Point) -> list[Held]:
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
-    runs = wider.problem.run_filter(wider.theta, at.noise)
+    runs = filter_along(wider.problem, wider.theta, at.noise)
     test = held_test(runs, at.runs.problem, wider.problem)
     if not _significant(test):
         return []

@@ -15,9 +15,10 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
 from seatrial.evaluation.filtering import filter_noise
 from seatrial.evaluation.input_errors import input_errors
+from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.parameters import typical_size
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
@@ -43,7 +44,7 @@ class ReferencePoint:
     def run_filter(self, recordings: Sequence[Recording]) -> FilterRuns:
         """The filter along some recordings, at the model's values."""
         problem = self.problem(recordings)
-        return problem.run_filter(_values(self.model, problem), self.noise, repeatable=False)
+        return filter_along(problem, _values(self.model, problem), self.noise, repeatable=False)
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ def _better(
     for part in (1.0, 0.3, 0.05):  # of the step
         theta = here.theta.copy()
         theta[free] += part * np.clip(move, -problem.step_limits, problem.step_limits)
-        found = problem.run_filter(problem.clipped(theta), point.noise, repeatable=False)
+        found = filter_along(problem, problem.clipped(theta), point.noise, repeatable=False)
         if cost(found) < cost(here) - SCORING_CONVERGED:
             return found
     return None

@@ -19,6 +19,7 @@ from seatrial.boat.noise_parameters import (
 )
 from seatrial.boat.noise_scoring import fitted_noise
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point, boxed_step
 from seatrial.identification.likelihood.noise_structures import (
     in_likelier_frame,
@@ -169,7 +170,7 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
     held = replace(problem, free=problem.free_effects)  # the filter needs the effects
     least_gain = 2.0  # of -2 log L
     for _ in range(3):  # filter runs
-        runs = held.run_filter(at.theta, noise)
+        runs = filter_along(held, at.theta, noise)
         if not np.isfinite(runs.cost):  # a model that diverges is refused later
             break
         noise, cost = fitted_noise(runs.linearised(), noise, 0.5 * least_gain)

@@ -5,8 +5,9 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.evaluation.filtering import filter_series
+from seatrial.identification.likelihood.filter_runs import FilterRuns
 from seatrial.identification.likelihood.linearised import Point
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
@@ -14,7 +15,7 @@ from seatrial.util.frames import Array
 class GrowingFilter:
     """A filter run along the one recording of a problem, that goes on along later parts of the same drive.
 
-    Its sums are those of `Problem.run_filter` along the whole; its memory does not grow.
+    Its sums are those of `filter_along` along the whole; its memory does not grow.
     """
 
     def __init__(self, problem: Problem, theta: Array, noise: Array) -> None:

@@ -10,7 +10,8 @@ import numpy as np
 
 from seatrial.boat.noise_parameters import most_noise
 from seatrial.boat.noise_scoring import NoiseBox, Value, scored
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.filter_runs import FilterRuns
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.box import box_minimum
 from seatrial.util.frames import Array, Mask
 

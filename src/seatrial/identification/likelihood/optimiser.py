@@ -16,6 +16,7 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.noise_parameters import COLOUR, PROCESS, loosened
 from seatrial.boat.noise_scoring import NoiseBox
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import (
     START_DAMPING,
     Point,
@@ -108,7 +109,7 @@ def continued(at: Point) -> Point:
 
 def full_pass(problem: Problem, theta: Array, noise: Array) -> Point:
     """The point with its full filter pass."""
-    return Point(theta, noise, problem.run_filter(theta, noise))
+    return Point(theta, noise, filter_along(problem, theta, noise))
 
 
 def far_from_poses(at: Point) -> bool:

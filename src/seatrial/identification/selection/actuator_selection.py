@@ -10,10 +10,11 @@ import numpy as np
 from seatrial.boat.findings import Finding
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, search
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates
 from seatrial.identification.selection.held import Held, held_test
@@ -58,7 +59,7 @@ def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> l
         if id(extra.probe) not in runs:
             probe = wider_problem(problem, extra.probe, vehicle, settings)
             start = moved_to(at, probe, extra.origin)
-            runs[id(extra.probe)] = probe.run_filter(start, at.noise, repeatable=False)
+            runs[id(extra.probe)] = filter_along(probe, start, at.noise, repeatable=False)
         wider = wider_problem(problem, extra.vehicle, vehicle, settings)
         test = held_test(runs[id(extra.probe)], problem, wider)
         if test.gain > LEAST_STAGE_GAIN:

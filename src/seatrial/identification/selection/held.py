@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from seatrial.boat.findings import Finding
-from seatrial.identification.likelihood.problem import FilterRuns, Problem
+from seatrial.identification.likelihood.filter_runs import FilterRuns
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_test import ScoreTest, score_test
 from seatrial.util.frames import Array
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.structure import Term
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
@@ -103,7 +104,7 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
 
     Raises IdentificationError where the model diverges.
     """
-    runs = problem.run_filter(theta, noise, repeatable=False, shares=True)
+    runs = filter_along(problem, theta, noise, repeatable=False, shares=True)
     if not np.isfinite(runs.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
     free, p = list(problem.free), len(problem.free)

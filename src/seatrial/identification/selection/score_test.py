@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.identification.likelihood.problem import FilterRuns
+from seatrial.identification.likelihood.filter_runs import FilterRuns
 from seatrial.identification.selection.score_information import ScoreInformation
 from seatrial.util.frames import Array
 

@@ -18,6 +18,7 @@ from seatrial.boat.noise_parameters import present
 from seatrial.boat.schema import AllocationEntry, ThrusterEntry
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.identification.first_search import first_maximum
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, search
@@ -142,7 +143,7 @@ def _tested(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> _Test
     )
     theta = moved_to(at, whole, {})
     theta[[i for i, name in enumerate(whole.names) if name.startswith("edge_")]] = 0.0
-    runs = whole.run_filter(theta, at.noise, repeatable=False)
+    runs = filter_along(whole, theta, at.noise, repeatable=False)
     gain = held_test(runs, before, whole).gain + at.runs.cost - runs.cost
     return _Tested(gain, problem, whole, theta)
 

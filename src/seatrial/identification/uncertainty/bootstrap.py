@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point, bounded_step
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.solution import Fit
@@ -61,14 +62,14 @@ def intervals(draws: Array) -> Array:
 def _refit(fit: _Optimum, draw: Array) -> Array:
     """The free parameters (p,) with these weights (blocks,) of the blocks; Gauss-Newton from the optimum."""
     counts = [draw[place] for place in fit.places]
-    at = Point(fit.theta, fit.noise, fit.problem.run_filter(fit.theta, fit.noise, counts))
+    at = Point(fit.theta, fit.noise, filter_along(fit.problem, fit.theta, fit.noise, counts))
     for _ in range(6):  # one or two do where the likelihood is nearly quadratic
         move, promised = bounded_step(at, 0.0)
         if promised < BOOTSTRAP_CONVERGED:
             break
         for _ in range(4):
             theta = at.theta + move
-            found = fit.problem.run_filter(theta, fit.noise, counts)
+            found = filter_along(fit.problem, theta, fit.noise, counts)
             if found.cost < at.runs.cost:
                 break
             move = 0.5 * move

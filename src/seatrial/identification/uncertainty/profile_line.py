@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.util.frames import Array, Mask
 from seatrial.util.statistics import LEAST_EIGENVALUE, inverse_of
@@ -38,7 +39,7 @@ class ProfileLine:
 
     def look(self, theta: Array) -> tuple[float, Array] | None:
         """Scaled rise of -2 log likelihood there, and the others' step (p,) to their best; None: divergence."""
-        runs = self.at.runs.problem.run_filter(theta, self.at.noise, repeatable=False)
+        runs = filter_along(self.at.runs.problem, theta, self.at.noise, repeatable=False)
         if not np.isfinite(runs.cost):
             return None
         inside = self.inside

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial.identification.console import minutes as spelled
+from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.optimiser import at_bounds
 from seatrial.identification.solution import Fit
 from seatrial.identification.uncertainty.parameter_verdict import (
@@ -98,7 +99,7 @@ def _own(fit: Fit, part: float = 1.0) -> list[Array]:
     """Information (p, p) of the first part of each recording."""
     problem = fit.problem
     counts = [(r.t <= r.t[0] + part * r.duration).astype(float) for r in problem.recordings]
-    runs = fit.runs if part == 1.0 else problem.run_filter(fit.theta, fit.noise, counts)
+    runs = fit.runs if part == 1.0 else filter_along(problem, fit.theta, fit.noise, counts)
     return [runs.information_of(i) for i in range(len(runs.by_recording))]
 
 
