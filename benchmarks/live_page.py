@@ -93,7 +93,7 @@ def measure(seconds: float) -> np.ndarray:
             server.serve(session)
             page, still = (
                 browser.new_page(),
-                connect(f"ws://127.0.0.1:{server.port}/ws", max_queue=1),
+                connect(f"ws://127.0.0.1:{server.port}/ws", max_queue=1, ping_interval=None),
             )
             page.goto(server.url)
             page.evaluate(NOTE)

@@ -105,6 +105,18 @@ def filter_series(recording: Recording, errors: InputErrors | None = None) -> _c
     )  # fmt: skip
 
 
+def series_from(
+    recording: Recording, velocity: Array, errors: InputErrors | None = None
+) -> _core.Series:
+    """The same of simulated poses, all usable, from the known velocity (3,) at the first of them."""
+    start = np.concatenate([recording.eta[0], velocity])
+    return _core.Series(
+        np.ascontiguousarray(recording.t), np.ascontiguousarray(recording.eta),
+        np.ones(len(recording.t), dtype=np.int8), start, START_VELOCITY_DEVIATION.copy(),
+        input_errors=errors,
+    )  # fmt: skip
+
+
 def series_for(model: Model, recording: Recording) -> _core.Series:
     """The same for a model's filter: where commands are samples, with what their errors do to the model."""
     return filter_series(recording, input_errors(model.vehicle, model.coefficients, recording))

@@ -181,7 +181,8 @@ def _ranked(
         return []
     point = _point(model, thinned)
     free = np.ix_(*2 * [[model.parameters.index(name) for name in point.names]])
-    runs = point.run_filter([one.drive.recording for one in candidates])
+    drives = [one.drive for one in candidates]
+    runs = point.run_filter([d.recording for d in drives], [d.states[0, 3:] for d in drives])
     before = _excess(model.covariance, needs)
     scored = []
     for i, one in enumerate(candidates):

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Coverage of the drive so far: seconds by speed and command of each driven axis, in bounded memory."""
 
+import math
+from bisect import bisect_right
 from collections import deque
 
 import numpy as np
@@ -27,7 +29,8 @@ class Coverage:
         self._range = FIRST_SPEEDS.copy()
         self._seconds = np.zeros((3, SPEED_BINS, len(COMMAND_EDGES) - 1))
         self._last: float | None = None
-        self._command, self._forces = np.full(len(vehicle.inputs), np.nan), np.zeros(3)
+        self._command: list[float] = []
+        self._columns = [0, 0, 0]  # bins of its forces
         # time, ranges and seconds, once a second: what `discard` returns to
         self._before: deque[tuple[float, Array, Array]] = deque(maxlen=MOST_SNAPSHOTS)
 
@@ -37,16 +40,16 @@ class Coverage:
         self._last = t
         if not self._before or not 0.0 <= t - self._before[-1][0] < SNAPSHOT:
             self._before.append((t, self._range.copy(), self._seconds.copy()))
-        if not 0.0 < step <= LONGEST_INTERVAL or not np.isfinite(nu).all():
+        speeds = nu.tolist()
+        if not 0.0 < step <= LONGEST_INTERVAL or not all(map(math.isfinite, speeds)):
             return
-        forces = self._forces_of(np.asarray(command, dtype=float))
+        columns = self._columns_of(command)
         for axis in self.axes:
-            while abs(nu[axis]) > self._range[axis]:
+            while abs(speeds[axis]) > self._range[axis]:
                 self._widen(axis)
-            share = (nu[axis] / self._range[axis] + 1.0) / 2.0
+            share = (speeds[axis] / float(self._range[axis]) + 1.0) / 2.0
             row = min(int(share * SPEED_BINS), SPEED_BINS - 1)
-            column = np.searchsorted(COMMAND_EDGES[1:-1], forces[axis], side="right")
-            self._seconds[axis, row, column] += step
+            self._seconds[axis, row, columns[axis]] += step
 
     def discard(self, start: float) -> None:
         """Without what was driven since a time [s], to a second."""
@@ -62,12 +65,14 @@ class Coverage:
             [by_command[:, :middle].sum(axis=1), by_command[:, middle + 1 :].sum(axis=1)]
         )
 
-    def _forces_of(self, command: Array) -> Array:
-        """Forces (3,) of the axes; a command holds over many poses."""
-        if not np.array_equal(command, self._command):
-            self._command = command.copy()
-            self._forces = axis_commands(self.vehicle, command[None])[0]
-        return self._forces
+    def _columns_of(self, command: Array) -> list[int]:
+        """Bins of the forces of the axes; a command holds over many poses."""
+        values = command.tolist()
+        if values != self._command:
+            self._command = values
+            forces = axis_commands(self.vehicle, np.array([values], dtype=float))[0]
+            self._columns = [bisect_right(COMMAND_EDGES[1:-1], force) for force in forces.tolist()]
+        return self._columns
 
     def state(self) -> tuple[CoverageState, ...]:
         """Of every driven axis, in the vehicle file's axes."""

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The signals of the drive so far, in memory, as a recording."""
 
+import math
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -114,8 +115,8 @@ class DriveLog:
 
         False where it is not finite.
         """
-        row = np.array(values, dtype=float).reshape(-1)
-        if not np.isfinite(row).all():
+        row = np.asarray(values, dtype=float).reshape(-1)
+        if not all(map(math.isfinite, row.tolist())):
             return False
         with self._lock:
             self._rows[kind].add(stamp, row)

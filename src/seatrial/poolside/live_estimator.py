@@ -14,19 +14,22 @@ further searches. So memory and time of a search are bounded, too.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import fit
-from seatrial.identification.first_search import first_maximum
+from seatrial.identification.first_search import maximised
+from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
 from seatrial.identification.uncertainty.covariance import (
+    SHORTEST_BLOCK,
     sandwich_covariance,
     with_enough_blocks,
 )
@@ -38,11 +41,11 @@ from seatrial.util.errors import IdentificationError, RecordingError, SeatrialEr
 from seatrial.util.frames import Array
 
 FIRST_LENGTH = 15.0  # [s] of a drive before the first search
-WARM_GROWTH = 1.12  # of the drive, from one search to the next
+WARM_GROWTH = 1.25  # of the drive, from one search to the next
 THOROUGH_GROWTH = 1.5  # of the drive, from one thorough search to the next
 LEAST_GROWTH = 4.0  # [s] of the drive, between two searches
 MOST_THOROUGH = 60_000  # poses: of a longer drive the structure is known
-STEP = 250_000_000  # [ns] of new poses that the filter goes on along at once
+STEP = 1_000_000_000  # [ns] of new poses that the filter goes on along at once
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 100  # rows before the new poses, which show their faults
 INDEFINITE = -1e-9  # least eigenvalue of correlations: below, the covariance is none
@@ -193,24 +196,24 @@ class LiveEstimator:
         check_recordings([recording])
         find_roles(self.vehicle, [recording])
         begin = self._begin(last)
-        if self._too_short(recording):
-            return self._early(recording, begin), 0.0
+        early = self._too_short(recording)
+        if early is not None:
+            return self._early(early, begin), 0.0
         return fit([recording], self.vehicle, settings=self._settings, begin=begin), length
 
-    def _too_short(self, recording: Recording) -> bool:
-        """Whether the recording has fewer blocks than parameters, which `identify` refuses."""
+    def _too_short(self, recording: Recording) -> Problem | None:
+        """The problem of a recording with fewer blocks than parameters, which `identify` refuses; else None."""
         whole, _ = with_estimated_stages(self.vehicle, [recording])
+        problem = problem_with(whole, self.vehicle, [recording], self._settings)
         try:
-            with_enough_blocks(problem_with(whole, self.vehicle, [recording], self._settings))
+            with_enough_blocks(problem)
         except IdentificationError:
-            return True
-        return False
+            return replace(problem, block=SHORTEST_BLOCK)
+        return None
 
-    def _early(self, recording: Recording, begin: StartValues | None) -> Fit:
+    def _early(self, problem: Problem, begin: StartValues | None) -> Fit:
         """The maximum of the likelihood, with standard errors for white innovations."""
-        at = first_maximum(
-            [recording], self.vehicle, self._settings.effects, start=begin, short=True
-        )
+        at = maximised(problem, problem.recordings, begin, hold=False)
         return Fit.of(at, sandwich_covariance(at), self._settings)
 
     def _begin(self, last: Solution | None) -> StartValues | None:

@@ -60,6 +60,7 @@ class Recorder:
             "pose": self._flip, "position": self._flip[:2], "heading": self._flip[2:],
             "command": vehicle.input_signs, "scale": np.ones(len(vehicle.scales)),
         }  # fmt: skip
+        self._heads = {k: ",".join([SECONDS, NANOSECONDS, *n]) for k, n in self._names.items()}
         self._handles: dict[str, int] = {}
         self._lost = ""  # that the folder is not there any more
         self._lock, self._ended, self._changed = Lock(), Event(), False
@@ -80,7 +81,7 @@ class Recorder:
         with self._lock:
             if kind == "position" and FILES["position"] not in self._handles:
                 self._write_vehicle(split=True)
-            head = ",".join([SECONDS, NANOSECONDS, *self._names[kind]])
+            head = self._heads[kind]
             self._append(FILES[kind], line, head)
             if self._discarded and kind in POSE_KINDS and not self._is_discarded(line):
                 self._append(KEPT + FILES[kind], line, head)

@@ -119,7 +119,7 @@ class SignalHealth:
         return SignalState(
             name, kind, stream.rows, timing.rate, max(0.0, (now - arrival) * NANO),
             timing.delay if abs(timing.delay) < OWN_CLOCK else None, timing.jitter, stream.gaps,
-            self._jumps if kind in PLACED else 0, tuple(own.tolist()), worst.level, worst.text, worst.line,
+            self._jumps if kind in PLACED else 0, tuple(own), worst.level, worst.text, worst.line,
         )  # fmt: skip
 
     def _of_values(
@@ -151,7 +151,7 @@ class SignalHealth:
         ):
             return
         self._examined = now
-        stamps, _, values = stream.columns()
+        (stamps, _), values = stream.clocks(), stream.values()
         eta = values if values.shape[1] == 3 else np.column_stack([values, np.zeros(len(values))])
         try:
             found = examine("poses", stamps, eta, None)

@@ -40,8 +40,8 @@ class SignalStream:
     def __init__(self, kind: EventKind, arrival: int, width: int) -> None:
         self.kind, self.first = kind, arrival
         self.rows = self.gaps = self.turns = 0  # turns: steps of a heading by 360
-        self.recent: deque[tuple[int, int, Array]] = deque(maxlen=MOST_ROWS)
-        # of each column; lists: for few numbers at a time they cost a tenth of arrays
+        self.recent: deque[tuple[int, int, list[float]]] = deque(maxlen=MOST_ROWS)
+        # of each column
         self.least, self.most = [math.inf] * width, [-math.inf] * width
         self.largest = [-math.inf] * width  # absolute value
         self.at_largest = [0] * width  # rows there
@@ -49,44 +49,51 @@ class SignalStream:
         self._gap = 0.0  # [s] least length of one; 0: not known yet
 
     @property
-    def newest(self) -> tuple[int, int, Array]:
+    def newest(self) -> tuple[int, int, list[float]]:
         """Stamp and arrival [ns] and values of the newest row."""
         return self.recent[-1]
 
     def add(self, stamp: int, values: Array, arrival: int) -> None:
         """A row."""
+        row = values.tolist()  # lists: of few numbers at a time they cost a tenth of arrays
         if self.rows:
-            last, _, before = self.newest
+            last, _, before = self.recent[-1]
             self.gaps += 0.0 < self._gap < (stamp - last) * NANO
             if self.kind in ("pose", "heading"):
-                self.turns += TURN[0] < abs(float(values[-1] - before[-1])) < TURN[1]
-            for i, (value, old) in enumerate(zip(values.tolist(), before.tolist(), strict=True)):
-                if value != old:
-                    self.changed[i] = arrival
-        for i, value in enumerate(values.tolist()):
+                self.turns += TURN[0] < abs(row[-1] - before[-1]) < TURN[1]
+            if row != before:
+                for i, (value, old) in enumerate(zip(row, before, strict=True)):
+                    if value != old:
+                        self.changed[i] = arrival
+        for i, value in enumerate(row):
             self._range(i, value)
         self.rows += 1
-        self.recent.append((stamp, arrival, values))
+        self.recent.append((stamp, arrival, row))
         while self.recent[0][1] < arrival - WINDOW / NANO:
             self.recent.popleft()
 
     def _range(self, i: int, value: float) -> None:
         """A value of column i."""
-        self.least[i], self.most[i] = min(self.least[i], value), max(self.most[i], value)
+        self.least[i] = min(self.least[i], value)
+        self.most[i] = max(self.most[i], value)
         size = abs(value)
         if size > self.largest[i]:
             self.largest[i], self.at_largest[i] = size, 1
         elif size == self.largest[i]:
             self.at_largest[i] += 1
 
-    def columns(self) -> tuple[Stamps, Stamps, Array]:
-        """Stamps (n,) and arrivals (n,) [ns], values (n, k) of the window."""
-        stamps, arrivals, values = zip(*self.recent, strict=True)
-        return np.array(stamps), np.array(arrivals), np.array(values)
+    def clocks(self) -> tuple[Stamps, Stamps]:
+        """Stamps (n,) and arrivals (n,) [ns] of the window."""
+        stamps, arrivals, _ = zip(*self.recent, strict=True)
+        return np.array(stamps), np.array(arrivals)
+
+    def values(self) -> Array:
+        """Values (n, k) of the window."""
+        return np.array([row for _, _, row in self.recent])
 
     def timing(self) -> StreamTiming:
         """Timing of the window; later gaps are counted by it."""
-        stamps, arrivals, _ = self.columns()
+        stamps, arrivals = self.clocks()
         steps = np.diff(stamps) * NANO
         forward = steps[steps > 0]
         usual = usual_step(forward) if len(forward) >= FEW_STEPS else 0.0

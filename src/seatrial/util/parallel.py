@@ -85,7 +85,7 @@ def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) 
     """
     count, given = cores(), list(items)
     one = work if name is None else shared(work, len(given), name)
-    if count == 1:
+    if min(count, len(given)) <= 1:  # a thread for one item only costs time
         return [one(item) for item in given]
     with ThreadPoolExecutor(count) as pool:
         return list(pool.map(one, given))

@@ -7,7 +7,7 @@ that it does not determine stay near the model's.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -41,9 +41,14 @@ class ReferencePoint:
         """The estimation problem of some recordings."""
         return _problem(self.model, recordings)
 
-    def run_filter(self, recordings: Sequence[Recording]) -> FilterRuns:
-        """The filter along some recordings, at the model's values."""
-        problem = self.problem(recordings)
+    def run_filter(
+        self, recordings: Sequence[Recording], begin: Sequence[Array] = ()
+    ) -> FilterRuns:
+        """The filter along some recordings, at the model's values.
+
+        begin: velocities (3,) at their first poses, where they are simulated.
+        """
+        problem = replace(self.problem(recordings), begin=tuple(begin))
         return filter_along(problem, _values(self.model, problem), self.noise, repeatable=False)
 
 

@@ -5,7 +5,6 @@ A thread reads, so that lines have the time at which they arrived, whatever keep
 """
 
 import os
-import select
 import socket
 import sys
 import threading
@@ -173,16 +172,18 @@ class Datagrams:
 
     def _fill(self, inbox: Inbox) -> None:
         left = MOST_BUFFERED
+        self._socket.settimeout(CLOSING)
         while left:
             closed = self._closed  # before the look: what had arrived then is read
             if closed:
                 left -= 1
-            if not select.select([self._socket], [], [], 0.0 if closed else CLOSING)[0]:
+                self._socket.settimeout(0.0)
+            try:
+                block, sender = self._socket.recvfrom(LONGEST_LINE)
+            except (TimeoutError, BlockingIOError):
                 if closed:
                     return
                 continue
-            try:
-                block, sender = self._socket.recvfrom(LONGEST_LINE)
             except ConnectionError:  # an answer was not received
                 continue
             texts = block.decode("utf-8", "replace").splitlines() or [""]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Body velocity of the measured point by the difference of two poses: without a model, for coverage and advice."""
 
+import math
 from collections import deque
 from collections.abc import Sequence
 
@@ -32,7 +33,7 @@ class BodyVelocity:
         self._pose[: len(values)] = values
         if self._kept and not -MOST_LATE <= NANO * (stamp - self._kept[-1][0]) <= LONGEST:
             self._kept.clear()
-        if np.isnan(self._pose).any() or (self._kept and stamp <= self._kept[-1][0]):
+        if math.isnan(sum(self._pose.tolist())) or (self._kept and stamp <= self._kept[-1][0]):
             return False
         self._kept.append((stamp, self._pose.copy()))
         while len(self._kept) > 2 and NANO * (stamp - self._kept[1][0]) >= BASELINE:

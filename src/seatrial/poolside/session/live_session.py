@@ -21,10 +21,10 @@ from seatrial.util.frames import Array
 from seatrial.util.progress import show_progress
 from seatrial.util.status import Status, duration_text
 
-LOOK = 0.2  # [s] between two looks at signals and predictions
+LOOK = 0.25  # [s] between two looks at signals and predictions
 WORK = 0.2  # [s] between two calls of the estimator
 ADVISE = 8.0  # [s] between two pieces of advice, at least
-RELOAD = 2.0  # [s] between two models of the predictions, at least
+RELOAD = 5.0  # [s] between two models of the predictions, at least
 IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
 CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
@@ -152,10 +152,11 @@ class Session:
                 self._parts.recorder.use(event.kind, event.stamp, event.values)
             if self._ending.is_set():  # rows that had arrived are recorded
                 continue
-            with self._reported("event"), self._lock:
-                self._track.use(event.kind, event.stamp, event.values)
-            with self._reported("event"), self._inputs:
-                self._use(event)
+            with self._reported("event"):
+                with self._lock:
+                    self._track.use(event.kind, event.stamp, event.values)
+                with self._inputs:
+                    self._use(event)
 
     def _use(self, event: SourceEvent) -> None:
         parts, kind, stamp, values = self._parts, event.kind, event.stamp, event.values
