@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The gate of the live page: Host, Origin, token, bodies; and what its routes answer."""
 
+import asyncio
 import json
 import socket
 import time
@@ -218,6 +219,30 @@ def test_pages_are_limited(client):
         one.__exit__(None, None, None)
     with client.websocket_connect(WS) as page:
         assert page.receive_json()
+
+
+def test_a_page_that_the_server_closed_is_no_error(session):
+    """It answered no ping, as one whose computer sleeps: uvicorn then refuses what is sent."""
+    sent = []
+
+    async def receive():
+        if not sent:
+            sent.append("connected")
+            return {"type": "websocket.connect"}
+        return await asyncio.Event().wait()
+
+    async def send(message):
+        sent.append(message["type"])
+        if message["type"] == "websocket.send":
+            raise RuntimeError("Unexpected ASGI message 'websocket.send'")
+
+    scope = {
+        "type": "websocket", "path": "/ws", "raw_path": b"/ws", "query_string": b"", "root_path": "",
+        "scheme": "ws", "headers": [(b"host", b"127.0.0.1:8330")], "subprotocols": [],
+    }  # fmt: skip
+    app = make_app(session, period=0.01)
+    asyncio.run(asyncio.wait_for(app(scope, receive, send), PATIENCE))
+    assert sent == ["connected", "websocket.accept", "websocket.send"]
 
 
 def test_the_report_is_served_once_it_is_saved(client, session, tmp_path):

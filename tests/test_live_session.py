@@ -19,7 +19,7 @@ from seatrial.poolside.session.parts import Advice, Parts
 from seatrial.poolside.session.track import MOST_ROWS, Track
 from seatrial.poolside.sources import SourceEvent
 from seatrial.util.errors import FileError, LiveError, RecordingError
-from seatrial.util.progress import stage
+from seatrial.util.progress import stage, step
 
 SECOND = 1_000_000_000  # [ns]
 ROW = np.array([1.0, 2.0, 0.5])
@@ -337,6 +337,23 @@ def test_a_drive_without_a_model_keeps_its_recording(parted, fault):
     assert (
         told.startswith("The recording is saved, but there is no model: ") and "too short" in told
     )
+
+
+def test_a_search_ends_with_the_session(parted):
+    """A thread that is left in the core would end the program with an abort."""
+    one, begun = parted(), threading.Event()
+
+    def search(**_):
+        begun.set()
+        while True:
+            time.sleep(0.01)
+            step(8.0)
+
+    one.parts_estimator.work = search
+    assert begun.wait(PATIENCE)
+    one.session.close()
+    assert not one.session._threads[2].is_alive()
+    assert not one.session.state().message
 
 
 def test_a_search_that_ends_after_the_stop_changes_no_state(parted):

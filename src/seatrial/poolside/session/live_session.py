@@ -4,7 +4,7 @@
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from msgspec import structs
@@ -34,6 +34,10 @@ NANO = 1e-9  # [s]
 RECORDING = "recording"
 ENDED = "The source has ended. Press stop and save."
 Save = Callable[[Path], dict[str, str]]  # from the recording's folder: what was saved to its path
+
+
+class _Ended(BaseException):
+    """Ends a search: the session is over. No error, so that nothing reports it as one."""
 
 
 class Session:
@@ -192,19 +196,28 @@ class Session:
 
     def _work(self) -> None:
         """Estimate, advice, the test for a change, and the checks of signs: what takes longer."""
-        advice, check, reload = Turn(ADVISE), Turn(CHECK), Turn(RELOAD)
+        turns = Turn(ADVISE), Turn(CHECK), Turn(RELOAD)
         while not self._ending.wait(WORK):
-            with self._reported("estimate"):
-                self._estimate(reload)
-            if advice.due:
-                with self._reported("advice"), advice:
-                    self._advise()
-            if check.due and self._track.poses > FEWEST_POSES:
-                with self._reported("check of signs"), check:
-                    self._check()
-            with self._reported("test for a change"):
-                self._watch()
-            self._publish(message=self._message(), lag=self._parts.estimator.lag)
+            with suppress(_Ended), show_progress(self._going_on):
+                self._work_once(*turns)
+
+    def _going_on(self, _: Status) -> None:
+        """Called at every step of a search."""
+        if self._ending.is_set():
+            raise _Ended
+
+    def _work_once(self, advice: "Turn", check: "Turn", reload: "Turn") -> None:
+        with self._reported("estimate"):
+            self._estimate(reload)
+        if advice.due:
+            with self._reported("advice"), advice:
+                self._advise()
+        if check.due and self._track.poses > FEWEST_POSES:
+            with self._reported("check of signs"), check:
+                self._check()
+        with self._reported("test for a change"):
+            self._watch()
+        self._publish(message=self._message(), lag=self._parts.estimator.lag)
 
     def _estimate(self, reload: "Turn") -> None:
         self._changed |= self._parts.estimator.work(ended=self.drained)
@@ -287,7 +300,7 @@ class Session:
     def _end(self) -> None:
         self._ending.set()
         self._parts.source.close()
-        for thread in self._threads[:2]:  # the third may be in a search
+        for thread in self._threads:  # a search ends at its next step
             if thread.is_alive():
                 thread.join(LONGEST_END)
 

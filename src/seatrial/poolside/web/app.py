@@ -146,8 +146,6 @@ class _Api:
             leaving = asyncio.ensure_future(_until_left(page))
             try:
                 await self._send_changes(page, leaving)
-            except WebSocketDisconnect:
-                pass
             finally:
                 leaving.cancel()
 
@@ -164,13 +162,22 @@ class _Api:
         changes = Changes(self.controller)
         while not leaving.done():
             message = changes.take()
-            if message is not None:
-                await page.send_text(message)
+            if message is not None and not await _sent(page, message):
+                return
             await asyncio.wait([leaving], timeout=self.period)
 
 
 class Nothing(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Body of POST /api/stop: {}."""
+
+
+async def _sent(page: WebSocket, message: str) -> bool:
+    """Whether the page is still there: it left, or the server closed it, as it answered no ping (RuntimeError)."""
+    try:
+        await page.send_text(message)
+    except (WebSocketDisconnect, RuntimeError):
+        return False
+    return True
 
 
 async def _until_left(page: WebSocket) -> None:
