@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 import seatrial
 from benchmarks.harness import command
-from seatrial.boat.vehicle import as_column
+from seatrial.boat.schema import as_column
 from seatrial.identification.methods import METHODS
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import UNEVEN, Motion

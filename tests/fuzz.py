@@ -31,6 +31,7 @@ from unittest.mock import patch
 import autopilot_logs
 import bag_tools
 import numpy as np
+import px4_logs
 import yaml
 from mcap_writer import mcap
 from mutations import ODD_WORDS, ODD_YAML, bomb, damaged, edited, queried
@@ -54,7 +55,7 @@ Data = dict[str, bytes]  # name of a file: its content
 AUTOPILOTS = {
     "run.BIN": autopilot_logs.ardupilot,
     "run.log": lambda path, run: autopilot_logs.ardupilot(path, run, text=True),
-    "run.ulg": autopilot_logs.px4,
+    "run.ulg": px4_logs.px4,
     "run.tlog": autopilot_logs.telemetry,
 }
 LONG_LOG = 100_000  # [bytes]

@@ -10,8 +10,8 @@ import numpy as np
 
 import seatrial
 from seatrial.boat.allocation import Scheme, inverse_for, thruster_matrix
-from seatrial.boat.schema import AllocationEntry
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import AllocationEntry, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Repair, apply_repair
 from seatrial.recording.from_poses import make_recording

@@ -15,8 +15,7 @@ from cpp_tools import built, run
 
 import seatrial
 from seatrial.boat.model_file import load, save
-from seatrial.boat.schema import TO_SI
-from seatrial.boat.vehicle import as_column
+from seatrial.boat.schema import TO_SI, as_column
 from seatrial.io.poses import in_vehicle_terms, pose_columns
 from seatrial.io.signals import scaled
 from seatrial.onboard.parameter_uncertainty import onboard_uncertainty

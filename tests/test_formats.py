@@ -10,12 +10,11 @@ import pytest
 from autopilot_logs import (
     ardupilot,
     binary_message,
-    px4,
     telemetry,
     text_message,
     trial,
-    ulog_message,
 )
+from px4_logs import ULOG, px4, ulog_message
 
 from seatrial.io.formats import is_log, open_log
 from seatrial.io.formats.layout import READ
@@ -323,7 +322,7 @@ def test_data_appended_behind_a_torn_message(tmp_path):
     flags[16:24] = len(torn).to_bytes(8, "little")
     content = torn.replace(ulog_message("B", bytes(40)), ulog_message("B", bytes(flags)))
     stamp = struct.pack("<Q", 10**9)
-    numbers = {n: i for i, n in enumerate(autopilot_logs.ULOG)}
+    numbers = {n: i for i, n in enumerate(ULOG)}
     late = ulog_message(
         "D", struct.pack("<H", numbers["battery_status"]) + stamp + struct.pack("<ff", 9.5, 0)
     )

@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from autopilot_logs import HOLONOMIC, ardupilot, px4, telemetry, trial
+from autopilot_logs import HOLONOMIC, ardupilot, telemetry, trial
+from px4_logs import px4
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from

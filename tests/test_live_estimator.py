@@ -9,10 +9,14 @@ import pytest
 from conftest import at_length
 
 import seatrial
-from seatrial.identification.first_search import first_maximum
+from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.growing_filter import GrowingFilter
+from seatrial.identification.problem_setup import problem_with
+from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.solution import OutputErrorSettings
+from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
 from seatrial.poolside import live_estimator, live_solution
 from seatrial.poolside.drive_log import DriveLog, SignalRows
 from seatrial.poolside.live_estimator import LiveEstimator
@@ -188,7 +192,11 @@ def test_equal_stamps_stay_in_the_order_of_arrival():
 @pytest.mark.parametrize("effects", [(), ("current", "lever")])
 def test_the_filter_in_parts_has_the_sums_of_the_whole(effects):
     vehicle, recording = twin_in_wind(90.0, seed=2)
-    at = first_maximum([recording.cut(None, 60.0)], vehicle, effects, short=True)
+    begin = [recording.cut(None, 60.0)]
+    whole, _ = with_estimated_stages(vehicle, begin)
+    problem = problem_with(whole, vehicle, begin, OutputErrorSettings(effects=effects))
+    problem = replace(problem, block=SHORTEST_BLOCK)
+    at = maximised(problem, begin, None, hold=False)
     log = DriveLog(vehicle)
     for stamp, kind, values in rows(recording):
         log.add(kind, stamp, values)

@@ -14,9 +14,10 @@ import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.poolside.coverage import Coverage
 from seatrial.poolside.session.body_velocity import BodyVelocity
-from seatrial.poolside.session.live_session import ENDED, Session, Turn
+from seatrial.poolside.session.live_session import ENDED, Session
 from seatrial.poolside.session.parts import Advice, Parts
 from seatrial.poolside.session.track import MOST_ROWS, Track
+from seatrial.poolside.session.turn import Turn
 from seatrial.poolside.sources import SourceEvent
 from seatrial.util.errors import FileError, LiveError, RecordingError
 from seatrial.util.progress import stage, step

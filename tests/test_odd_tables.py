@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from seatrial.boat.vehicle import as_column
+from seatrial.boat.schema import as_column
 from seatrial.inspection.proposal.channel_scales import scale_of
 from tests.autopilot_logs import TWIN, trial
 from tests.logs import drive

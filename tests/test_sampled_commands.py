@@ -29,6 +29,8 @@ from seatrial.onboard.live.playback import replay
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import SeatrialError
+from seatrial.util.statistics import NORMAL_95
+from tests.boats import hulls
 from tests.boats.hulls import MIDDLE, driven
 
 PERIOD = 0.1  # [s]
@@ -179,6 +181,30 @@ def test_what_a_ramp_would_make_of_the_estimates_is_in_their_errors(boat):
     )
     here = Point(at.theta, at.noise, filter_along(exact, at.theta, at.noise))
     assert with_unknown_shape(here, plain) is plain
+
+
+@pytest.mark.system
+def test_the_lag_of_sticks_that_ramp_is_within_its_interval(monkeypatch):
+    """A stick takes 0.2 s from rest to its end."""
+    steps = hulls.sticks
+
+    def ramps(rng, seconds):
+        wanted, most = steps(rng, seconds), 5.0 * hulls.TICK
+        out = np.zeros_like(wanted)
+        for i in range(1, len(out)):
+            out[i] = out[i - 1] + np.clip(wanted[i] - out[i - 1], -most, most)
+        return out
+
+    monkeypatch.setattr(hulls, "sticks", ramps)
+    vehicle, recordings = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, seconds=600.0)
+    found = fit([sampled(r) for r in recordings], vehicle)
+    place = found.names.index("lag")
+    off = found.theta[found.problem.names.index("lag")] - LAG
+    assert abs(off) < NORMAL_95 * np.sqrt(found.covariance[place, place])
+    # by the scatter of the innovations alone it is not
+    at = search(found.problem, found.theta, found.noise, hold=True)[0]
+    alone = np.sqrt(sandwich_covariance(at)[place, place])
+    assert abs(off) > NORMAL_95 * alone
 
 
 def test_odometry_of_a_log_has_each_change_halfway(boat, model):

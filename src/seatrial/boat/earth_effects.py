@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import atan2, degrees, hypot
 
-from seatrial.boat.schema import PoseSource, RecordingEntry
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import PoseSource, RecordingEntry, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import Axes
 
 UNITS = {"current": "m/s", "wind": "m/s^2"}  # of effects in earth axes, by kind

@@ -57,6 +57,11 @@ class Column(Strict, frozen=True):
     quaternion: tuple[str, str, str, str] | None = None  # of psi: columns or fields x, y, z, w
 
 
+def as_column(entry: str | Column) -> Column:
+    """The long form of a column: a bare name is a table's column and a message's field."""
+    return Column(column=entry, field=entry) if isinstance(entry, str) else entry
+
+
 class PoseSource(Strict, frozen=True):
     """Where the pose comes from: columns of a table, a topic of a bag, or either."""
 

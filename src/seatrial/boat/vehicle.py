@@ -20,7 +20,7 @@ from seatrial.boat.core_limits import check_offset, check_sizes
 from seatrial.boat.force_weights import ForceWeights
 from seatrial.boat.names import check_vehicle_names
 from seatrial.boat.physical_library import base_terms
-from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Column, VehicleFile
+from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, VehicleFile
 from seatrial.boat.steering import angle_names
 from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.errors import VehicleError
@@ -346,8 +346,3 @@ def load_vehicle(path: str | Path) -> Vehicle:
 def vehicle_from(content: dict[str, Any], source: str) -> Vehicle:
     """A vehicle from a file's content."""
     return Vehicle(convert(content, VehicleFile, source), source)
-
-
-def as_column(entry: str | Column) -> Column:
-    """The long form of a column: a bare name is a table's column and a message's field."""
-    return Column(column=entry, field=entry) if isinstance(entry, str) else entry

@@ -105,7 +105,7 @@ def filter_series(recording: Recording, errors: InputErrors | None = None) -> _c
     )  # fmt: skip
 
 
-def series_from(
+def simulated_series(
     recording: Recording, velocity: Array, errors: InputErrors | None = None
 ) -> _core.Series:
     """The same of simulated poses, all usable, from the known velocity (3,) at the first of them."""

@@ -22,7 +22,7 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.solution import OutputErrorSettings, StartValues
-from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK, with_enough_blocks
+from seatrial.identification.uncertainty.covariance import with_enough_blocks
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 
@@ -36,18 +36,12 @@ def first_maximum(
     effects: Sequence[str] = (),
     *,
     start: StartValues | None = None,
-    short: bool = False,
 ) -> Point:
-    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages.
-
-    short: recordings with fewer blocks than parameters are not refused; their standard errors are those of white
-    innovations.
-    """
+    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages."""
     whole, _ = with_estimated_stages(vehicle, recordings)
     settings = OutputErrorSettings(effects=tuple(effects))
     problem = problem_with(whole, vehicle, recordings, settings)
-    problem = replace(problem, block=SHORTEST_BLOCK) if short else with_enough_blocks(problem)
-    return maximised(problem, recordings, start, hold=False)
+    return maximised(with_enough_blocks(problem), recordings, start, hold=False)
 
 
 def maximised(

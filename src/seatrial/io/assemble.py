@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from seatrial.boat.schema import Column
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import Column, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.io.poses import POSE_UNITS, heading_of, in_plane, lengths_of_degrees, of_origin
 from seatrial.io.signals import (
     Request,

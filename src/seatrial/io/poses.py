@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.schema import TO_SI, Column
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import TO_SI, Column, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.io.signals import checked_unit, scaled
 from seatrial.recording.delays import heading_at_positions
 from seatrial.util.errors import RecordingError

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.boat.schema import TO_SI, Column, CommandSource, PoseSource
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import TO_SI, Column, CommandSource, PoseSource, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import Signal, rising
 from seatrial.recording.timing import Stream
 from seatrial.util.errors import RecordingError

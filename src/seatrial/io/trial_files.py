@@ -8,8 +8,8 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.model_file import save
-from seatrial.boat.schema import TO_SI, Column
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import TO_SI, Column, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
 from seatrial.io.digests import DIGESTS, edited, noted
 from seatrial.io.poses import pose_columns

@@ -196,12 +196,12 @@ class LiveEstimator:
         check_recordings([recording])
         find_roles(self.vehicle, [recording])
         begin = self._begin(last)
-        early = self._too_short(recording)
-        if early is not None:
-            return self._early(early, begin), 0.0
+        short = self._short_problem(recording)
+        if short is not None:
+            return self._early(short, begin), 0.0
         return fit([recording], self.vehicle, settings=self._settings, begin=begin), length
 
-    def _too_short(self, recording: Recording) -> Problem | None:
+    def _short_problem(self, recording: Recording) -> Problem | None:
         """The problem of a recording with fewer blocks than parameters, which `identify` refuses; else None."""
         whole, _ = with_estimated_stages(self.vehicle, [recording])
         problem = problem_with(whole, self.vehicle, [recording], self._settings)

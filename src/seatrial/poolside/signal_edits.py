@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import msgspec
 
-from seatrial.boat.schema import Column
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import Column, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
 from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
 from seatrial.recording.recording import Recording

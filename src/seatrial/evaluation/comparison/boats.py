@@ -7,8 +7,7 @@ import msgspec
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import AxisPhysics, axis_physics
-from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry
-from seatrial.boat.vehicle import as_column
+from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry, as_column
 from seatrial.evaluation.comparison.comparability import fixed_terms
 from seatrial.evaluation.comparison.parameters import View
 from seatrial.evaluation.comparison.thrust_curves import EDGES, stages_apart

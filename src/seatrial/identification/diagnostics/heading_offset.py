@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.schema import TO_SI
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import TO_SI, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import maximise_likelihood

@@ -42,13 +42,13 @@ class ReferencePoint:
         return _problem(self.model, recordings)
 
     def run_filter(
-        self, recordings: Sequence[Recording], begin: Sequence[Array] = ()
+        self, recordings: Sequence[Recording], start_velocities: Sequence[Array] = ()
     ) -> FilterRuns:
         """The filter along some recordings, at the model's values.
 
-        begin: velocities (3,) at their first poses, where they are simulated.
+        start_velocities: (3,) at their first poses, where they are simulated.
         """
-        problem = replace(self.problem(recordings), begin=tuple(begin))
+        problem = replace(self.problem(recordings), start_velocities=tuple(start_velocities))
         return filter_along(problem, _values(self.model, problem), self.noise, repeatable=False)
 
 

@@ -16,7 +16,7 @@ from seatrial.boat.model import Model, thrust_trace
 from seatrial.boat.noise_parameters import NOISE_LEAST
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.evaluation.filtering import filter_series, series_from, with_disturbance
+from seatrial.evaluation.filtering import filter_series, simulated_series, with_disturbance
 from seatrial.evaluation.input_errors import InputErrors
 from seatrial.identification.likelihood.parameters import (
     CHAIN_CONSTANTS,
@@ -63,7 +63,9 @@ class Problem:
     earth_fixed: bool = (
         False  # whether the disturbance force keeps its direction in the world, as wind does
     )
-    begin: tuple[Array, ...] = ()  # velocity (3,) at each recording's first pose; empty: not known
+    start_velocities: tuple[
+        Array, ...
+    ] = ()  # (3,) at the first pose of simulated recordings; empty: not known
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -95,9 +97,9 @@ class Problem:
     def series(self) -> list[_core.Series]:
         """The poses of every recording, as the core takes them."""
         errors = self.input_errors or (None,) * len(self.recordings)
-        if self.begin:
-            own = zip(self.recordings, self.begin, errors, strict=True)
-            return [series_from(*each) for each in own]
+        if self.start_velocities:
+            own = zip(self.recordings, self.start_velocities, errors, strict=True)
+            return [simulated_series(*each) for each in own]
         return [filter_series(r, e) for r, e in zip(self.recordings, errors, strict=True)]
 
     @cached_property

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from seatrial.boat.schema import Column
+from seatrial.boat.schema import Column, as_column
 from seatrial.boat.steering import steered_entries
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import ASSIGN_T
 from seatrial.inspection.consistency.repair import POSE, Repair, cycles, repaired_heading
 from seatrial.util.format import joined

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.physics import ABSURD_SPEED
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
 from seatrial.inspection.consistency.gains import Run, plane_acceleration_squared, unexplained
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit

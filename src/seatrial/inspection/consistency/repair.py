@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from seatrial.boat.schema import Column, PoseSource, VehicleFile
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import Column, PoseSource, VehicleFile, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import Array
 
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # [m]

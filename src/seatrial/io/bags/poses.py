@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Clock as ClockChoice
-from seatrial.boat.schema import Column, PoseSource
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import Column, PoseSource, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.collect import Samples
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf

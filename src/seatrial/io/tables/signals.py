@@ -8,8 +8,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.boat.schema import Column, PoseSource
-from seatrial.boat.vehicle import Vehicle, as_column
+from seatrial.boat.schema import Column, PoseSource, as_column
+from seatrial.boat.vehicle import Vehicle
 from seatrial.io.signals import Request, Rows, Signals, Spec, of_columns, scaled
 from seatrial.io.table import Table, open_tables
 from seatrial.recording.timing import Clock, describe

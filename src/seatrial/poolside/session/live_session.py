@@ -14,6 +14,7 @@ from seatrial.poolside.session.body_velocity import BodyVelocity
 from seatrial.poolside.session.parts import Parts, Seen
 from seatrial.poolside.session.saving import save_drive
 from seatrial.poolside.session.track import Row, Track
+from seatrial.poolside.session.turn import Turn
 from seatrial.poolside.sources import SourceEvent
 from seatrial.poolside.state import LiveState, SignalState
 from seatrial.util.errors import LiveError, SeatrialError
@@ -25,7 +26,6 @@ LOOK = 0.25  # [s] between two looks at signals and predictions
 WORK = 0.2  # [s] between two calls of the estimator
 ADVISE = 8.0  # [s] between two pieces of advice, at least
 RELOAD = 5.0  # [s] between two models of the predictions, at least
-IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
 CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
 LATE = 1.0  # [s] by which this computer falls behind, that is reported
@@ -206,7 +206,7 @@ class Session:
         if self._ending.is_set():
             raise _Ended
 
-    def _work_once(self, advice: "Turn", check: "Turn", reload: "Turn") -> None:
+    def _work_once(self, advice: Turn, check: Turn, reload: Turn) -> None:
         with self._reported("estimate"):
             self._estimate(reload)
         if advice.due:
@@ -219,7 +219,7 @@ class Session:
             self._watch()
         self._publish(message=self._message(), lag=self._parts.estimator.lag)
 
-    def _estimate(self, reload: "Turn") -> None:
+    def _estimate(self, reload: Turn) -> None:
         self._changed |= self._parts.estimator.work(ended=self.drained)
         model = self._parts.estimator.model()
         if self._changed and reload.due and model is not None:
@@ -333,22 +333,3 @@ def _slow(late: float) -> str:
         f"this computer is {late:.1f} s behind what arrives; no row is lost. Close other programs, or send "
         "fewer rows a second"
     )
-
-
-class Turn:
-    """When work is due again: after `least` [s], and after `IDLE` times its own duration."""
-
-    def __init__(self, least: float) -> None:
-        self._least, self._begun, self._next = least, 0.0, 0.0
-
-    @property
-    def due(self) -> bool:
-        """Whether it is."""
-        return time.monotonic() >= self._next
-
-    def __enter__(self) -> None:
-        self._begun = time.monotonic()
-
-    def __exit__(self, *_: object) -> None:
-        now = time.monotonic()
-        self._next = now + max(self._least, IDLE * (now - self._begun))
