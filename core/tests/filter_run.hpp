@@ -10,6 +10,16 @@
 
 namespace problems {
 
+/// White errors of the poses.
+inline constexpr NoiseParameters kWhite{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
+                                        2.0,  0.0,  0.0,  0.3,  0.0};
+/// With correlated errors of the poses.
+inline constexpr NoiseParameters kColoured{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
+                                           2.0,  3e-3, 2e-3, 0.3,  0.0};
+/// And swing.
+inline constexpr NoiseParameters kOscillating{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
+                                              2.0,  3e-3, 2e-3, 1.5,  4.0};
+
 /// The three disturbances that the filter adds, as the last coefficients.
 inline Structure disturbed(Structure s) {
   const int first = s.n_coefficients;

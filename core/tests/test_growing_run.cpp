@@ -8,16 +8,15 @@
 #include "seatrial/filter/growing_run.hpp"
 
 using namespace seatrial;
+using problems::kColoured;
+using problems::kOscillating;
+using problems::kWhite;
 using problems::mallard_run;
 using problems::Run;
 
 namespace {
 
 constexpr double kOutlier = 3.0;  // [sigma]
-constexpr NoiseParameters kWhite{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0};
-constexpr NoiseParameters kColoured{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0};
-constexpr NoiseParameters kOscillating{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
-                                       2.0,  3e-3, 2e-3, 1.5,  4.0};
 
 /// Poses `first` to `last` - 1 of a run, on the same clock.
 PoseSeries part(const PoseSeries& whole, int first, int last) {

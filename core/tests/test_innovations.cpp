@@ -10,20 +10,17 @@ using namespace seatrial;
 using boats::Worst;
 using problems::disturbed;
 using problems::driven;
+using problems::kColoured;
 using problems::kNever;
+using problems::kOscillating;
+using problems::kWhite;
 using problems::mallard_run;
 using problems::Problem;
 using problems::Run;
 
 namespace {
 
-constexpr NoiseParameters kWhite{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0};
-/// With correlated errors of the poses.
-constexpr NoiseParameters kColoured{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0};
-/// And swing.
-constexpr NoiseParameters kOscillating{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
-                                       2.0,  3e-3, 2e-3, 1.5,  4.0};
-/// The same where the heading is known, so that the covariance does not depend on the path.
+/// Where the heading is known, so that the covariance does not depend on the path.
 constexpr NoiseParameters kStraight{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8, 2.0, 0.0, 0.0, 0.3, 0.0};
 constexpr NoiseParameters kStraightColoured{2e-3, 1e-6, 5e-3, 1e-8, 3e-3, 1e-8,
                                             2.0,  3e-3, 1e-6, 0.3,  0.0};

@@ -8,14 +8,15 @@
 #include "filter_run.hpp"
 
 using namespace seatrial;
+using problems::kColoured;
 using problems::kNever;
+using problems::kOscillating;
+using problems::kWhite;
 using problems::mallard_run;
 using problems::Problem;
 using problems::Run;
 
 namespace {
-
-constexpr NoiseParameters kWhite{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0};
 
 /// Poses without noise whose positions and headings are `late` [s] older than their stamps.
 struct LateRun {

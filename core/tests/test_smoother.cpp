@@ -6,16 +6,14 @@
 #include "seatrial/filter/smoother.hpp"
 
 using namespace seatrial;
+using problems::kColoured;
 using problems::kNever;
+using problems::kOscillating;
+using problems::kWhite;
 using problems::mallard_run;
 using problems::Run;
 
 namespace {
-
-constexpr NoiseParameters kWhite{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 0.0, 0.0, 0.3, 0.0};
-constexpr NoiseParameters kColoured{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2, 2.0, 3e-3, 2e-3, 0.3, 0.0};
-constexpr NoiseParameters kOscillating{2e-3, 4e-3, 5e-3, 2e-2, 3e-3, 1e-2,
-                                       2.0,  3e-3, 2e-3, 1.5,  4.0};
 
 SmootherRun smooth(const Run& run, const FilterRun& first, const NoiseParameters& noise) {
   return smoothed(first, run.poses(), noise, kNever, run.start);
