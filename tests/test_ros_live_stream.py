@@ -284,7 +284,7 @@ def test_a_changed_boat_is_found_beside_the_node_and_its_model_taken(
 
 
 def drive(node, rows) -> None:
-    """Rows at 20 times their pace, with a tick after each pose."""
+    """Rows at 20 times their pace, with a tick after each pose; at the end the node has sent them all."""
     begin, first = time.monotonic(), rows[0][0]
     for (stamp, kind, _), event in zip(rows, events_of(rows), strict=True):
         if kind == "pose":
@@ -293,6 +293,7 @@ def drive(node, rows) -> None:
             node.ask(f"{stamp} tick")
         else:
             node.give([event])
+    node.ask(f"{rows[-1][0]} tick")
 
 
 def listens(port) -> bool:
