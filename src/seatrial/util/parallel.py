@@ -6,12 +6,13 @@ The one place that knows where the work is done. Results are in the order of the
 
 import os
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import partial
-from typing import TypeVar
+from functools import cache, partial
+from typing import Generic, TypeVar
 
 from seatrial.util.progress import over, shared
 
@@ -78,8 +79,18 @@ def cores() -> int:
     return min(count, _most_cores.get() or count)
 
 
+@cache
+def _helpers() -> ThreadPoolExecutor:
+    """Threads that stay: to start one takes as long as a short item."""
+    return ThreadPoolExecutor(os.cpu_count() or 1, "spread")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # a fork has no threads
+
+
 def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) -> list[R]:
-    """Results of `work` on the items, in threads with more than one core.
+    """Results of `work` on the items, in threads with more than one core. Raises the first item's error.
 
     `name`: of an item; with it each is a part of the progress at hand.
     """
@@ -87,8 +98,51 @@ def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) 
     one = work if name is None else shared(work, len(given), name)
     if min(count, len(given)) <= 1:  # a thread for one item only costs time
         return [one(item) for item in given]
-    with ThreadPoolExecutor(count) as pool:
-        return list(pool.map(one, given))
+    return _Shared(one, given, count).results()
+
+
+class _Shared(Generic[T, R]):
+    """Items that this thread and its helpers take one after the other.
+
+    This thread works, too. So it waits for no helper that has not begun, and calls may be nested.
+    """
+
+    def __init__(self, work: Callable[[T], R], items: Sequence[T], count: int) -> None:
+        self._work, self._items = work, items
+        self._threads = min(count, len(items))
+        self._most = count // self._threads  # cores of an item
+        self._left = deque(range(len(items)))  # taken in turn by all threads
+        self._found: dict[int, R] = {}
+        self._errors: dict[int, BaseException] = {}
+
+    def results(self) -> list[R]:
+        """The results in the items' order."""
+        helping = [_helpers().submit(self._help) for _ in range(self._threads - 1)]
+        self._help()
+        for one in helping:
+            if not one.cancel():
+                one.result()
+        if self._errors:
+            raise self._errors[min(self._errors)]
+        return [self._found[place] for place in range(len(self._items))]
+
+    def _help(self) -> None:
+        token = _most_cores.set(self._most)
+        try:
+            while (place := self._next()) is not None:
+                try:
+                    self._found[place] = self._work(self._items[place])
+                except BaseException as error:  # raised by `results`; no further items
+                    self._errors[place] = error
+                    self._left.clear()
+        finally:
+            _most_cores.reset(token)
+
+    def _next(self) -> int | None:
+        try:
+            return self._left.popleft()
+        except IndexError:
+            return None
 
 
 def farmed(work: Callable[[C, T], R], common: C, items: Iterable[T], name: str = "") -> list[R]:

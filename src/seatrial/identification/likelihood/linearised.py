@@ -19,6 +19,7 @@ INNER_GAIN = 0.05  # of one round of the inner loop, at its end
 INNER_SHARE = (
     0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
 )
+MOST_ROUNDS = 6  # of the inner loop: one or two do near the maximum
 START_DAMPING = 1e-6  # Levenberg-Marquardt, relative to the diagonal
 
 
@@ -59,23 +60,26 @@ def linearised_optimum(
     *,
     noise: Array | None = None,
     hold: bool = False,
+    needed: float = -np.inf,
 ) -> Promise:
     """Parameters and noise that are likeliest by the linearisation of a point's full pass.
 
     damping: of the parameters' steps, relative to the diagonal of their information; noise: (11,) where the search
-    of the noise begins, by default the point's own. Every noise is valued with the parameters a step on from it.
+    of the noise begins, by default the point's own; needed: a lesser fall is of no use, so the search ends where
+    the pace of its last round does not reach it. Every noise is valued with the parameters a step on from it.
     """
     profile = _Profile(at, damping)
     best = profile.begin() if noise is None else profile.at(noise)
     if hold:
         return best
-    for round_ in range(6):  # one or two do near the maximum
+    for round_ in range(MOST_ROUNDS):
         before = best.fall
         here, value = at.runs.linearised(best.move), Value(profile.value, -best.fall)
         scored(here, best.noise, box, value, absent=round_ == 0)
         best = profile.best
         gain = best.fall - before
-        if not gain > max(INNER_GAIN, INNER_SHARE * best.fall):
+        reach = best.fall + gain * (MOST_ROUNDS - 1 - round_)
+        if not gain > max(INNER_GAIN, INNER_SHARE * best.fall) or reach < needed:
             break
     return best
 

@@ -8,6 +8,8 @@ best are searched in full; the likeliest stays, correlated pose errors having a 
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from itertools import chain
 
 import numpy as np
 
@@ -39,7 +41,8 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.start_noise import correlated_size, noise_from_poses
 from seatrial.identification.likelihood.whiteness import is_white
 from seatrial.util.frames import Array
-from seatrial.util.progress import over, stage
+from seatrial.util.parallel import spread
+from seatrial.util.progress import stage
 
 # All gains and prices are falls of -2 log likelihood.
 PARAMETER_PRICE = 4.0  # of a parameter of a noise source
@@ -115,20 +118,27 @@ def screened(at: Point, *, poses_only: bool) -> list[Screened]:
     poses_only: those without process noise, else the others.
     """
     frames = {at.runs.problem.earth_fixed: at}
-    found: list[Screened] = []
     tried = [structure for structure in STRUCTURES if structure.poses_only == poses_only]
     with stage("", 0.4):
-        for structure in over(tried):
-            begin = _in_frame(at, structure, frames)
-            if begin is None:
-                continue
-            for noise in _start_noises(structure, at, begin.runs.problem):
-                box = noise_box(begin.runs.problem, noise)
-                promise = linearised_optimum(begin, box, noise=noise)
-                runs = begin.runs.relinearised(promise.noise, promise.move)
-                there = Point(begin.theta + promise.move, promise.noise, runs)
-                found.append(Screened(begin, promise, is_white(there)))
-    return sorted(found, key=lambda s: s.cost)
+        begins = [_in_frame(at, structure, frames) for structure in tried]
+        found = spread(partial(_screened, at), zip(tried, begins, strict=True), "")
+    return sorted(chain(*found), key=lambda s: s.cost)
+
+
+def _screened(at: Point, item: tuple[NoiseStructure, Point | None]) -> list[Screened]:
+    """One structure, from where its pass begins; none where that diverges, or where the poses can not show it."""
+    structure, begin = item
+    if begin is None:
+        return []
+    found = []
+    needed = begin.runs.cost - priced(at) + SWITCH_GAIN  # less is not searched
+    for noise in _start_noises(structure, at, begin.runs.problem):
+        box = noise_box(begin.runs.problem, noise)
+        promise = linearised_optimum(begin, box, noise=noise, needed=needed)
+        runs = begin.runs.relinearised(promise.noise, promise.move)
+        there = Point(begin.theta + promise.move, promise.noise, runs)
+        found.append(Screened(begin, promise, is_white(there)))
+    return found
 
 
 def searched(at: Point, candidates: Sequence[Screened]) -> Point:

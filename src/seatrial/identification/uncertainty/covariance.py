@@ -18,6 +18,7 @@ from seatrial.identification.uncertainty.profile_line import one_sided_profile
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array, Mask
+from seatrial.util.parallel import spread
 from seatrial.util.statistics import LEAST_EIGENVALUE, NORMAL_95, inverse_of
 
 SHRINKAGE_BLOCKS = 4.0  # blocks per parameter with which the scatter of the scores has weight 1/2
@@ -54,8 +55,11 @@ def sandwich_covariance(at: Point, inside: Mask | None = None) -> Array:
     out = np.zeros((len(free), len(free)))
     out[within] = covariance
     # parameters at a bound may be off it: that widens the others
-    for i in np.flatnonzero(held):
-        out += one_sided_profile(at, int(i), inside, inverse, max(factor, 1.0))
+    for wider in spread(
+        lambda i: one_sided_profile(at, i, inside, inverse, max(factor, 1.0)),
+        np.flatnonzero(held).tolist(),
+    ):
+        out += wider
     return out
 
 

@@ -14,6 +14,7 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.profile_line import ProfileLine
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 from seatrial.util.statistics import inverse_of
 
 DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone", "steer_dead_zone")
@@ -28,6 +29,7 @@ NEGLIGIBLE_RISE = 9.0  # of scaled -2 log likelihood: exp(-4.5), the profile end
 BOUND_REACHED = 0.1  # of a step that is left when a bound stops it
 LEAST_RISE = 1e-9  # of scaled -2 log likelihood, against a division by 0
 INTEGRAL_POINTS = 400
+SIDES = (-1.0, 1.0)  # of the maximum
 # distances [of the combination], rises of scaled -2 log likelihood
 ProfileRises = tuple[Array, Array]
 
@@ -75,7 +77,7 @@ def _line(at: Point, covariance: Array, along: Array) -> ProfileLine:
 def _error(line: ProfileLine, error: float) -> float:
     """Standard error of a combination: root mean square distance from the maximum, by the likelihood."""
     # a parabola: the error from the rise at either side
-    near = [_rises(line, [side * PARABOLA_PROBE * error]) for side in (-1.0, 1.0)]
+    near = spread(lambda side: _rises(line, [side * PARABOLA_PROBE * error]), SIDES)
     roots = [np.sqrt(max(float(r), LEAST_RISE)) for _, rise in near for r in rise]
     if len(roots) == len(near) and all(
         1.0 / PARABOLA_RATIO < PARABOLA_PROBE / r < PARABOLA_RATIO for r in roots
@@ -83,7 +85,7 @@ def _error(line: ProfileLine, error: float) -> float:
         return error * PARABOLA_PROBE * float(np.mean(1.0 / np.array(roots)))
     # else: the second moment of the profile likelihood
     steps = PROFILE_STEP * error * np.arange(1, PROFILE_POINTS + 1)
-    low, high = (_rises(line, (side * steps).tolist()) for side in (-1.0, 1.0))
+    low, high = spread(lambda side: _rises(line, (side * steps).tolist()), SIDES)
     distance = np.concatenate([low[0][::-1], [0.0], high[0]])
     rise = np.concatenate([low[1][::-1], [0.0], high[1]])
     if len(distance) == 1:  # the bounds are near, or the model diverges
