@@ -223,9 +223,10 @@ def test_ctrl_c_keeps_the_recording(trials, tmp_path, sent):
             program.stdin.write(f'{{"t": {0.1 * i:.1f}, "pose": [0.1, {0.01 * i}, 0]}}\n')
             program.stdin.write(f'{{"t": {0.1 * i:.1f}, "command": [0.1, 0, 0]}}\n')
         program.stdin.flush()
+        said = program.stdout.readline()
         until(port, lambda state: state["poses"] == 50)
         program.send_signal(sent)
-        said, complained = program.communicate(timeout=PATIENCE)
+        _, complained = program.communicate(timeout=PATIENCE)
     finally:
         program.kill()
     assert program.returncode == 130
