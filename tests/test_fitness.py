@@ -12,7 +12,7 @@ from seatrial.boat.physics import axis_physics
 from seatrial.boat.schema import ChainGroup, EnvelopeEntry
 from seatrial.evaluation.scores import AxisScore, PooledScore, RecordingScore, Scores
 from seatrial.util.statistics import NORMAL_95
-from seatrial.workflow.fitness import Criterion, Level, Use, fitness, resolved_excess
+from seatrial.workflow.fitness import Criterion, Level, Reason, Use, fitness, resolved_excess
 
 FLOOR, STILL = 0.01, 0.1  # [m/s]
 
@@ -183,3 +183,17 @@ def test_thrust_that_is_backwards_is_not_fit_for_control(good):
     assert found.reason.criterion is Criterion.BACKWARD
     assert found.reason.subject == "N_F"
     assert found.reason.text() == "N_F is negative: signs, thruster angles or axes are wrong"
+
+
+@pytest.mark.parametrize(
+    ("criterion", "value", "words"),
+    [
+        (Criterion.GROWTH, 0.0034, "surge: error grows to 0.0034 of constant velocity's 5 s ahead (fit: up to 0.25)"),
+        (Criterion.GROWTH, 0.357, "surge: error grows to 0.36 of constant velocity's 5 s ahead (fit: up to 0.25)"),
+        (Criterion.GROWTH, 0.0, "surge: error 5 s ahead is a perfect model's, all of it pose noise"),
+        (Criterion.GAIN, 0.0034, "surge is known to ± 0.34 % (fit: up to 25 %)"),
+        (Criterion.GAIN, 0.357, "surge is known to ± 36 % (fit: up to 25 %)"),
+    ],
+)  # fmt: skip
+def test_only_what_is_0_is_shown_as_0(criterion, value, words):
+    assert Reason(criterion, "surge", value, 0.25, 5.0).text() == words

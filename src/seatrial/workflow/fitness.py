@@ -61,21 +61,24 @@ class Criterion(Enum):
     NOT_PREDICTED = "no recording could be predicted"
     SEEN = "tested only on recordings that it was identified from"
     GROWTH = (
-        "{subject}: error grows to {value:.2f} of constant velocity's {horizon:g} s ahead "
-        "(fit: up to {limit:g})"
+        "{subject}: error grows to {value} of constant velocity's {horizon:g} s ahead "
+        "(fit: up to {limit})"
     )
-    GAIN = "{subject} is known to ± {value:.0%} (fit: up to {limit:.0%})"
+    GAIN = "{subject} is known to ± {percent} (fit: up to {most})"
     NO_GAIN = "{subject} has no standard error"
-    DELAY = "latency and lag are known to ± {value:.0%} of the rise time (fit: up to {limit:.0%})"
+    DELAY = "latency and lag are known to ± {percent} of the rise time (fit: up to {most})"
     NO_DELAY = "the model has no latency and no lag"
     BACKWARD = "{subject} is negative: signs, thruster angles or axes are wrong"
     NO_INPUT = "no command drives any axis"
-    BASELINE = "{subject}: error {horizon:g} s ahead is {value:.2f} of constant velocity's (fit: up to {limit:g})"
+    BASELINE = "{subject}: error {horizon:g} s ahead is {value} of constant velocity's (fit: up to {limit})"
     CONSISTENCY = (
-        "{subject}: errors {horizon:g} s ahead are {value:.2f} times those that the model states "
-        "(fit: up to {limit:g})"
+        "{subject}: errors {horizon:g} s ahead are {value} times those that the model states "
+        "(fit: up to {limit})"
     )
     NO_EXPECTED = "the model has no process noise, so its filter states no error"
+
+
+AT_FLOOR = "{subject}: error {horizon:g} s ahead is a perfect model's, all of it pose noise"
 
 
 @dataclass(frozen=True)
@@ -90,10 +93,19 @@ class Reason:
 
     def text(self) -> str:
         """As a clause."""
-        words = self.criterion.value.format(
-            subject=self.subject, value=self.value, limit=self.limit, horizon=self.horizon
-        )
-        return words.replace("%", " %")
+        floor = self.value == 0.0 and self.criterion in (Criterion.GROWTH, Criterion.BASELINE)
+        return (AT_FLOOR if floor else self.criterion.value).format(
+            subject=self.subject, horizon=self.horizon,
+            value=_shown(self.value, 2), limit=f"{self.limit:g}",
+            percent=f"{_shown(100.0 * self.value, 0)} %", most=f"{100.0 * self.limit:.0f} %",
+        )  # fmt: skip
+
+
+def _shown(value: float, digits: int) -> str:
+    """With so many digits behind the point, or two significant ones where that is more: only 0 is shown as 0."""
+    return (
+        f"{value:.{digits}f}" if value >= 10.0 ** (1 - digits) or value == 0.0 else f"{value:.2g}"
+    )
 
 
 @dataclass(frozen=True)
