@@ -16,6 +16,8 @@ from typing import Generic, TypeVar
 
 from seatrial.util.progress import over, shared
 
+MOST_THREADS = 256
+
 C = TypeVar("C")
 T = TypeVar("T")
 R = TypeVar("R")
@@ -81,8 +83,8 @@ def cores() -> int:
 
 @cache
 def _helpers() -> ThreadPoolExecutor:
-    """Threads that stay: to start one takes as long as a short item."""
-    return ThreadPoolExecutor(os.cpu_count() or 1, "spread")
+    """Threads that stay, as many as were ever needed: to start one takes as long as a short item."""
+    return ThreadPoolExecutor(MOST_THREADS, "spread")
 
 
 if hasattr(os, "register_at_fork"):
