@@ -143,13 +143,14 @@ def _filters(
         noise = filter_noise(model, recordings)
     except SeatrialError as error:
         return None, [str(error)] * len(recordings)
-    found: list[Filtered | str] = []
-    for recording in recordings:
+
+    def one(recording: Recording) -> Filtered | str:
         try:
-            found.append(run_filter(model, recording, noise))
+            return run_filter(model, recording, noise)
         except ModelError as error:
-            found.append(str(error))
-    return noise, found
+            return str(error)
+
+    return noise, spread(one, recordings)
 
 
 def _smoothed(
