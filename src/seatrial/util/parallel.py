@@ -120,10 +120,13 @@ class _Shared(Generic[T, R]):
     def results(self) -> list[R]:
         """The results in the items' order."""
         helping = [_helpers().submit(self._help) for _ in range(self._threads - 1)]
-        self._help()
-        for one in helping:
-            if not one.cancel():
-                one.result()
+        try:
+            self._help()
+            for one in helping:
+                if not one.cancel():
+                    one.result()
+        finally:  # interrupted: no further items
+            self._left.clear()
         if self._errors:
             raise self._errors[min(self._errors)]
         return [self._found[place] for place in range(len(self._items))]
