@@ -38,7 +38,6 @@ STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
 LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
-LEAST_GROWN = 0.05  # damping that grows after a pass without a fall: less hardly shortens the step
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
 
 
@@ -173,7 +172,7 @@ class _Damping:
 
     def after_none(self) -> None:
         """After a pass without a fall."""
-        self.value, self.growth = self.growth * max(self.value, LEAST_GROWN), 2.0 * self.growth
+        self.value, self.growth = self.growth * max(self.value, 1e-3), 2.0 * self.growth
 
 
 @dataclass
