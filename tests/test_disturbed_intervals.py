@@ -218,7 +218,7 @@ def test_recordings_without_a_hand_have_no_such_note(paper_mp_model):
 
 @pytest.mark.system
 def test_what_a_poor_structure_does_not_explain_is_no_hand(cse1, cse1_vehicle):
-    model = seatrial.identify([cse1["run1"]], cse1_vehicle)
+    model = seatrial.identify([cse1["random_run3"]], cse1_vehicle)
     assert model.findings_of(FindingKind.MODEL_MISMATCH)
     assert disturbed(model) == ()
 
