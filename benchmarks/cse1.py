@@ -3,6 +3,7 @@
 
     python -m benchmarks.cse1
     python -m benchmarks.cse1 --vehicle data/cse1/pair.yaml --method output-error
+    python -m benchmarks.cse1 --auto --no-ratios --method output-error --vehicle data/cse1/vehicle.yaml
     python -m benchmarks.cse1 --bollard    # what bollard.yaml states of the propellers
 
 Velocities to compare with come from one Savitzky-Golay filter (Anal. Chem. 36, 1627, 1964), the
@@ -230,6 +231,7 @@ def main(arguments: Sequence[str]) -> None:
     parser.add_argument("--horizon", type=float, default=1.0, help="[s]")
     parser.add_argument("--power", type=float, help="exponent of the propellers' speed in thrust")
     parser.add_argument("--no-ratios", action="store_true", help="leave out drag over thrust")
+    parser.add_argument("--auto", action="store_true", help="with structure: auto")
     parser.add_argument("--bollard", action="store_true", help="the pair by the bollard pulls")
     chosen = parser.parse_args(arguments)
     if chosen.bollard:
@@ -241,6 +243,7 @@ def main(arguments: Sequence[str]) -> None:
         vehicle = seatrial.load_vehicle(path)
         paths = {name: SHIP / "csv" / f"CSE1_data_{name}.csv" for name in RUNS}
         runs = {name: seatrial.read(source, vehicle) for name, source in paths.items()}
+        vehicle = vehicle.with_automatic_structure() if chosen.auto else vehicle
         for method in chosen.method or METHODS:
             print(f"{path.name}, {method}: error {chosen.horizon:g} s ahead / stays constant")
             print("  left out       u     v     r  (smoothed)  u     v     r  (past only)  fit in")

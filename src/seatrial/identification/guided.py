@@ -21,6 +21,7 @@ from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms import Selection
 from seatrial.identification.selection.terms.candidates import with_usual_terms
+from seatrial.identification.selection.unnamed_forces import with_unnamed_forces
 from seatrial.identification.solution import Fit, OutputErrorSettings
 from seatrial.identification.term_choice import (
     TermChoice,
@@ -66,6 +67,8 @@ def identify_guided(
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
+    if vehicle.automatic:
+        vehicle = with_unnamed_forces(vehicle, recordings)
     usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
     with stage("effects", 0.4):
         at = first_maximum(recordings, usual, effects)

@@ -21,6 +21,7 @@ from seatrial.identification.selection.thruster_layout import (
     select_layout,
     with_thrusters_of,
 )
+from seatrial.identification.selection.unnamed_forces import with_unnamed_forces
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
@@ -54,6 +55,7 @@ def choose_terms(
         return TermChoice(known.with_terms(prior.structure.terms))
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
+    vehicle = with_unnamed_forces(vehicle, recordings)
     at: Point | None = None
     findings: tuple[Finding, ...] = ()
     if effects or input_is_open(vehicle, recordings):

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: MIT
+"""Forces that the commands drive and the vehicle file does not name, for `structure: auto`.
+
+Actuators that serve the same forces have as many independent forces as there are actuators. Those that the file
+does not name, such as the difference of two thrusters across, are added: coupled thrust may need them.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import msgspec
+import numpy as np
+
+from seatrial import _core
+from seatrial.boat.schema import ForceEntry
+from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.selection.actuator_stages import actuator_groups
+from seatrial.recording.recording import Recording
+from seatrial.util.frames import Array
+
+LEAST_DRIVEN = 0.1  # RMS of such a force over that of its actuators: less is not driven
+NO_WEIGHT = 1e-9  # relative singular value of forces that name the same
+
+
+def with_unnamed_forces(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
+    """The vehicle with the forces that its recordings drive beyond those of its file.
+
+    Unchanged where the file states thrusters, or forces that are none of thrusters alone.
+    """
+    file = vehicle.file
+    turned = any(force.deflection for force in file.forces.values()) or any(
+        g.steered for g in file.chain
+    )
+    if file.thrusters or turned or not file.forces:
+        return vehicle
+    rows = np.concatenate([r.commands.values for r in recordings])
+    outputs = _core.allocate(vehicle.chain, np.ascontiguousarray(rows))[0]
+    forces = dict(file.forces)
+    for first, weights in _unnamed(vehicle):
+        driven = _rms(outputs @ weights) > LEAST_DRIVEN * _rms(outputs @ np.abs(weights))
+        if driven and len(forces) < _core.MAX_FORCES:
+            name = f"{first}_d"
+            while name in forces:
+                name += "d"
+            of = {
+                n: round(w, 6)
+                for n, w in zip(vehicle.actuators, weights.tolist(), strict=True)
+                if w
+            }
+            forces[name] = ForceEntry(axis=file.forces[first].axis, of=of)
+    return replace(vehicle, file=msgspec.structs.replace(file, forces=forces))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _unnamed(vehicle: Vehicle) -> Iterator[tuple[str, Array]]:
+    """The first named force of a group of actuators, and weights (actuators,) of each force that has no name."""
+    for members in actuator_groups(vehicle).values():
+        own = [vehicle.actuators.index(name) for name in members]
+        serves = np.flatnonzero(vehicle.mix[:, own].any(axis=1))
+        _, sizes, directions = np.linalg.svd(vehicle.mix[serves][:, own])
+        for direction in directions[int(np.sum(sizes > NO_WEIGHT * sizes[0])) :]:
+            weights = np.zeros(len(vehicle.actuators))
+            weights[own] = direction / np.abs(direction).sum()
+            yield vehicle.forces[serves[0]].name, weights * np.sign(direction[0] or 1.0)
