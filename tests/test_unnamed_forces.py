@@ -52,3 +52,14 @@ def test_a_name_that_is_taken_is_left_alone(ship):
 def test_thrusters_and_forces_as_commands_have_no_more(mp, paper_mp):
     recording = paper_mp["S1"].recording
     assert with_unnamed_forces(mp, [recording]) is mp
+
+
+@pytest.mark.system
+def test_a_model_with_such_a_force_is_a_prior_of_the_file_that_names_none(ship):
+    vehicle, recording = ship
+    part = [recording.cut(0.0, 120.0)]
+    before = seatrial.identify([recording], vehicle)
+    assert "F_v_d" in before.vehicle.file.forces
+    assert "Y_Fvd" in before.values or any("F_v_d" in t.factors for t in before.structure.terms)
+    again = seatrial.identify(part, vehicle, prior=before)
+    assert list(again.values) == list(before.values)

@@ -21,7 +21,7 @@ from seatrial.identification.selection.thruster_layout import (
     select_layout,
     with_thrusters_of,
 )
-from seatrial.identification.selection.unnamed_forces import with_unnamed_forces
+from seatrial.identification.selection.unnamed_forces import with_forces_of, with_unnamed_forces
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
@@ -51,7 +51,7 @@ def choose_terms(
     terms that are chosen without them stand in for them.
     """
     if prior is not None:
-        known = with_thrusters_of(prior.vehicle, vehicle)
+        known = with_forces_of(prior.vehicle, with_thrusters_of(prior.vehicle, vehicle))
         return TermChoice(known.with_terms(prior.structure.terms))
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words

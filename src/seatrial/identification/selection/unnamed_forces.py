@@ -51,6 +51,14 @@ def with_unnamed_forces(vehicle: Vehicle, recordings: Sequence[Recording]) -> Ve
     return replace(vehicle, file=msgspec.structs.replace(file, forces=forces))
 
 
+def with_forces_of(known: Vehicle, vehicle: Vehicle) -> Vehicle:
+    """The vehicle with the forces that a known one of the same actuators has beyond those of its own file."""
+    own, others = vehicle.file.forces, known.file.forces
+    if not own or tuple(vehicle.actuators) != tuple(known.actuators) or set(others) <= set(own):
+        return vehicle
+    return replace(vehicle, file=msgspec.structs.replace(vehicle.file, forces={**others, **own}))
+
+
 def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -63,5 +71,6 @@ def _unnamed(vehicle: Vehicle) -> Iterator[tuple[str, Array]]:
         _, sizes, directions = np.linalg.svd(vehicle.mix[serves][:, own])
         for direction in directions[int(np.sum(sizes > NO_WEIGHT * sizes[0])) :]:
             weights = np.zeros(len(vehicle.actuators))
-            weights[own] = direction / np.abs(direction).sum()
-            yield vehicle.forces[serves[0]].name, weights * np.sign(direction[0] or 1.0)
+            weights[own] = np.where(np.abs(direction) > NO_WEIGHT, direction, 0.0)
+            weights /= np.abs(weights).sum() * np.sign(weights[weights != 0.0][0])
+            yield vehicle.forces[serves[0]].name, weights
