@@ -193,7 +193,9 @@ def test_the_launch_file_runs_hector_on_the_simulator_s_scans(ros, tmp_path, mp)
         f"_scene:={scene}",
         "_real_time_factor:=0.5",
     )
-    ros.until(lambda: ros.connected("/scan"), "simulator")
+    # else Hector may wait for a transform at every scan, to the end
+    for topic in ("/scan", hector_tools.POSE, "/tf"):
+        ros.until(lambda: ros.connected(topic), topic)  # noqa: B023
     ros.finish(
         ros.joypad(3.0, 0.0, 0.0, 0.0, 0.0)
     )  # the first start estimates have no odometry yet
