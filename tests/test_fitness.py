@@ -190,7 +190,7 @@ def test_thrust_that_is_backwards_is_not_fit_for_control(good):
     [
         (Criterion.GROWTH, 0.0034, "surge: error grows to 0.0034 of constant velocity's 5 s ahead (fit: up to 0.25)"),
         (Criterion.GROWTH, 0.357, "surge: error grows to 0.36 of constant velocity's 5 s ahead (fit: up to 0.25)"),
-        (Criterion.GROWTH, 0.0, "surge: error 5 s ahead is a perfect model's, all of it pose noise"),
+        (Criterion.GROWTH, 0.0, "surge: the error 5 s ahead is pose noise alone; a perfect model has the same"),
         (Criterion.GAIN, 0.0034, "surge is known to ± 0.34 % (fit: up to 25 %)"),
         (Criterion.GAIN, 0.357, "surge is known to ± 36 % (fit: up to 25 %)"),
     ],

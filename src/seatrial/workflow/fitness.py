@@ -78,7 +78,9 @@ class Criterion(Enum):
     NO_EXPECTED = "the model has no process noise, so its filter states no error"
 
 
-AT_FLOOR = "{subject}: error {horizon:g} s ahead is a perfect model's, all of it pose noise"
+AT_FLOOR = (
+    "{subject}: the error {horizon:g} s ahead is pose noise alone; a perfect model has the same"
+)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
 LEAST_DRIVEN = 0.1  # RMS of such a force over that of its actuators: less is not driven
-NO_WEIGHT = 1e-9  # relative singular value of forces that name the same
+NO_WEIGHT = 1e-9  # less is rounding: a singular value over the largest, a weight
 
 
 def with_unnamed_forces(vehicle: Vehicle, recordings: Sequence[Recording]) -> Vehicle:
