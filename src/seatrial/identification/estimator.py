@@ -28,6 +28,11 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.pose_rate import (
+    near_with_all_poses,
+    with_all_poses,
+    with_fewer_poses,
+)
 from seatrial.identification.problem_setup import problem_with, with_prior, with_sought_stages
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.actuator_stages import (
@@ -80,7 +85,8 @@ def fit(
     # the maximum of the likelihood: the noise structure, or under model mismatch the fit horizon
     values = begin if start is None else StartValues.of_model(start)
     with stage("likelihood", 0.25):
-        at = likely = maximised(problem, recordings, values, hold=chosen.hold_noise)
+        few = with_fewer_poses(problem)
+        at = likely = maximised(few, recordings, values, hold=chosen.hold_noise)
     horizon = 0.0
     with stage("noise structure", 0.3):
         if not chosen.hold_noise:
@@ -91,6 +97,11 @@ def fit(
         if further and prior is None:  # a prior has stages of its own
             at, selected = select_stages(at, vehicle, chosen, horizon)
             findings += selected
+    # the same solutions with all poses
+    with stage("all poses", 0.1):
+        at = with_all_poses(at, problem, horizon, hold=chosen.hold_noise)
+        if disturbed is not None:
+            disturbed = near_with_all_poses(disturbed, problem)
     # standard errors, and diagnostics at the solution
     with stage("standard errors", 0.1):
         covariance = estimation_covariance(at)

@@ -19,6 +19,7 @@ from seatrial.identification.likelihood.optimiser import (
 )
 from seatrial.identification.likelihood.parameters import LEVER_NAMES
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.pose_rate import with_fewer_poses
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
 from seatrial.identification.selection.actuator_stages import with_estimated_stages
 from seatrial.identification.solution import OutputErrorSettings, StartValues
@@ -37,11 +38,14 @@ def first_maximum(
     *,
     start: StartValues | None = None,
 ) -> Point:
-    """The maximum of the likelihood that the search from start values finds; no fit horizon, no further stages."""
+    """The maximum of the likelihood that the search from start values finds, with poses at `SEARCH_RATE`.
+
+    No fit horizon, no further stages.
+    """
     whole, _ = with_estimated_stages(vehicle, recordings)
     settings = OutputErrorSettings(effects=tuple(effects))
-    problem = problem_with(whole, vehicle, recordings, settings)
-    return maximised(with_enough_blocks(problem), recordings, start, hold=False)
+    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, settings))
+    return maximised(with_fewer_poses(problem), recordings, start, hold=False)
 
 
 def maximised(

@@ -28,7 +28,7 @@ from seatrial.identification.solution import OUTPUT_ERROR, OutputErrorSettings, 
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
-from seatrial.recording.velocity import motion
+from seatrial.recording.velocity import usual_velocities
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
@@ -171,7 +171,7 @@ def with_start(problem: Problem, theta: Array) -> Problem:
 def integration_step(problem: Problem, theta: Array) -> float:
     """Step [s] of the integration: the chosen one, or less where the boat's fastest eigenvalue requires it."""
     vehicle, n = problem.vehicle, problem.n_coefficients
-    nu = np.concatenate([m.nu[m.valid] for m in map(motion, problem.recordings)])
+    nu = usual_velocities(problem.recordings)
     if not len(nu):
         names = ", ".join(r.name for r in problem.recordings)
         raise IdentificationError(

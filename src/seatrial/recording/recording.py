@@ -238,6 +238,27 @@ class Recording:
             offset=self.offset + float(shift),
         )
 
+    def thinned(self, rate: float) -> "Recording":
+        """The recording with about `rate` [Hz] of its usable poses, or itself where it has hardly more.
+
+        Commands stay. Poses that are measured in parts stay, too.
+        """
+        used = np.flatnonzero(self.valid)
+        every = int(1.01 / (rate * max(float(np.median(np.diff(self.t[used]))), 1e-9)))
+        if every < 2 or self.parts is not None or self.asynchronous is not None:
+            return self
+        kept = np.union1d(0, used[::every])  # the first pose is the zero of time
+        if int(self.valid[kept].sum()) < 2:
+            return self
+        return replace(
+            self,
+            stamps=self.stamps[kept],
+            eta=self.eta[kept],
+            raw=self.raw[kept],
+            valid=self.valid[kept],
+            segment=self.segment[kept],
+        )
+
     def to_dataframe(self, *, velocities: bool = False) -> "DataFrame":
         """Poses as a DataFrame of pandas: a row a pose, index `t` [s], forward-left-up, in SI.
 

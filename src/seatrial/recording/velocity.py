@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Velocity from poses: differentiation schemes, one function each."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,9 @@ from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
 NOISIER_WINDOW = 3.0  # times the usual noise; a window of closer poses is not differentiated
+MOTION_RATE = (
+    10.0  # [Hz] of poses that show how a boat moves; the noise of more of them looks like speed
+)
 SLOW = 0.55  # [s] between poses, above which the stencil misses motion within its four steps
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
 EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at even stamps
@@ -42,6 +46,15 @@ def motion(recording: Recording) -> Motion:
     nu = body_velocity(whole.eta[:, 2], eta_dot)
     nu[~valid] = np.nan
     return Motion(whole.t, whole.eta, nu, valid)
+
+
+def usual_velocities(recordings: Sequence[Recording]) -> Array:
+    """Body velocities (m, 3) of some recordings, of poses at `MOTION_RATE` at most."""
+    found = []
+    for whole in recordings:
+        moving = motion(whole.thinned(MOTION_RATE))
+        found.append(moving if moving.valid.any() else motion(whole))
+    return np.concatenate([m.nu[m.valid] for m in found])
 
 
 def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[Array, Mask]:
