@@ -29,6 +29,7 @@ from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import table
+from seatrial.util.parallel import spread
 from seatrial.util.progress import over, stage
 
 PAPER = "equation-error"
@@ -80,20 +81,26 @@ def _ship(out: Path, say: Say) -> None:
     with stage("reading", 0.03):
         runs = {file: [read(bag, v) for bag in bags] for file, v in vehicles.items()}
     _inspect_and_init(bags, runs["vehicle.yaml"], vehicles["vehicle.yaml"], out, say)
-    found: dict[str, Scores] = {}
-    for file, method, label in SHIPS:
-        with stage(label, 0.1 if method == PAPER else 0.4):
-            vehicle, (*trained, tested) = vehicles[file], runs[file]
-            with stage("identifying", 0.7):
-                model = identify(trained, vehicle, method=method)
-            name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
-            unseen = _assessed(model, [tested])
-            found[label] = _scores(model, unseen)
-            _store(out / name, model, found[label], [*unseen, *_assessed(model, trained)])
-    say(_scores_table(found))
-    (row,) = found[label].recordings
+
+    def identified(ship: tuple[str, str, str]) -> tuple[Model, Scores, Path]:
+        file, method, _ = ship
+        vehicle, (*trained, tested) = vehicles[file], runs[file]
+        with stage("identifying", 0.7):
+            model = identify(trained, vehicle, method=method)
+        name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
+        unseen = _assessed(model, [tested])
+        scores = _scores(model, unseen)
+        _store(out / name, model, scores, [*unseen, *_assessed(model, trained)])
+        return model, scores, out / name
+
+    found = spread(identified, SHIPS, "identification")
+    say(
+        _scores_table({ship[-1]: scores for ship, (_, scores, _) in zip(SHIPS, found, strict=True)})
+    )
+    model, scores, folder = found[-1]
+    (row,) = scores.recordings
     say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
-    _show_model(model, out / name, say)
+    _show_model(model, folder, say)
 
 
 def _inspect_and_init(
