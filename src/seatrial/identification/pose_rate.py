@@ -11,6 +11,7 @@ from dataclasses import replace
 
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point, by_linearisation
+from seatrial.identification.likelihood.noise_structures import refined
 from seatrial.identification.likelihood.optimiser import full_pass, maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import with_start
@@ -23,7 +24,9 @@ SEARCH_RATE = MOTION_RATE  # [Hz] of the poses
 def with_fewer_poses(problem: Problem) -> Problem:
     """The problem with poses at about `SEARCH_RATE`, or itself where no recording has more."""
     fewer = tuple(r.thinned(SEARCH_RATE) for r in problem.recordings)
-    return problem if _same(fewer, problem.recordings) else replace(problem, recordings=fewer)
+    if _same(fewer, problem.recordings):
+        return problem
+    return replace(problem, recordings=fewer, whole_period=problem.period)
 
 
 def with_all_poses(at: Point, whole: Problem, horizon: float, *, hold: bool) -> Point:
@@ -35,7 +38,8 @@ def with_all_poses(at: Point, whole: Problem, horizon: float, *, hold: bool) -> 
         return at
     problem = _problem_with(at, whole.recordings)
     least = noise_floor(problem, horizon)
-    return maximise_likelihood(problem, at.theta, at.noise, hold=hold, least=least)
+    found = maximise_likelihood(problem, at.theta, at.noise, hold=hold, least=least)
+    return found if hold or horizon else refined(found)
 
 
 def near_with_all_poses(at: Point, whole: Problem) -> Point:
@@ -48,8 +52,9 @@ def near_with_all_poses(at: Point, whole: Problem) -> Point:
 
 
 def _problem_with(at: Point, recordings: tuple[Recording, ...]) -> Problem:
-    """The problem of a solution, with other poses of its recordings."""
-    return with_start(replace(at.runs.problem, recordings=recordings), at.theta)
+    """The problem of a solution, with all poses of its recordings."""
+    problem = replace(at.runs.problem, recordings=recordings, whole_period=0.0)
+    return with_start(problem, at.theta)
 
 
 def _same(some: Sequence[Recording], others: Sequence[Recording]) -> bool:

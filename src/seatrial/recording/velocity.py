@@ -52,8 +52,8 @@ def usual_velocities(recordings: Sequence[Recording]) -> Array:
     """Body velocities (m, 3) of some recordings, of poses at `MOTION_RATE` at most."""
     found = []
     for whole in recordings:
-        moving = motion(whole.thinned(MOTION_RATE))
-        found.append(moving if moving.valid.any() else motion(whole))
+        fewer, every = motion(whole.thinned(MOTION_RATE)), motion(whole)
+        found.append(fewer if fewer.valid.any() and every.valid.any() else every)
     return np.concatenate([m.nu[m.valid] for m in found])
 
 

@@ -3,8 +3,7 @@
 
 The likelihood weighs every pose by its own noise. Under model mismatch, coefficients then fit what happens
 within a few poses, where noise is smallest, and predict worse one second ahead. So longer fit horizons are tried
-as well: pose noise of at least horizon times the RMS speed, with which the innovations span about that time, be
-the poses many or few.
+as well: pose noise of at least horizon times the RMS speed, with which the innovations span about that time.
 Cross-validation by blocks of the error one second ahead decides. Where the innovations are white, model and noise
 explain the poses, and the maximum of the likelihood stays.
 """
@@ -42,8 +41,6 @@ FIT_HORIZONS = (
     0.4,
     0.8,
 )  # [s] under model mismatch: pose noise of so many seconds at the RMS speed
-# [s] of the poses that the horizon's noise is of: that of fewer is less, so that a second of poses counts as much
-FLOOR_PERIOD = 0.05
 FOLDS = 4  # of the cross-validation
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
 
@@ -154,13 +151,13 @@ def _by_block(ahead: Prediction, block: float) -> list[Array]:
 
 
 def noise_floor(problem: Problem, horizon: float) -> Array:
-    """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed, of a pose every
-    `FLOOR_PERIOD`."""
+    """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed, of all poses."""
     least = problem.least_noise.copy()
     if horizon > 0.0:
         rms = np.sqrt(np.mean(usual_velocities(problem.recordings) ** 2, axis=0))
         distance = horizon * np.array([np.hypot(rms[0], rms[1]), rms[2]])
-        distance *= np.sqrt(FLOOR_PERIOD / problem.period)
+        # a second of fewer poses counts as much
+        distance *= np.sqrt((problem.whole_period or problem.period) / problem.period)
         least[:2] = np.maximum(least[:2], distance)
     return least
 

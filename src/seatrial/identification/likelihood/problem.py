@@ -63,6 +63,7 @@ class Problem:
     earth_fixed: bool = (
         False  # whether the disturbance force keeps its direction in the world, as wind does
     )
+    whole_period: float = 0.0  # [s] of all poses, where these are some of them; 0: these are all
     start_velocities: tuple[
         Array, ...
     ] = ()  # (3,) at the first pose of simulated recordings; empty: not known

@@ -154,6 +154,7 @@ def wider_problem(
         step=problem.step,
         input_errors=problem.input_errors,
         earth_fixed=problem.earth_fixed,
+        whole_period=problem.whole_period,
     )
 
 
