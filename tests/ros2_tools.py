@@ -71,6 +71,8 @@ def build() -> Path:
         fcntl.flock(lock, fcntl.LOCK_EX)
         clone_into(WORKSPACE / "src" / "seatrial")
         options = ["-DSEATRIAL_TESTING=ON", "-DBUILD_TESTING=ON"]
+        # the headers of rclcpp twice, not eight times
+        options += ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=4"]
         if not (PREFIX / "install" / "share" / "rclcpp_components").exists():
             options.append(f"-Drclcpp_components_DIR={ROOT / 'tests' / 'rclcpp_components'}")
         if shutil.which("ccache"):

@@ -24,15 +24,15 @@ FEW = {
     "inspect": 20,
 }
 ALL = {  # with the few, which come first
-    "bag": 2500,
-    "mcap": 2500,
-    "db3": 1500,
+    "bag": 1800,
+    "mcap": 1800,
+    "db3": 1200,
     "log": 10_000,
-    "csv": 2000,
-    "parquet": 1500,
-    "mat": 1500,
-    "hdf": 1500,
-    "yaml": 1500,
+    "csv": 1500,
+    "parquet": 1000,
+    "mat": 1000,
+    "hdf": 1000,
+    "yaml": 1000,
     "inspect": 400,
 }
 MEMORY = Path("/dev/shm")  # a folder without a disk

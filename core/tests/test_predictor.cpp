@@ -92,11 +92,12 @@ bool arrival_does_not_matter(const OnboardModel& m, std::uint64_t seed, double s
 }  // namespace
 
 TEST_CASE("late and out of order is, to the last bit, what in order is; gate decisions too") {
-  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+  // either frame, with and without a time-out of the commands, 5 to 15 s
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     OnboardModel m = onboard::model();
     m.boat.frame = seed % 2 == 0 ? DisturbanceFrame::kEarth : DisturbanceFrame::kBody;
     if (seed % 3 == 0) m.command_timeout = 0.05;
-    CHECK(arrival_does_not_matter(m, seed, 3.0 + static_cast<double>(seed), 0.5));
+    CHECK(arrival_does_not_matter(m, seed, 3.0 + 2.0 * static_cast<double>(seed), 0.5));
   }
 }
 

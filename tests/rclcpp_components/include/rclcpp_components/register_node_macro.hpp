@@ -23,8 +23,11 @@ struct Registration {
 
 }  // namespace rclcpp_components
 
-#define RCLCPP_COMPONENTS_REGISTER_NODE(Class)                                        \
-  static const rclcpp_components::Registration registration{                          \
+// the counter: one name each, should several nodes be compiled as one file
+#define REGISTRATION_NAMED(Class, number)                                               \
+  static const rclcpp_components::Registration registration_##number{                   \
       #Class, [](const rclcpp::NodeOptions& options) -> std::shared_ptr<rclcpp::Node> { \
-        return std::make_shared<Class>(options);                                      \
+        return std::make_shared<Class>(options);                                        \
       }};
+#define REGISTRATION_NUMBERED(Class, number) REGISTRATION_NAMED(Class, number)
+#define RCLCPP_COMPONENTS_REGISTER_NODE(Class) REGISTRATION_NUMBERED(Class, __COUNTER__)
