@@ -51,6 +51,7 @@ IDENTIFICATION = "seatrial.identification"
 LIKELIHOOD = f"{IDENTIFICATION}.likelihood"
 ESTIMATOR = f"{IDENTIFICATION}.estimator"
 SELECTION = f"{IDENTIFICATION}.selection.actuator_selection"
+ERRORS = f"{IDENTIFICATION}.uncertainty.estimation_errors"
 
 
 def _same(at: Point, *_: object) -> Point:
@@ -98,10 +99,11 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "noise halfway after a failure": {
         f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
     },
+    "fewer poses in searches": {f"{IDENTIFICATION}.pose_rate.SEARCH_RATE": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},
-    "dead-zone profile": {f"{ESTIMATOR}.with_dead_zone_profile": _unchanged},
-    "lags by their squares": {f"{ESTIMATOR}.with_lag_by_square": _unchanged},
+    "dead-zone profile": {f"{ERRORS}.with_dead_zone_profile": _unchanged},
+    "lags by their squares": {f"{ERRORS}.with_lag_by_square": _unchanged},
     "profile at a bound": {
         f"{IDENTIFICATION}.uncertainty.covariance.one_sided_profile": _no_addition
     },

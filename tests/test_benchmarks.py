@@ -3,12 +3,14 @@
 
 import json
 import re
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks import ablation
 from benchmarks.harness import command, store
 from benchmarks.harness.markdown import table
 from benchmarks.harness.workers import gathered, spread
@@ -111,3 +113,10 @@ def test_an_unknown_table_is_an_error_that_lists_those_there_are(capsys):
     with pytest.raises(SystemExit):
         command.tables(command.parser("x", ""), ["c"], ["a", "b"])
     assert "no table c; there are a, b" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("branch", ablation.BRANCHES)
+def test_what_the_ablation_turns_off_is_there(branch):
+    for target in ablation.BRANCHES[branch]:
+        module, _, name = target.rpartition(".")
+        assert hasattr(import_module(module), name), target

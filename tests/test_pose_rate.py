@@ -49,6 +49,19 @@ def test_only_usable_poses_count(dense):
     assert held.thinned(5.0).valid.sum() == pytest.approx(held.valid.sum() / 2, abs=1)
 
 
+def test_poses_in_bursts_are_not_taken_for_fast_ones(dense):
+    """Two poses a millisecond apart, ten times a second, are no thousand a second."""
+    whole = dense[0]
+    pairs = np.repeat(np.arange(0, len(whole.stamps) // 8), 2)
+    stamps = whole.origin + pairs * 100_000_000 + np.tile([0, 1_000_000], len(pairs) // 2)
+    size = len(stamps)
+    bursts = replace(
+        whole, stamps=stamps, eta=whole.eta[:size], raw=whole.raw[:size],
+        valid=np.ones(size, dtype=bool), segment=np.zeros(size, dtype=np.int64),
+    )  # fmt: skip
+    assert bursts.thinned(10.0).valid.sum() >= size / 4
+
+
 def test_the_solution_is_that_of_all_poses(dense, mp, monkeypatch):
     passes = []
     monkeypatch.setattr(

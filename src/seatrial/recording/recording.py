@@ -244,7 +244,9 @@ class Recording:
         Commands stay. Poses that are measured in parts stay, too.
         """
         used = np.flatnonzero(self.valid)
-        every = int(1.01 / (rate * max(float(np.median(np.diff(self.t[used]))), 1e-9)))
+        steps = np.diff(self.t[used])
+        period = max(float(np.median(steps)), 0.5 * float(steps.mean()))  # of bursts, the mean
+        every = int(1.01 / (rate * period))
         if every < 2 or self.parts is not None or self.asynchronous is not None:
             return self
         kept = np.union1d(0, used[::every])  # the first pose is the zero of time
