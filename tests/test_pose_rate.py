@@ -10,6 +10,7 @@ import pytest
 import seatrial
 from seatrial.identification import pose_rate
 from seatrial.identification.estimator import OutputErrorSettings, fit
+from seatrial.identification.guided import identify_guided
 from seatrial.identification.likelihood import optimiser
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.simulation.plan import load_plan
@@ -87,3 +88,8 @@ def test_a_second_of_poses_counts_as_much_at_any_rate_under_a_fit_horizon(dense,
     few = pose_rate.with_fewer_poses(whole)
     floors = [noise_floor(p, 0.8)[:2] * np.sqrt(p.period) for p in (whole, few)]
     np.testing.assert_allclose(*floors, rtol=0.05)
+
+
+def test_the_guided_path_ends_with_all_poses(dense, mp):
+    found = identify_guided(dense, mp)
+    assert all(a is b for a, b in zip(found.solution.problem.recordings, dense, strict=True))

@@ -90,10 +90,13 @@ def stated_wrong(vehicle, wrong):
     )
 
 
-@pytest.mark.parametrize("wrong", ["one is missing", at_length("one points aside")])
-def test_thrusters_that_the_recordings_contradict_are_told(wrong):
+@pytest.mark.parametrize(
+    ("wrong", "rate"),
+    [("one is missing", 12.0), ("one is missing", 30.0), at_length("one points aside", 12.0)],
+)
+def test_thrusters_that_the_recordings_contradict_are_told(wrong, rate):
     chain = {"lag": 0.1, "dead_zone": EDGES}
-    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, seconds=60.0)
+    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, rate=rate, seconds=60.0)
     solution = fit(recordings, stated_wrong(vehicle, wrong))
     (found,) = contradicted_layout(solution)
     assert found.values["layout"] == "four in an X, all ahead"

@@ -9,7 +9,8 @@ import pytest
 from conftest import CSE1
 
 import seatrial
-from seatrial.identification.selection.unnamed_forces import with_unnamed_forces
+from seatrial.boat.findings import FindingKind, finding_text, of_kinds
+from seatrial.identification.selection.unnamed_forces import added_forces, with_unnamed_forces
 from seatrial.recording.recording import Signal
 
 
@@ -33,6 +34,11 @@ def test_two_propellers_across_have_a_difference_beside_their_sum(ship):
     assert (entry.axis, entry.of) == ("sway", {"port_sway": 0.5, "starboard_sway": -0.5})
     assert np.linalg.matrix_rank(found.mix) == 5
     assert with_unnamed_forces(found, [recording]).forces == found.forces  # it has them all
+    (told,) = added_forces(vehicle, found)
+    assert finding_text(told).startswith(
+        "force F_v_d: the commands drive port_sway and starboard_sway apart"
+    )
+    assert told.part("axis") == "sway"
 
 
 def test_what_is_not_driven_is_not_added(ship):
@@ -60,6 +66,7 @@ def test_a_model_with_such_a_force_is_a_prior_of_the_file_that_names_none(ship):
     part = [recording.cut(0.0, 120.0)]
     before = seatrial.identify([recording], vehicle)
     assert "F_v_d" in before.vehicle.file.forces
+    assert len(of_kinds(before.estimator.findings, FindingKind.FORCE_ADDED)) == 1
     assert "Y_Fvd" in before.values or any("F_v_d" in t.factors for t in before.structure.terms)
     again = seatrial.identify(part, vehicle, prior=before)
     assert list(again.values) == list(before.values)

@@ -29,6 +29,8 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.THRUSTER_LAYOUT_CONTRADICTED: "The allocation computes other commands than the boat's software does, so that "
         "the dead zone acts elsewhere.",
         K.COMMANDS_SAMPLED: "No action is necessary; with the line in the vehicle file every command takes them so.",
+        K.FORCE_ADDED: "Actuators that serve one force were commanded one against the other, too, which coupled thrust may "
+        "need. No action is necessary.",
         K.THRUSTER_LAYOUT_SELECTED: "A dead zone is the thrusters'. The recordings tell how it acts under combined commands.",
     K.DEAD_ZONE_NOT_SOUGHT: "The vehicle file has generalised forces as inputs, so that no thruster has a curve.",
         K.DEAD_ZONE_ONE_EDGE: "Commands to one side are too few for an edge of their own.",

@@ -33,6 +33,7 @@ class FindingKind(Enum):
     # the actuator chain
     DEAD_ZONE_NOT_SOUGHT = ("dead-zone-not-sought", actuator_chain.DEAD_ZONE_NOT_SOUGHT)
     COMMANDS_SAMPLED = ("commands-sampled", actuator_chain.COMMANDS_SAMPLED)
+    FORCE_ADDED = ("force-added", actuator_chain.FORCE_ADDED)
     THRUSTER_LAYOUT_SELECTED = ("thruster-layout-selected", actuator_chain.THRUSTER_LAYOUT_SELECTED)
     THRUSTER_LAYOUT_CONTRADICTED = (
         "thruster-layout-contradicted",
@@ -126,6 +127,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.DISTURBANCE_INFLUENCE,
     # what the commands do not identify
     FindingKind.DEAD_ZONE_NOT_SOUGHT,
+    FindingKind.FORCE_ADDED,
     FindingKind.THRUSTER_LAYOUT_SELECTED,
     FindingKind.PRIOR_DOMINATES,
 )

@@ -21,7 +21,7 @@ from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms import Selection
 from seatrial.identification.selection.terms.candidates import with_usual_terms
-from seatrial.identification.selection.unnamed_forces import with_unnamed_forces
+from seatrial.identification.selection.unnamed_forces import added_forces, with_unnamed_forces
 from seatrial.identification.solution import Fit, OutputErrorSettings
 from seatrial.identification.term_choice import (
     TermChoice,
@@ -67,20 +67,22 @@ def identify_guided(
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
+    own = vehicle
     if vehicle.automatic:
         vehicle = with_unnamed_forces(vehicle, recordings)
+    chosen = added_forces(own, vehicle)
     usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
     with stage("effects", 0.4):
         at = first_maximum(recordings, usual, effects)
         # what the commands do, where the file leaves it open: a dead zone else looks like an effect
-        chosen: tuple[Finding, ...] = ()
         if vehicle.automatic:
-            at, vehicle, chosen = choose_input(at, vehicle, effects)
+            at, vehicle, told = choose_input(at, vehicle, effects)
+            chosen += told
             usual = with_usual_terms(vehicle)
         at, kinds, followed = _with_effects(at, tuple(effects), confirm)
         at, kinds, followed = _without_needless(at, usual, kinds, followed)
     # the terms, and all of it together
-    found = _whole(at, vehicle, kinds, followed, chosen)
+    found = _whole(at, recordings, vehicle, kinds, followed=followed, chosen=chosen)
     # an effect that only the whole model shows: a stated lever arm that is slightly wrong
     for _ in range(MOST_EFFECTS - len(kinds)):
         named = _unmodelled(found)
@@ -90,14 +92,16 @@ def identify_guided(
         kinds, followed = (*found.effects, kind), (*found.followed, finding)
         with stage(f"with {kind}"):
             at = first_maximum(recordings, usual, kinds)
-            found = _whole(at, vehicle, kinds, followed, chosen)
+            found = _whole(at, recordings, vehicle, kinds, followed=followed, chosen=chosen)
     return found
 
 
 def _whole(
     at: Point,
+    recordings: Sequence[Recording],
     vehicle: Vehicle,
     kinds: tuple[str, ...],
+    *,
     followed: tuple[Finding, ...],
     chosen: tuple[Finding, ...],
 ) -> Guided:
@@ -105,7 +109,6 @@ def _whole(
 
     chosen: findings on what was chosen before.
     """
-    recordings = at.runs.problem.recordings
     if vehicle.automatic:
         with stage("choosing terms", 0.4):
             choice = choose_terms_from(at if kinds else None, recordings, vehicle)

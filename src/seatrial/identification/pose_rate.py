@@ -51,6 +51,14 @@ def near_with_all_poses(at: Point, whole: Problem) -> Point:
     return full_pass(problem, best.theta, best.noise)
 
 
+def near_with_fewer_poses(at: Point) -> Point:
+    """A solution with the poses of a search, by the linearisation of one pass."""
+    problem = with_fewer_poses(at.runs.problem)
+    if problem is at.runs.problem:
+        return at
+    return by_linearisation(full_pass(problem, at.theta, at.noise))
+
+
 def _problem_with(at: Point, recordings: tuple[Recording, ...]) -> Problem:
     """The problem of a solution, with all poses of its recordings."""
     problem = replace(at.runs.problem, recordings=recordings, whole_period=0.0)

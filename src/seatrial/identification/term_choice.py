@@ -21,7 +21,11 @@ from seatrial.identification.selection.thruster_layout import (
     select_layout,
     with_thrusters_of,
 )
-from seatrial.identification.selection.unnamed_forces import with_forces_of, with_unnamed_forces
+from seatrial.identification.selection.unnamed_forces import (
+    added_forces,
+    with_forces_of,
+    with_unnamed_forces,
+)
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
@@ -55,13 +59,14 @@ def choose_terms(
         return TermChoice(known.with_terms(prior.structure.terms))
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
-    vehicle = with_unnamed_forces(vehicle, recordings)
+    named, vehicle = vehicle, with_unnamed_forces(vehicle, recordings)
     at: Point | None = None
-    findings: tuple[Finding, ...] = ()
+    findings = added_forces(named, vehicle)
     if effects or input_is_open(vehicle, recordings):
         with stage("effects", 0.4), explained(recordings, vehicle):
             at = first_maximum(recordings, with_usual_terms(vehicle), effects)
-            at, vehicle, findings = choose_input(at, vehicle, effects)
+            at, vehicle, chosen = choose_input(at, vehicle, effects)
+            findings += chosen
     choice = choose_terms_from(at if effects else None, recordings, vehicle)
     return replace(choice, findings=findings)
 
@@ -94,7 +99,7 @@ def choose_terms_from(
     at: Point | None, recordings: Sequence[Recording], vehicle: Vehicle
 ) -> TermChoice:
     """The same after a solution with the effects, if any, and the terms that every boat has."""
-    clean = recordings if at is None else without_effects(at)
+    clean = recordings if at is None else without_effects(at, recordings)
     with explained(recordings, vehicle):
         found = choose_structure(clean, vehicle)
     first = None if at is None else start_values_of(at)
@@ -105,13 +110,15 @@ def choose_terms_from(
     return TermChoice(found.vehicle, found, StartValues({**known, **own.values}, own.noise))
 
 
-def without_effects(at: Point) -> list[Recording]:
+def without_effects(at: Point, recordings: Sequence[Recording]) -> list[Recording]:
     """Recordings for the choice of terms: poses of the origin, without lever arm, delays and current.
+
+    at: a solution of them, or of part of their poses.
 
     Trim and wind stay: they are forces, which the process noise of the filter includes.
     """
-    problem = at.runs.problem
-    return [problem.origin_poses(i, at.theta) for i in range(len(problem.recordings))]
+    problem = replace(at.runs.problem, recordings=tuple(recordings))
+    return [problem.origin_poses(i, at.theta) for i in range(len(recordings))]
 
 
 def start_values_of(at: Point) -> StartValues:

@@ -15,6 +15,12 @@ COMMANDS_SAMPLED = Spec(
     "For other models of these logs write 'sampled: true' below commands: in the vehicle file",
     numbers={"gain": "-"},
 )
+FORCE_ADDED = Spec(
+    "force {force}: the commands drive {actuators} apart, and no force of the vehicle file says so. The model has "
+    "this force of {axis}, for its terms to choose from",
+    "Keep it by writing forces: of the model file into the vehicle file",
+    {"force": ONE_NAME, "axis": ONE_NAME, "actuators": NAMES},
+)
 THRUSTER_LAYOUT_SELECTED = Spec(
     "thrusters: the vehicle file has none. Of the usual layouts '{layout}' explains the recordings best "
     "(-2 log L falls by {gain:.0f}), so the model has these thrusters. Only their directions matter, not "

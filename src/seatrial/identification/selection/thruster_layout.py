@@ -24,6 +24,7 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, search
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
+from seatrial.identification.pose_rate import near_with_fewer_poses
 from seatrial.identification.selection.actuator_selection import moved_to, wider_problem
 from seatrial.identification.selection.actuator_stages import (
     has_curve,
@@ -117,7 +118,7 @@ def contradicted_layout(found: Fit) -> list[Finding]:
     # a layout that promises no more than the stated one is not searched
     own = _tested(at, _without_chain(problem.vehicle), OutputErrorSettings(effects=effects))
     best = select_layout(at, vehicle, effects, own.gain + LEAST_LAYOUT_GAIN)
-    gain = 0.0 if best is None else found.runs.cost - best.at.runs.cost
+    gain = 0.0 if best is None else near_with_fewer_poses(found.point).runs.cost - best.at.runs.cost
     if best is None or gain < LEAST_LAYOUT_GAIN:
         return []
     kind = FindingKind.THRUSTER_LAYOUT_CONTRADICTED

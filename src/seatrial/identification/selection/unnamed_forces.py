@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 
 from seatrial import _core
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ForceEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.selection.actuator_stages import actuator_groups
@@ -49,6 +50,15 @@ def with_unnamed_forces(vehicle: Vehicle, recordings: Sequence[Recording]) -> Ve
             }
             forces[name] = ForceEntry(axis=file.forces[first].axis, of=of)
     return replace(vehicle, file=msgspec.structs.replace(file, forces=forces))
+
+
+def added_forces(named: Vehicle, whole: Vehicle) -> tuple[Finding, ...]:
+    """A finding for each force that a vehicle has beyond those of its file."""
+    return tuple(
+        finding_of(FindingKind.FORCE_ADDED, name, entry.axis, *entry.of)
+        for name, entry in whole.file.forces.items()
+        if name not in named.file.forces
+    )
 
 
 def with_forces_of(known: Vehicle, vehicle: Vehicle) -> Vehicle:
