@@ -29,6 +29,10 @@ if TYPE_CHECKING:
 
 KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
 KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
+RATE_TOLERANCE = 0.01  # a rate counts as a whole multiple of another up to here
+LEAST_OF_MEAN = (
+    0.5  # of the mean time between poses is their period: that of bursts has a short median
+)
 RESTING_COMMAND = 0.05  # of an input's largest command, below which the boat rests
 
 
@@ -219,13 +223,7 @@ class Recording:
             if f.end >= shift and f.start <= last
         )
         return replace(
-            self,
-            stamps=self.stamps[keep],
-            eta=self.eta[keep],
-            raw=self.raw[keep],
-            valid=self.valid[keep],
-            segment=self.segment[keep],
-            parts=None if self.parts is None else self.parts[keep],
+            self._with_poses(keep),
             asynchronous=None
             if self.asynchronous is None
             else self.asynchronous.kept(
@@ -245,13 +243,15 @@ class Recording:
         """
         used = np.flatnonzero(self.valid)
         steps = np.diff(self.t[used])
-        period = max(float(np.median(steps)), 0.5 * float(steps.mean()))  # of bursts, the mean
-        every = int(1.01 / (rate * period))
+        period = max(float(np.median(steps)), LEAST_OF_MEAN * float(steps.mean()))
+        every = int((1.0 + RATE_TOLERANCE) / (rate * period))
         if every < 2 or self.parts is not None or self.asynchronous is not None:
             return self
         kept = np.union1d(0, used[::every])  # the first pose is the zero of time
-        if int(self.valid[kept].sum()) < 2:
-            return self
+        return self if int(self.valid[kept].sum()) < 2 else self._with_poses(kept)
+
+    def _with_poses(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> "Recording":
+        """The recording with some of its poses: a mask (n,), or their places."""
         return replace(
             self,
             stamps=self.stamps[kept],
@@ -259,6 +259,7 @@ class Recording:
             raw=self.raw[kept],
             valid=self.valid[kept],
             segment=self.segment[kept],
+            parts=None if self.parts is None else self.parts[kept],
         )
 
     def to_dataframe(self, *, velocities: bool = False) -> "DataFrame":

@@ -15,7 +15,7 @@ from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
 NOISIER_WINDOW = 3.0  # times the usual noise; a window of closer poses is not differentiated
 MOTION_RATE = (
-    10.0  # [Hz] of poses that show how a boat moves; the noise of more of them looks like speed
+    10.0  # [Hz] of poses that show how a boat moves; with more their noise looks like speed
 )
 SLOW = 0.55  # [s] between poses, above which the stencil misses motion within its four steps
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
@@ -52,8 +52,11 @@ def usual_velocities(recordings: Sequence[Recording]) -> Array:
     """Body velocities (m, 3) of some recordings, of poses at `MOTION_RATE` at most."""
     found = []
     for whole in recordings:
-        fewer, every = motion(whole.thinned(MOTION_RATE)), motion(whole)
-        found.append(fewer if fewer.valid.any() and every.valid.any() else every)
+        moving, fewer = motion(whole), whole.thinned(MOTION_RATE)
+        if fewer is not whole and moving.valid.any():
+            slower = motion(fewer)
+            moving = slower if slower.valid.any() else moving
+        found.append(moving)
     return np.concatenate([m.nu[m.valid] for m in found])
 
 

@@ -16,9 +16,9 @@ COMMANDS_SAMPLED = Spec(
     numbers={"gain": "-"},
 )
 FORCE_ADDED = Spec(
-    "force {force}: the commands drive {actuators} apart, and no force of the vehicle file says so. The model has "
-    "this force of {axis}, for its terms to choose from",
-    "Keep it by writing forces: of the model file into the vehicle file",
+    "force {force}: the commands drive a combination of {actuators} for which the vehicle file has no force. The "
+    "model has it as {force}, a force of {axis}, and its terms may use it",
+    "To keep it, copy {force} from forces: in the model file to the vehicle file",
     {"force": ONE_NAME, "axis": ONE_NAME, "actuators": NAMES},
 )
 THRUSTER_LAYOUT_SELECTED = Spec(
