@@ -334,3 +334,12 @@ def test_a_straight_way_shows_no_hand(heading, seed):
     commands = Signal(("F_u", "F_v", "F_r"), stamps, forces)
     recording = make_recording("straight", stamps[::4], eta[::4], commands)
     assert check_consistency([recording], MIDDLE.vehicle([])).findings == ()
+
+
+def test_a_wrong_vehicle_file_is_named_before_poses_that_are_left_out(cse1, cse1_vehicle):
+    """The first doubt is the next step: exchange the entries, not look at the poses."""
+    run = cse1["run1"]
+    swapped = replace(run, eta=run.eta[:, [1, 0, 2]], raw=run.raw[:, [1, 0, 2]])
+    model = seatrial.identify([swapped], cse1_vehicle, method="equation-error")
+    assert model.warnings[0].startswith("x and y are exchanged")
+    assert any("poses are left out" in warning for warning in model.warnings[1:])

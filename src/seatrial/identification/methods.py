@@ -183,12 +183,13 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
     doubts = [(r, [*r.doubts, *(sampling_doubt(r) if is_open else [])]) for r in recordings]
     doubtful = [f"{r.name}: {doubt}" for r, own in doubts for doubt in own]
     apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    # a wrong vehicle file before poses that are left out: the first is the next step
     return (
         *silent,
+        *apart,
         *spoilt,
         *doubtful,
         *commands_beyond(recordings, vehicle),
-        *apart,
         *model_concerns(model),
     )
 
