@@ -127,8 +127,11 @@ ThrustTrace make_trace(const Chain& chain, Vector q, Vector time, Matrix command
           "one column for each command");
   require(static_cast<int>(scales.shape(1)) == chain.n_scales, "one column for each scale signal");
   for (const int i : constants) require(i >= 0 && i < chain.n_constants, "constant out of range");
-  return ThrustTrace(chain, q.data(), make_held(time, commands), make_held(scale_time, scales),
-                     make_columns(initial, coefficients, constants));
+  const Held held = make_held(time, commands);
+  const Held scaled = make_held(scale_time, scales);
+  const Columns columns = make_columns(initial, coefficients, constants);
+  nb::gil_scoped_release released;
+  return ThrustTrace(chain, q.data(), held, scaled, columns);
 }
 
 Boat make_boat(const Structure& structure, Vector coefficient, int integrator, double step) {

@@ -8,7 +8,7 @@ recordings; with much of it, the one-pose prediction error. Pose noise is modell
 coefficients as it does with the paper's least squares.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
@@ -44,6 +44,7 @@ from seatrial.identification.uncertainty.estimation_errors import estimation_cov
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 from seatrial.util.progress import stage
 
 __all__ = ["OUTPUT_ERROR", "Fit", "OutputErrorSettings", "fit", "output_error", "with_free_stages"]
@@ -130,16 +131,19 @@ def _diagnosed(
     with_prior: bool,
 ) -> list[Finding]:
     """Findings at the solution; `further`: with stage selection. `disturbed`: a solution with disturbances."""
-    found: list[Finding] = []
+    diagnostics: list[Callable[[], Sequence[Finding]]] = []
     if further:
-        found += unmodelled_effect(at, horizon, covariance).findings
-        found += change_findings(at)
-    found += solution_findings(at, horizon, covariance)
+        diagnostics += [
+            lambda: unmodelled_effect(at, horizon, covariance).findings,
+            lambda: change_findings(at),
+        ]
+    diagnostics.append(lambda: solution_findings(at, horizon, covariance))
     # what disturbed intervals do to the standard errors
     sought = settings.select_stages and (further or with_prior) and not settings.hold_noise
     if sought and (disturbed is not None or not without_process_noise(at)):
-        found += disturbance_findings(disturbed, at, covariance)
-    return found
+        diagnostics.append(lambda: disturbance_findings(disturbed, at, covariance))
+    # none needs another
+    return [finding for found in spread(lambda own: own(), diagnostics) for finding in found]
 
 
 def _problem(

@@ -36,6 +36,7 @@ from seatrial.identification.likelihood.whiteness import (
 from seatrial.recording.velocity import usual_velocities
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 
 FIT_HORIZONS = (
     0.4,
@@ -123,8 +124,10 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
     fold = np.arange(len(scores)) * FOLDS // len(scores)
     information = at.runs.information * (FOLDS - 1) / FOLDS
     ends = np.cumsum([int(b[-1]) + 1 for b in problem.blocks])
-    found = []
-    for k in range(FOLDS):
+
+    def left_out(k: int) -> list[Array]:
+        """Of the blocks of a fold."""
+        found = []
         theta = at.theta + boxed_step(at, scores[fold != k].sum(axis=0), information)
         for i, (recording, block) in enumerate(
             zip(problem.recordings, problem.blocks, strict=True)
@@ -137,7 +140,9 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
             ahead = predicted_ahead(problem, theta, noise, i, (times[0], times[-1]))
             if ahead is not None:
                 found += _by_block(ahead, problem.block)
-    errors = np.array(found).reshape(-1, 3)
+        return found
+
+    errors = np.array([e for found in spread(left_out, range(FOLDS)) for e in found]).reshape(-1, 3)
     return errors if len(errors) > 1 and np.isfinite(errors).all() else None
 
 

@@ -7,6 +7,7 @@ difference, and more away from it. The likelihood may then have two maxima.
 """
 
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -19,19 +20,19 @@ from seatrial.util.statistics import inverse_of
 
 DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone", "steer_dead_zone")
 UNPROBED_EDGE = 1e-3  # twice the standard error of an edge: hardly any command comes so near to it
-# [standard errors] from the maximum, where the likelihood is compared with a parabola
-PARABOLA_PROBE = 2.0
-# of the errors there and at the maximum: up to it the likelihood is a parabola
-PARABOLA_RATIO = 1.15
-PROFILE_STEP = 1.5  # [standard errors] between points of the profile, else
+PROFILE_STEP = 1.5  # [standard errors] between points of the profile
 PROFILE_POINTS = 10  # at most, to either side
+# of the errors at the first points and at the maximum: up to it the likelihood is a parabola
+PARABOLA_RATIO = 1.15
 NEGLIGIBLE_RISE = 9.0  # of scaled -2 log likelihood: exp(-4.5), the profile ends
 BOUND_REACHED = 0.1  # of a step that is left when a bound stops it
 LEAST_RISE = 1e-9  # of scaled -2 log likelihood, against a division by 0
 INTEGRAL_POINTS = 400
 SIDES = (-1.0, 1.0)  # of the maximum
-# distances [of the combination], rises of scaled -2 log likelihood
-ProfileRises = tuple[Array, Array]
+ProfilePoint = tuple[
+    float, float
+]  # distance [of the combination], rise of scaled -2 log likelihood
+MAXIMUM: ProfilePoint = (0.0, 0.0)
 
 
 def with_dead_zone_profile(at: Point, covariance: Array) -> Array:
@@ -43,7 +44,7 @@ def with_dead_zone_profile(at: Point, covariance: Array) -> Array:
     out = covariance
     for edges in _groups(at.runs.problem):
         values, vectors = np.linalg.eigh(out[np.ix_(edges, edges)])
-        if PARABOLA_PROBE * np.sqrt(max(values[-1], 0.0)) < UNPROBED_EDGE:
+        if PROFILE_STEP * np.sqrt(max(values[-1], 0.0)) < UNPROBED_EDGE:
             continue
         along = np.zeros(len(out))
         along[edges] = vectors[:, -1]
@@ -76,39 +77,34 @@ def _line(at: Point, covariance: Array, along: Array) -> ProfileLine:
 
 def _error(line: ProfileLine, error: float) -> float:
     """Standard error of a combination: root mean square distance from the maximum, by the likelihood."""
+    sides = [_profile(line, side * PROFILE_STEP * error) for side in SIDES]
     # a parabola: the error from the rise at either side
-    near = spread(lambda side: _rises(line, [side * PARABOLA_PROBE * error]), SIDES)
-    roots = [np.sqrt(max(float(r), LEAST_RISE)) for _, rise in near for r in rise]
-    if len(roots) == len(near) and all(
-        1.0 / PARABOLA_RATIO < PARABOLA_PROBE / r < PARABOLA_RATIO for r in roots
-    ):
-        return error * PARABOLA_PROBE * float(np.mean(1.0 / np.array(roots)))
+    near = spread(lambda points: next(points, MAXIMUM), sides)
+    errors = [abs(distance) / np.sqrt(max(rise, LEAST_RISE)) for distance, rise in near]
+    if all(1.0 / PARABOLA_RATIO < own / error < PARABOLA_RATIO for own in errors):
+        return float(np.mean(errors))
     # else: the second moment of the profile likelihood
-    steps = PROFILE_STEP * error * np.arange(1, PROFILE_POINTS + 1)
-    low, high = spread(lambda side: _rises(line, (side * steps).tolist()), SIDES)
-    distance = np.concatenate([low[0][::-1], [0.0], high[0]])
-    rise = np.concatenate([low[1][::-1], [0.0], high[1]])
-    if len(distance) == 1:  # the bounds are near, or the model diverges
+    points = sorted({MAXIMUM, *near, *chain(*spread(list, sides))})
+    if len(points) == 1:  # the bounds are near, or the model diverges
         return error
+    distance, rise = np.array(points).T
     fine = np.linspace(distance[0], distance[-1], INTEGRAL_POINTS)
-    weight = np.exp(-0.5 * np.interp(fine, distance, rise))
+    # the root of a parabola's rise is a line
+    weight = np.exp(-0.5 * np.interp(fine, distance, np.sign(distance) * np.sqrt(rise)) ** 2)
     return float(np.sqrt(np.sum(weight * fine**2) / np.sum(weight)))
 
 
-def _rises(line: ProfileLine, distances: list[float]) -> ProfileRises:
-    """The distances that are reached, and the rises there, until the likelihood is negligible."""
-    free, theta = list(line.at.runs.problem.free), line.at.theta
-    reached, rises = [0.0], [0.0]
-    for distance in distances:
-        by = distance - reached[-1]
-        there, here = line.moved(theta, by)
-        found = None if abs(here - reached[-1]) < BOUND_REACHED * abs(by) else line.look(there)
+def _profile(line: ProfileLine, step: float) -> Iterator[ProfilePoint]:
+    """Points of the profile that are reached to one side, until the likelihood is negligible."""
+    free, theta, reached = list(line.at.runs.problem.free), line.at.theta, 0.0
+    for _ in range(PROFILE_POINTS):
+        there, here = line.moved(theta, step)
+        found = None if abs(here - reached) < BOUND_REACHED * abs(step) else line.look(there)
         if found is None:  # a bound, or divergence
-            break
+            return
         there[free] += found[1]
-        theta = there
-        reached.append(here)
-        rises.append(max(0.0, found[0]))
-        if rises[-1] > NEGLIGIBLE_RISE:
-            break
-    return np.array(reached[1:]), np.array(rises[1:])
+        theta, reached = there, here
+        rise = max(0.0, found[0])
+        yield here, rise
+        if rise > NEGLIGIBLE_RISE:
+            return

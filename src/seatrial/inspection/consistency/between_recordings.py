@@ -14,17 +14,16 @@ from seatrial.inspection.consistency.inconsistencies import Inconsistency, Incon
 from seatrial.inspection.consistency.repair import Repair
 from seatrial.recording.recording import Recording
 from seatrial.util.format import shortened
-from seatrial.util.progress import over, stage
+from seatrial.util.parallel import spread
 
 
 def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
     """`check_consistency` of all recordings; with some of them inconsistent, only those, by name."""
     # 1. All recordings jointly, then each by itself.
-    with stage("", 0.4):
-        together = check_consistency(recordings, vehicle)
-    if len(recordings) < 2:
+    alone = [[recording] for recording in recordings] if len(recordings) > 1 else []
+    together, *apart = spread(lambda own: check_consistency(own, vehicle), [recordings, *alone], "")
+    if not apart:
         return together
-    apart = [check_consistency([recording], vehicle) for recording in over(recordings)]
     # 2. One edit that explains every recording is a mistake of the vehicle file.
     if _one_edit_explains_all(together, apart):
         return together
