@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.util.parallel import cores, spread
+from seatrial.util.parallel import beside, cores, spread
 
 
 def test_items_are_worked_on_at_the_same_time(on_cores):
@@ -43,6 +43,28 @@ def test_the_first_error_is_raised_and_no_further_item_is_begun(on_cores):
         spread(fail, range(9))
     assert sorted(begun) == [0, 1]
     assert cores() == 2
+
+
+def test_work_beside_begins_at_once_on_one_core_of_several(on_cores):
+    on_cores(2)
+    begun = Event()
+    result = beside(lambda: (begun.set(), cores())[1])
+    assert begun.wait(60.0)
+    assert result() == 1
+
+    def fail() -> None:
+        raise ValueError("wrong")
+
+    with pytest.raises(ValueError, match="wrong"):
+        beside(fail)()
+
+
+def test_on_one_core_work_beside_is_done_when_its_result_is_wanted(on_cores):
+    on_cores(1)
+    begun = Event()
+    result = beside(lambda: (begun.set(), cores())[1])
+    assert not begun.is_set()
+    assert result() == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")

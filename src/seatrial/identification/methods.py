@@ -3,6 +3,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import msgspec
 
@@ -32,6 +33,7 @@ from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import IdentificationError
+from seatrial.util.parallel import beside
 from seatrial.util.progress import stage
 
 METHODS = (EQUATION_ERROR, OUTPUT_ERROR, WEAK_FORM, SMOOTHER)
@@ -100,6 +102,8 @@ def identify_with_fit(
     if vehicle.automatic and choice is None:
         choice = choose_terms(recordings, vehicle, prior, effects)
     vehicle = vehicle if choice is None else choice.vehicle
+    # are recordings and vehicle file what they seem?
+    check = beside(partial(check_each_recording, recordings, vehicle))
     # the method
     solution = None
     with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
@@ -110,10 +114,13 @@ def identify_with_fit(
         else:
             model = _by_regression(method, recordings, vehicle, roles, settings)
             model = model if choice is None else _with_findings(model, choice.findings)
-    # is it a boat, and are recordings and vehicle file what they seem?
+    # is it a boat?
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
-        return replace(model, warnings=_warnings(recordings, vehicle, model)), solution
+        contradictions = [finding.text for finding in check().findings]
+        return replace(
+            model, warnings=_warnings(recordings, vehicle, model, contradictions)
+        ), solution
 
 
 def _by_regression(
@@ -168,7 +175,12 @@ def _check_options(
         )
 
 
-def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -> tuple[str, ...]:
+def _warnings(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    model: Model,
+    contradictions: Sequence[str],
+) -> tuple[str, ...]:
     """What the user checks first: recordings, vehicle file, and numbers that no boat has."""
     silent = [
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
@@ -182,11 +194,10 @@ def _warnings(recordings: Sequence[Recording], vehicle: Vehicle, model: Model) -
     is_open = vehicle.file.commands.sampled is None
     doubts = [(r, [*r.doubts, *(sampling_doubt(r) if is_open else [])]) for r in recordings]
     doubtful = [f"{r.name}: {doubt}" for r, own in doubts for doubt in own]
-    apart = [finding.text for finding in check_each_recording(recordings, vehicle).findings]
     # a wrong vehicle file before poses that are left out: the first is the next step
     return (
         *silent,
-        *apart,
+        *contradictions,
         *spoilt,
         *doubtful,
         *commands_beyond(recordings, vehicle),

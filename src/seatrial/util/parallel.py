@@ -103,6 +103,22 @@ def spread(work: Callable[[T], R], items: Iterable[T], name: str | None = None) 
     return _Shared(one, given, count).results()
 
 
+def beside(work: Callable[[], R]) -> Callable[[], R]:
+    """Begin work on a core that is idle now and then. What is returned gives its result, or raises its error.
+
+    With one core, or where no thread is free, the work is done when its result is wanted.
+    """
+    if cores() == 1:
+        return work
+    begun = _helpers().submit(_alone, work)
+    return lambda: work() if begun.cancel() else begun.result()
+
+
+def _alone(work: Callable[[], R]) -> R:
+    with on_one_core():
+        return work()
+
+
 class _Shared(Generic[T, R]):
     """Items that this thread and its helpers take one after the other.
 

@@ -13,7 +13,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point
-from seatrial.identification.likelihood.optimiser import Outcome, search
+from seatrial.identification.likelihood.optimiser import Outcome, at_bounds, search
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import stage_candidates
@@ -136,12 +136,18 @@ def _significant(at: Point, new: Sequence[int]) -> Mask:
     """Whether each of some parameters differs from 1 by `LEAST_DISTANCE` sandwich standard errors."""
     free = list(at.runs.problem.free)
     places = [free.index(i) for i in new]
-    try:
-        errors = np.sqrt(np.diag(sandwich_covariance(at)))[places]
-    except IdentificationError:
-        return np.zeros(len(places), dtype=bool)
     off = np.abs(at.theta[list(new)] - 1.0)
-    return np.asarray((errors > 0.0) & (off > LEAST_DISTANCE * errors))
+    far = np.zeros(len(places), dtype=bool)
+    # parameters that may be off a bound widen the errors, by filter passes: last
+    for inside in (~at_bounds(at), None):
+        try:
+            errors = np.sqrt(np.diag(sandwich_covariance(at, inside)))[places]
+        except IdentificationError:
+            return np.zeros(len(places), dtype=bool)
+        far = np.asarray((errors > 0.0) & (off > LEAST_DISTANCE * errors))
+        if not far.any():
+            break
+    return far
 
 
 def wider_problem(
