@@ -22,33 +22,42 @@ from seatrial.util.parallel import cores
 Poses = NDArray[np.int64]  # indices of poses in a recording
 EXACT = np.full(3, 1e-9)  # [m/s, m/s, rad/s] standard deviation of an exact velocity
 
+MOST_PREDICTIONS = 250  # over which the variance by process noise is averaged
+
 
 def process_noise_variance(
     model: Model, recording: Recording, begin: Motion, start: Poses, end: Poses
 ) -> Array | None:
     """Variance (3,) [m/s, m/s, rad/s]^2 at the ends of predictions, from process noise.
 
-    The model's filter without poses, from exact velocities, over disjoint predictions one after
+    The model's filter without poses, from exact velocities, over some disjoint predictions one after
     another. None where the model has no process noise, or diverges.
     """
     noise = noise_vector(model.noise)
     if noise is None:
         return None
     apart = _disjoint(start, end)
+    apart = apart[:: max(1, len(apart) // MOST_PREDICTIONS)]
+    start, end = start[apart], end[apart]
     use = np.zeros(len(recording.t), dtype=np.int8)
-    use[start[apart]] = _core.USE_BEGINNING
+    use[start] = _core.USE_BEGINNING
     velocity = np.zeros((len(recording.t), 3))
-    velocity[start[apart]] = begin.nu[start[apart]]
+    velocity[start] = begin.nu[start]
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
+    # only the poses from a start to its end
+    begun = np.zeros(len(recording.t), dtype=np.int64)
+    begun[start] = 1
+    begun[end[end + 1 < len(begun)] + 1] -= 1
+    kept = np.cumsum(begun) > 0
     poses = _core.Series(
-        np.ascontiguousarray(recording.t), np.ascontiguousarray(eta), use, np.zeros(6), EXACT, velocity,
+        recording.t[kept], eta[kept], use[kept], np.zeros(6), EXACT, velocity[kept],
         input_errors=input_errors(model.vehicle, model.coefficients, recording),
     )  # fmt: skip
     try:
         found = filter_pass(model, recording, poses, noise)
     except ModelError:
         return None
-    deviation = np.asarray(found.deviation, dtype=float)[end[apart]]
+    deviation = np.asarray(found.deviation, dtype=float)[np.cumsum(kept)[end] - 1]
     return np.asarray(np.mean(deviation**2, axis=0))
 
 

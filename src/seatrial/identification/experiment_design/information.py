@@ -101,9 +101,10 @@ def _alone(point: ReferencePoint, recording: Recording) -> RecordingInformation:
     weak_prior = np.diag(1.0 / np.square(_sizes(point)))
     for _ in range(6):  # steps at most
         off = here.theta[free] - point.theta
-        move = np.asarray(
-            np.linalg.solve(here.information + weak_prior, here.gradient - weak_prior @ off)
-        )
+        slope = here.gradient - weak_prior @ off
+        move = np.asarray(np.linalg.solve(here.information + weak_prior, slope))
+        if slope @ move < SCORING_CONVERGED:  # the promised fall
+            break
         better = _better(here, move, point, weak_prior)
         if better is None:
             break
