@@ -419,12 +419,11 @@ def test_the_bootstrap_does_not_depend_on_workers(boats, tmp_path, capsys):
              "--bootstrap", 40]  # fmt: skip
     code, here, _ = run(capsys, *given)
     assert code == 0
-    for count in (1, 2):
-        shown = subprocess.run(
-            [sys.executable, "-m", "seatrial", *map(str, given), "--scheduler", "local", "--workers", str(count)],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-        assert shown.stdout == here
+    shown = subprocess.run(
+        [sys.executable, "-m", "seatrial", *map(str, given), "--scheduler", "local", "--workers", "2"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert shown.stdout == here
 
 
 @pytest.mark.system
@@ -434,7 +433,7 @@ def test_the_bootstrap_does_not_depend_on_workers(boats, tmp_path, capsys):
 )
 def test_a_selection_does_not_depend_on_workers(tmp_path, monkeypatch, capsys, command):
     monkeypatch.chdir(tmp_path)
-    boat(tmp_path, 1, seconds=110.0)
+    boat(tmp_path, 1, seconds=102.0)  # select asks for 100 s
     recordings = [f"S{i}-MP" for i in (1, 2, 3)]
     given = [command[0], *recordings, "--vehicle", "vehicle-MP.yaml", *command[1:]]
     code, here, _ = run(capsys, *given)
