@@ -22,7 +22,7 @@ from seatrial.export.content import Content
 from seatrial.export.spelling import KEYWORDS, c_comment, identifiers, matlab_text, xml_comment
 from seatrial.util.errors import ExportError
 
-FEW, MANY, MORE = range(6), range(6, 30), range(30, 100)  # each piece of a name is in the first 12
+FEW, MANY, MORE = range(6), range(6, 20), range(20, 100)  # each piece of a name is in the first 12
 SEEDS = [*FEW, *map(at_length, MANY), *map(on_request, MORE)]
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow")
 HULL = Hull(10.0, 0.5, (0.6, 0.5, 0.2))
