@@ -27,10 +27,10 @@ test: $(VENV)/.built $(VENV)/.test ## unit tests, with the package alone; PYTEST
 	$(PYTEST) --numprocesses auto -m unit $(PYTEST_ARGS)
 
 test-system: $(VENV)/.built $(VENV)/.test ## tests with other programs (compilers, ROS, a browser, Octave, qemu), and long ones
-	$(PYTEST) --numprocesses $(MORE) -m system $(PYTEST_ARGS)
+	$(PYTEST) --numprocesses $(MORE) -m "system and not study" $(PYTEST_ARGS)
 
 test-all: $(VENV)/.built $(VENV)/.test ## both in one run
-	$(PYTEST) --numprocesses $(MORE) -m "unit or system" $(PYTEST_ARGS)
+	$(PYTEST) --numprocesses $(MORE) -m "not study" $(PYTEST_ARGS)
 
 test-study: $(VENV)/.built $(VENV)/.test ## further seeds of tests' cases, which nothing runs by itself
 	$(PYTEST) --numprocesses auto -m study $(PYTEST_ARGS)

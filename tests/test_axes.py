@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Identify in one axis system = identify in the other, transformed. Through files, as a user would."""
 
+from functools import cache
 from pathlib import Path
 
 import msgspec
@@ -39,32 +40,43 @@ def short_plan(seed: int):
     return msgspec.structs.replace(plan, seed=seed, trials=trials)
 
 
-def in_both_axes(seed, scheme, method):
-    """Model, file, scores and raw poses of one boat's trials, written and read in either axes."""
-    import tempfile
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """Of a seed and a scheme, by axes: the vehicle, its trials written and read, and the first one's raw poses."""
 
-    vehicle = seatrial.load_vehicle(scheme)
-    other = frd(vehicle)
-    with tempfile.TemporaryDirectory() as folder:
-        out = Path(folder)
+    @cache  # methods draw the same examples
+    def get(seed, scheme):
+        out = tmp_path_factory.mktemp(scheme)
+        vehicle = seatrial.load_vehicle(scheme)
         found = {}
-        for label, v in (("flu", vehicle), ("frd", other)):
+        for label, v in (("flu", vehicle), ("frd", frd(vehicle))):
             made = [write_trial(t, out / label) for t in simulate(short_plan(seed), v)]
-            records = [seatrial.read(path, v) for path in made]
-            model = seatrial.identify(records[:3], v, method=method)
-            save(model, out / f"{label}.yaml")
-            scores = seatrial.validate(model, records[3:])
-            content = yaml.safe_load((out / f"{label}.yaml").read_text())
             raw = np.loadtxt(made[0] / "poses.csv", delimiter=",", skiprows=1)
-            found[label] = (model, content, scores, raw)
+            found[label] = (v, [seatrial.read(path, v) for path in made], raw)
+        return found
+
+    return get
+
+
+def in_both_axes(recorded, method, out):
+    """Model, file, scores and raw poses of one boat's trials, in either axes."""
+    found = {}
+    for label, (v, records, raw) in recorded.items():
+        model = seatrial.identify(records[:3], v, method=method)
+        save(model, out / f"{label}.yaml")
+        scores = seatrial.validate(model, records[3:])
+        content = yaml.safe_load((out / f"{label}.yaml").read_text())
+        found[label] = (model, content, scores, raw)
     return found
 
 
 @pytest.mark.parametrize("method", [m if m == "equation-error" else at_length(m) for m in METHODS])
 @settings(max_examples=2)
 @given(seed=st.integers(0, 1000), scheme=st.sampled_from(["mallard-mp", "mallard-af"]))
-def test_the_axis_system_changes_only_the_signs_that_the_rule_names(method, seed, scheme):
-    found = in_both_axes(seed, scheme, method)
+def test_the_axis_system_changes_only_the_signs_that_the_rule_names(
+    recorded, tmp_path_factory, method, seed, scheme
+):
+    found = in_both_axes(recorded(seed, scheme), method, tmp_path_factory.mktemp(method))
     flu_raw, frd_raw = found["flu"][3], found["frd"][3]
     np.testing.assert_allclose(frd_raw[:, 2:], -flu_raw[:, 2:], atol=1e-6)  # the files do differ
     inside = [found[k][0].coefficients for k in ("flu", "frd")]

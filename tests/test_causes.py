@@ -205,10 +205,10 @@ def pushes(rng):
 def test_a_payload_on_board_is_found_end_to_end(mp):
     """Simulated trials before and after: `compare` names mass off centre, with its size."""
     plan, models = load_plan("clean"), []
+    driven = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
+    plan = msgspec.structs.replace(plan, trials=driven)
     for one in (plan, loaded(plan)):
-        trials = [
-            t.recording for t in simulate(one, mp) if t.name.split("-")[0] in ("S1", "S2", "S3")
-        ]
+        trials = [t.recording.cut(0.0, 100.0) for t in simulate(one, mp)]
         models.append(seatrial.identify(trials, mp))
     after = [msgspec.structs.replace(r, name=f"{r.name}-loaded") for r in models[1].recordings]
     models[1] = replace(

@@ -195,7 +195,7 @@ def test_without_it_the_model_is_as_good_as_ever(handled, with_hand, paper_mp_mo
 def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_not(
     paper_mp, mp, size
 ):
-    own = [paper_mp[name].recording for name in ("S1", "S2", "S3")]
+    own = [paper_mp[name].recording.cut(0.0, 120.0) for name in ("S1", "S2", "S3")]
     recordings = [carried(r, begin=10.0, end=15.0, size=size) for r in own]
     try:
         said = " ".join(map(finding_text, seatrial.identify(recordings, mp).estimator.findings))
@@ -208,8 +208,8 @@ def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_no
         assert begin == "0"
         assert 10.0 <= float(end) <= 20.0
     for _, begin, end in found[1::2]:
-        assert 180.0 <= float(begin) <= 186.0
-        assert float(end) >= 199.0
+        assert 100.0 <= float(begin) <= 106.0
+        assert float(end) >= 119.0
 
 
 def test_recordings_without_a_hand_have_no_such_note(paper_mp_model):

@@ -12,16 +12,18 @@ import export_names
 import numpy as np
 import pytest
 import yaml
+from conftest import TABLE_II, at_length, make_model, on_request
 from export_tools import program, run
 
 import seatrial
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.export import Hull, export
 from seatrial.export.content import Content
 from seatrial.export.spelling import KEYWORDS, c_comment, identifiers, matlab_text, xml_comment
 from seatrial.util.errors import ExportError
 
-FEW, MANY = range(6), range(6, 100)
-SEEDS = [*FEW, *(pytest.param(seed, marks=pytest.mark.system) for seed in MANY)]
+FEW, MANY, MORE = range(6), range(6, 20), range(20, 100)  # each piece of a name is in the first 12
+SEEDS = [*FEW, *map(at_length, MANY), *map(on_request, MORE)]
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Wshadow")
 HULL = Hull(10.0, 0.5, (0.6, 0.5, 0.2))
 PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
@@ -160,10 +162,6 @@ def test_gazebos_model_is_xml_with_plain_unique_names(tmp_path, monkeypatch, see
         own = vehicle.to_mapping()
         names = [*model.vehicle.inputs, "joint"][:4]
         own["thrusters"] = dict(zip(names, own["thrusters"].values(), strict=True))
-        from conftest import TABLE_II, make_model
-
-        from seatrial.boat.vehicle import vehicle_from
-
         export(
             make_model(vehicle_from(own, "odd"), TABLE_II["AF"]),
             "sdf",

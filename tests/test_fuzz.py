@@ -27,7 +27,7 @@ ALL = {  # with the few, which come first
     "bag": 1800,
     "mcap": 1800,
     "db3": 1200,
-    "log": 10_000,
+    "log": 10_000,  # those of the first batch after the few run in CI, the others on request
     "csv": 1500,
     "parquet": 1000,
     "mat": 1000,
@@ -64,7 +64,8 @@ def batch(kind: str, first: int, count: int, **more) -> object:
 BATCHES = [
     *(batch(kind, 0, count) for kind, count in FEW.items()),
     *(
-        batch(kind, first, min(BATCH, count - first), marks=pytest.mark.system)
+        batch(kind, first, min(BATCH, count - first),
+              marks=pytest.mark.system if first == FEW[kind] else pytest.mark.study)
         for kind, count in ALL.items() for first in range(FEW[kind], count, BATCH)
     ),
 ]  # fmt: skip

@@ -232,7 +232,7 @@ def test_of_a_long_drive_the_older_half_is_condensed(monkeypatch):
 
 @pytest.mark.system
 def test_a_discarded_interval_does_not_count():
-    vehicle, recording = holonomic(150.0, seed=8, rate=10.0)
+    vehicle, recording = holonomic(110.0, seed=8, rate=10.0)
     touched = recording.raw.copy()
     during = (recording.t > 80.0) & (recording.t < 90.0)
     touched[during, :2] += 0.2 * np.sin(3.0 * recording.t[during])[:, None]

@@ -23,7 +23,7 @@ from tests.boats.drives import CORRELATED, SCENES, drive, follow, model
 
 SEED = accuracy.SEED
 EXACT, PUSHED = SCENES
-COLOUR_WORTH = (41, 42, 43)
+COLOUR_WORTH = (41, 42)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_a_current_that_the_model_knows_nothing_of_overrules_it_and_is_followed_
 
 @pytest.mark.system
 def test_the_covariance_is_right_with_an_identified_model():
-    found = np.concatenate([consistency.nees(PUSHED, seed) for seed in consistency.SEEDS[:3]])
+    found = np.concatenate([consistency.nees(PUSHED, seed) for seed in consistency.SEEDS[:2]])
     n = len(found)
     low, high = chi2.ppf([0.025, 0.975], consistency.SIZE * n) / n
     assert low < found.mean() < high

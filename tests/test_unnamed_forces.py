@@ -66,7 +66,7 @@ def test_thrusters_and_forces_as_commands_have_no_more(mp, paper_mp):
 def test_a_model_with_such_a_force_is_a_prior_of_the_file_that_names_none(ship):
     vehicle, recording = ship
     part = [recording.cut(0.0, 120.0)]
-    before = seatrial.identify([recording], vehicle)
+    before = seatrial.identify(part, vehicle)
     assert "F_v_d" in before.vehicle.file.forces
     assert len(of_kinds(before.estimator.findings, FindingKind.FORCE_ADDED)) == 1
     assert "Y_Fvd" in before.values or any("F_v_d" in t.factors for t in before.structure.terms)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """clang-tidy over all C++ of this package, in few units: what a header costs is paid once a unit, not once a file.
 
-    python tools/tidy.py [UNITS]        # of sources, and of tests; one a core by default, as `make lint` has it
+    python tools/tidy.py [UNITS]        # of sources, and of tests; one by default, as `make lint` has it
 
 A unit is the text of several files: below all their includes the sources of nodes as they are, and each file of
 tests in a namespace of its own. Text, not includes: the analyser follows paths in the main file only. It follows
@@ -83,8 +83,7 @@ def tidy(made: Unit) -> tuple[bool, str]:
 
 def main() -> int:
     """Check all; 1 where there is a finding."""
-    cores = os.cpu_count() or 1
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else cores
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else 1
     BUILD.mkdir(parents=True, exist_ok=True)
     units = [
         unit(BUILD / f"{name}_{i}.cpp", files[i::count], *options)
@@ -95,7 +94,7 @@ def main() -> int:
         for i in range(count)
         if files[i::count]
     ]
-    with ThreadPoolExecutor(cores) as pool:
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         found = list(pool.map(tidy, units))
     for well, text in found:
         if not well:

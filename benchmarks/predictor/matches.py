@@ -2,6 +2,7 @@
 """False matches: poses that jump by 0.3 to 2 m, single and five in a row."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -39,6 +40,7 @@ class Outcome:
     errors: Array  # (n,) [m] of the corrected position, after every pose
 
 
+@cache
 def outcome(scene: str, burst: int) -> Outcome:
     """Along S7."""
     trial = drive(scene, SEED)
