@@ -19,8 +19,8 @@ pytestmark = pytest.mark.system
 def test_it_compiles_without_exceptions_and_bears_a_soak_under_the_sanitizers():
     program = built("onboard")
     for more in ((), ("coloured",)):
-        shown = run(str(program), "soak", "10000", "1", *more)
-        assert "10000 steps, 0 estimates that are not sound, 0 allocations" in shown
+        shown = run(str(program), "soak", "20000", "1", *more)
+        assert "20000 steps, 0 estimates that are not sound, 0 allocations" in shown
 
 
 def test_the_documented_lines_compile(tmp_path):
