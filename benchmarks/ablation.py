@@ -94,7 +94,7 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "longer memory of pose errors": {f"{LIKELIHOOD}.noise_structures.with_longer_memory": _same},
     "fewer noise sources": {f"{LIKELIHOOD}.noise_structures.simplified": _same},
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
-    "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.4,)},
+    "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.8,)},
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
     "noise halfway after a failure": {
         f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least

@@ -39,8 +39,8 @@ from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
 FIT_HORIZONS = (
-    0.4,
     0.8,
+    1.6,
 )  # [s] under model mismatch: pose noise of so many seconds at the RMS speed
 FOLDS = 4  # of the cross-validation
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
