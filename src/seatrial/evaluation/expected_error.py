@@ -21,7 +21,6 @@ from seatrial.util.parallel import cores
 
 Poses = NDArray[np.int64]  # indices of poses in a recording
 EXACT = np.full(3, 1e-9)  # [m/s, m/s, rad/s] standard deviation of an exact velocity
-
 MOST_PREDICTIONS = 250  # over which the variance by process noise is averaged
 
 
@@ -45,10 +44,10 @@ def process_noise_variance(
     velocity[start] = begin.nu[start]
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
     # only the poses from a start to its end
-    begun = np.zeros(len(recording.t), dtype=np.int64)
-    begun[start] = 1
-    begun[end[end + 1 < len(begun)] + 1] -= 1
-    kept = np.cumsum(begun) > 0
+    inside = np.zeros(len(recording.t) + 1, dtype=np.int64)
+    inside[start] += 1
+    inside[end + 1] -= 1
+    kept = np.cumsum(inside[:-1]) > 0
     poses = _core.Series(
         recording.t[kept], eta[kept], use[kept], np.zeros(6), EXACT, velocity[kept],
         input_errors=input_errors(model.vehicle, model.coefficients, recording),

@@ -38,10 +38,8 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
-FIT_HORIZONS = (
-    0.8,
-    1.6,
-)  # [s] under model mismatch: pose noise of so many seconds at the RMS speed
+# [s] under model mismatch: pose noise of so many seconds at the RMS speed
+FIT_HORIZONS = (0.8, 1.6)
 FOLDS = 4  # of the cross-validation
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
 
@@ -126,7 +124,7 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
     ends = np.cumsum([int(b[-1]) + 1 for b in problem.blocks])
 
     def left_out(k: int) -> list[Array]:
-        """Of the blocks of a fold."""
+        """The same of a fold's blocks."""
         found = []
         theta = at.theta + boxed_step(at, scores[fold != k].sum(axis=0), information)
         for i, (recording, block) in enumerate(
@@ -142,7 +140,8 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
                 found += _by_block(ahead, problem.block)
         return found
 
-    errors = np.array([e for found in spread(left_out, range(FOLDS)) for e in found]).reshape(-1, 3)
+    of_folds = spread(left_out, range(FOLDS))
+    errors = np.array([block for fold in of_folds for block in fold]).reshape(-1, 3)
     return errors if len(errors) > 1 and np.isfinite(errors).all() else None
 
 

@@ -145,7 +145,7 @@ def _significant(at: Point, new: Sequence[int]) -> Mask:
         except IdentificationError:
             return np.zeros(len(places), dtype=bool)
         far = np.asarray((errors > 0.0) & (off > LEAST_DISTANCE * errors))
-        if not far.any():
+        if not far.all():
             break
     return far
 

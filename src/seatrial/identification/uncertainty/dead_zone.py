@@ -19,7 +19,7 @@ from seatrial.util.parallel import spread
 from seatrial.util.statistics import inverse_of
 
 DEAD_ZONE_KINDS = ("edge_forward", "edge_reverse", "pair_dead_zone", "steer_dead_zone")
-UNPROBED_EDGE = 1e-3  # twice the standard error of an edge: hardly any command comes so near to it
+UNPROBED_EDGE = 1e-3  # from the maximum to the first point: hardly any command is between the two
 PROFILE_STEP = 1.5  # [standard errors] between points of the profile
 PROFILE_POINTS = 10  # at most, to either side
 # of the errors at the first points and at the maximum: up to it the likelihood is a parabola
@@ -29,9 +29,8 @@ BOUND_REACHED = 0.1  # of a step that is left when a bound stops it
 LEAST_RISE = 1e-9  # of scaled -2 log likelihood, against a division by 0
 INTEGRAL_POINTS = 400
 SIDES = (-1.0, 1.0)  # of the maximum
-ProfilePoint = tuple[
-    float, float
-]  # distance [of the combination], rise of scaled -2 log likelihood
+# distance [of the combination], rise of scaled -2 log likelihood
+ProfilePoint = tuple[float, float]
 MAXIMUM: ProfilePoint = (0.0, 0.0)
 
 
