@@ -3,6 +3,7 @@
 
 import pickle
 from dataclasses import replace
+from functools import partial
 
 import msgspec
 import numpy as np
@@ -15,7 +16,7 @@ import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
-from seatrial.identification.likelihood.optimiser import full_pass
+from seatrial.identification.likelihood.optimiser import Outcome, full_pass
 from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
@@ -32,6 +33,7 @@ from seatrial.identification.selection.terms import (
     select,
     selection_text,
 )
+from seatrial.identification.selection.terms import term_fit as term_fit_module
 from seatrial.identification.selection.terms.candidates import aliases, is_essential
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
@@ -98,6 +100,21 @@ def solved(six):
 @pytest.fixture(scope="module")
 def fitted(six):
     return output_error(six, seatrial.load_vehicle("mallard-mp"))
+
+
+def test_a_slow_search_for_other_terms_is_near_enough_and_one_far_off_is_refused(
+    solved, monkeypatch
+):
+    """Under model mismatch a search may be out of steps: the selection goes on from there."""
+    fewer = [t for t in solved.terms if t.coefficient != "N_uu"]
+    slow = partial(term_fit_module.search, passes=1)
+    monkeypatch.setattr(term_fit_module, "search", slow)
+    near = solved.refitted(fewer)
+    assert slow(near.problem, near.at.theta, near.at.noise)[1] is Outcome.OUT_OF_STEPS
+    assert not near.settled
+    exact = replace(solved, at=replace(solved.at, noise=0.01 * solved.at.noise))
+    with pytest.raises(IdentificationError, match="no solution after"):
+        exact.refitted(fewer)
 
 
 @pytest.fixture(scope="module")

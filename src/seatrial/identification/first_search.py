@@ -11,9 +11,7 @@ from seatrial.identification.diagnostics.external_disturbances import disturbanc
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import (
     MOST_PASSES,
-    Outcome,
     converged,
-    far_from_poses,
     maximise_likelihood,
     search,
 )
@@ -58,11 +56,8 @@ def maximised(
     theta, noise = start_of(problem, recordings, start)
     own = with_start(problem, theta)
     try:
-        at, outcome = search(
-            own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES
-        )
-        near = outcome is Outcome.OUT_OF_STEPS and not hold and not far_from_poses(at)
-        return at if near else converged((at, outcome))
+        found = search(own, theta, noise, hold=hold, passes=MOST_PASSES if hold else FIRST_PASSES)
+        return converged(found, or_near=not hold)
     except IdentificationError as error:
         if start is not None and not hold:
             return maximised(problem, recordings, None, hold=False)

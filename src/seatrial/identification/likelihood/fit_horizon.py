@@ -40,6 +40,7 @@ from seatrial.util.parallel import spread
 
 # [s] under model mismatch: pose noise of so many seconds at the RMS speed
 FIT_HORIZONS = (0.8, 1.6)
+LONGER_BETTER = 2.5  # [standard errors] by which a longer one must predict better
 FOLDS = 4  # of the cross-validation
 ERROR_FLOOR = 1e-12  # [m/s, rad/s] against a division by 0 where nothing moves
 
@@ -88,7 +89,7 @@ def _fits(at: Point) -> list[tuple[float, Point]]:
 def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[float, Point] | None:
     """The fit horizon and solution with the smallest errors one second ahead in cross-validation.
 
-    As the model is at fault, the first must only be better; a longer one must be by a standard error. None where
+    As the model is at fault, the first must only be better; a longer one must be by `LONGER_BETTER`. None where
     none is better than `at`.
     """
     if not comparable(at.runs.problem) or without_process_noise(at):
@@ -101,7 +102,7 @@ def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[fl
         if errors is None:
             continue
         worse, error = _worse(errors, least)
-        if worse < (0.0 if chosen is None else -error):
+        if worse < (0.0 if chosen is None else -LONGER_BETTER * error):
             chosen, least = (horizon, fitted), errors
     return chosen
 

@@ -66,10 +66,14 @@ def maximise_likelihood(
     return converged(search(problem, theta, noise, hold=hold, least=least))
 
 
-def converged(found: tuple[Point, Outcome]) -> Point:
-    """The point of a search. Raises IdentificationError where it did not converge."""
+def converged(found: tuple[Point, Outcome], *, or_near: bool = False) -> Point:
+    """The point of a search. Raises IdentificationError where it did not converge.
+
+    or_near: out of steps, but near the poses counts as well: under model mismatch searches are slow.
+    """
     at, outcome = found
-    if outcome is Outcome.CONVERGED:
+    near = or_near and outcome is Outcome.OUT_OF_STEPS and not far_from_poses(at)
+    if near or outcome is Outcome.CONVERGED:
         return at
     if outcome is Outcome.DIVERGED:
         raise IdentificationError(f"{outcome.value}; look at the recordings with inspect")

@@ -13,8 +13,8 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import (
     Outcome,
     at_bounds,
+    converged,
     full_pass,
-    maximise_likelihood,
     search,
 )
 from seatrial.identification.likelihood.problem import Problem
@@ -60,10 +60,10 @@ class TermFit:
     def refitted(self, terms: Sequence[Term]) -> "TermFit":
         """With other terms, from here, at the same fit horizon and the same noise."""
         problem = problem_with_terms(self.problem, terms)
-        at = maximise_likelihood(
+        found = search(
             problem, moved(self.problem, self.at.theta, problem), self.at.noise, hold=True
         )
-        return replace(self, at=at, settled=False)
+        return replace(self, at=converged(found, or_near=True), settled=False)
 
     def with_noise(self) -> "TermFit":
         """With the noise that belongs to its terms; without fit horizon where innovations are white then."""
@@ -74,7 +74,8 @@ class TermFit:
             if outcome is Outcome.CONVERGED and is_white(at):
                 return TermFit(at, 0.0, at.noise)
         least = noise_floor(self.problem, self.horizon)
-        at = maximise_likelihood(self.problem, self.at.theta, self.at.noise, least=least)
+        found = search(self.problem, self.at.theta, self.at.noise, least=least)
+        at = converged(found, or_near=True)
         return TermFit(at, self.horizon, self.likely if self.horizon else at.noise)
 
     def with_terms(self, terms: Sequence[Term]) -> "TermFit":
@@ -117,11 +118,11 @@ def begun_at(at: Point) -> TermFit:
     at = _with_usual_blocks(at)
     if without_process_noise(at) or is_white(at):
         return TermFit(at, 0.0, at.noise)
-    least = noise_floor(at.runs.problem, FIT_HORIZONS[-1])
+    least = noise_floor(at.runs.problem, FIT_HORIZONS[0])
     there, outcome = search(at.runs.problem, at.theta, at.noise, least=least)
     if outcome is not Outcome.CONVERGED:
         return TermFit(at, 0.0, at.noise)
-    return TermFit(there, FIT_HORIZONS[-1], at.noise)
+    return TermFit(there, FIT_HORIZONS[0], at.noise)
 
 
 def _with_usual_blocks(at: Point) -> Point:
