@@ -139,3 +139,14 @@ def test_with_known_propellers_the_run_left_out_is_predicted_as_well_as_was_aske
     truth = study.reference(unseen)
     for start in (truth, study.past(unseen)):
         assert (study.ratios(model, unseen, start, truth, 1.0) <= [0.34, 0.46, 0.48]).all()
+
+
+@pytest.mark.system
+def test_terms_that_two_runs_choose_predict_the_third():
+    """With `structure: auto`, one second ahead, error over that of a velocity that stays, of random_run1."""
+    vehicle = seatrial.load_vehicle(CSE1 / "vehicle.yaml")
+    paths = [CSE1 / "csv" / f"CSE1_data_{n}.csv" for n in ("run1", "random_run3", "random_run1")]
+    *others, unseen = (seatrial.read(path, vehicle) for path in paths)
+    model = seatrial.identify(others, vehicle.with_automatic_structure())
+    truth = study.reference(unseen)
+    assert (study.ratios(model, unseen, truth, truth, 1.0) <= [0.37, 0.60, 0.57]).all()
