@@ -125,7 +125,7 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
     ends = np.cumsum([int(b[-1]) + 1 for b in problem.blocks])
 
     def left_out(k: int) -> list[Array]:
-        """The same of a fold's blocks."""
+        """Mean squared errors of a fold's blocks."""
         found = []
         theta = at.theta + boxed_step(at, scores[fold != k].sum(axis=0), information)
         for i, (recording, block) in enumerate(
