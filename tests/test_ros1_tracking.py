@@ -34,6 +34,7 @@ COURSE = Course(Circle(0.3), 14.0)
 LAST = HOLD + COURSE.duration + 1.2  # [s] the second goal, after a second without reference
 SECOND = (0.1, 0.1, 1.0)
 TIMEOUT = 0.5  # [s] of odometry and of references
+PACE = 0.5  # simulated seconds in a second: a machine that stands still for 0.2 s delays the loop by 0.1 s
 SCENE = """seatrial: scene 1
 sensors:
   pose: {rate: 15, position_noise: 0.001, heading_noise: 0.001, delay: 0.05}
@@ -85,10 +86,12 @@ def recorded(ros, files, tmp_path_factory):
     odometer = ros.start(str(NODE), f"_model:={model}")
     tracker = ros.start(str(TRACKING), f"_model:={model}", f"_gains:={files / 'gains.yaml'}")
     ros.until(lambda: "/seatrial_tracking" in ros.subscribers("/goal"), "tracking node")
-    simulator = ros.start(str(SIMULATOR), f"_models:={model}", f"_scene:={files / 'scene.yaml'}")
+    scene = f"_scene:={files / 'scene.yaml'}"
+    simulator = ros.start(str(SIMULATOR), f"_models:={model}", scene, f"_real_time_factor:={PACE}")
     ros.until(lambda: ros.connected("/joy") and ros.connected("/map_pose"), "connections")
+    ros.run("rostopic", "echo", "-n10", "/joy")  # without any reference
     ros.finish(ros.start("python3", ROOT / "tests" / "ros1_course.py", files / "course.txt"))
-    time.sleep(0.5)  # on the way to the second goal
+    time.sleep(0.5 / PACE)  # on the way to the second goal
     ros.finish(odometer, signal.SIGINT)
     for _ in range(2):  # a second of simulated time each, or more
         ros.run("rostopic", "echo", "-n50", "/truth")
