@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from cpp_tools import clone_into
+from cpp_tools import clone_into, optimised
 from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -21,22 +21,20 @@ NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
 LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
 
 
-def build() -> Path:
-    """Nodes and what they are timed with; their folder. One process at a time."""
+def build(*, quick: bool = True) -> Path:
+    """Nodes and what they are timed with; their folder. One process at a time. quick: to test them, not to time them."""
     BUILD.parent.mkdir(exist_ok=True)
     with (BUILD.parent / "ros1.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        _make()
+        _make(optimised(quick=quick))
     return NODE.parent
 
 
-def _make() -> None:
+def _make(flags: str) -> None:
     clone_into(BUILD / "src" / "seatrial")
     options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
-    options += [
-        "-DCMAKE_UNITY_BUILD=ON",
-        "-DCMAKE_UNITY_BUILD_BATCH_SIZE=3",
-    ]  # a header once, not five times
+    # a header once, not five times
+    options += ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=3", flags]
     if shutil.which("ccache"):
         options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cpp_tools import clone_into
+from cpp_tools import clone_into, optimised
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from waiting import PATIENCE
@@ -64,8 +64,8 @@ def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def build() -> Path:
-    """The workspace's programs. One process at a time."""
+def build(*, quick: bool = True) -> Path:
+    """The workspace's programs. One process at a time. quick: to test them, not to time them."""
     WORKSPACE.mkdir(parents=True, exist_ok=True)
     with (WORKSPACE.parent / "ros2.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
@@ -73,11 +73,12 @@ def build() -> Path:
         options = ["-DSEATRIAL_TESTING=ON", "-DBUILD_TESTING=ON"]
         # the headers of rclcpp twice, not eight times
         options += ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=4"]
+        options.append(optimised(quick=quick))
         if not (PREFIX / "install" / "share" / "rclcpp_components").exists():
             options.append(f"-Drclcpp_components_DIR={ROOT / 'tests' / 'rclcpp_components'}")
         if shutil.which("ccache"):
             options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
-        done = shell(f"MAKEFLAGS=-j2 {COMMAND} --cmake-args {' '.join(options)}", WORKSPACE)
+        done = shell(f"MAKEFLAGS=-j2 {COMMAND} --cmake-args {shlex.join(options)}", WORKSPACE)
         assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-6000:]
     return PROGRAMS
 

@@ -55,7 +55,7 @@ def cost() -> str:
 
     from tests.boats.drives import model  # noqa: PLC0415
 
-    build()
+    build(quick=False)
     rows = [
         "| odometry | commands | program | share of a core, % | ms from command: median | 99 % | worst |",
         "| --- | --- | --- | ---: | ---: | ---: | ---: |",

@@ -30,7 +30,7 @@ def _tests() -> tuple[Any, Any, Any]:
     import ros2_tools  # noqa: PLC0415
     import ros_drive  # noqa: PLC0415
 
-    ros2_tools.build()
+    ros2_tools.build(quick=False)
     return ros2_tools, ros2_drive, ros_drive
 
 
