@@ -5,7 +5,7 @@
 
 It predicts what the velocities gain from those at the start, their products, and the commands from some time
 before the start to the end. As in `python -m benchmarks.cse1 --auto`, errors are over those of a velocity that
-stays. It is an oracle for what these recordings tell, not a bound: it has no dynamics and hundreds of coefficients.
+stays. It is an oracle for what these recordings tell, no bound: it has no dynamics and hundreds of coefficients.
 """
 
 import sys
