@@ -55,6 +55,12 @@ def lifted(boat):
     return recordings(plan_of(Y_ur=LIFT), boat)
 
 
+@pytest.fixture(scope="module")
+def as_given(boat, lifted):
+    """The model of the structure in the vehicle file, which lacks a term."""
+    return seatrial.identify(lifted, boat)
+
+
 def test_the_choice_begins_with_what_every_boat_has(boat):
     auto = boat.with_automatic_structure()
     assert auto.automatic
@@ -104,8 +110,8 @@ def test_another_method_estimates_the_terms_that_output_error_chooses(boat, lift
     assert model.estimator.method == "weak-form"
 
 
-def test_a_given_structure_stays_and_the_missing_term_is_named(boat, lifted):
-    model = seatrial.identify(lifted, boat)
+def test_a_given_structure_stays_and_the_missing_term_is_named(boat, lifted, as_given):
+    model = as_given
     assert model.structure.coefficients == boat.structure.coefficients
     (finding,) = model.findings_of(FindingKind.MISSING_TERM)
     assert finding.subject == ("sway", "u * r")
@@ -129,8 +135,8 @@ def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
     assert not enough_blocks([piece] * (count - 1), fitted)
 
 
-def test_a_prior_has_terms_already(boat, lifted):
-    old = seatrial.identify(lifted, boat)
+def test_a_prior_has_terms_already(boat, lifted, as_given):
+    old = as_given
     model = seatrial.identify(lifted[:3], boat.with_automatic_structure(), prior=old)
     assert model.structure.coefficients == old.structure.coefficients
     assert old.with_vehicle(boat.with_automatic_structure()).values == old.values
