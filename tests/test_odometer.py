@@ -9,7 +9,6 @@ from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Health, Taken
 from tests.boats.drives import drive, model
 
-
 SCENE = "hard, pushed"
 IDENTIFIED = 6  # the seed of the drives that the model is identified with
 
