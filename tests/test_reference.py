@@ -55,7 +55,7 @@ def score(ahead: Prediction) -> np.ndarray:
 @pytest.mark.parametrize("sensor", SENSORS)
 def test_a_score_is_the_true_error_of_right_and_wrong_models(af, sensor):
     """Also of models that state no process noise at all, whose own smoother would confirm them."""
-    boat, trial = driven(af, sensor)
+    boat, trial = driven(af, sensor, seconds=120.0)
     recording = trial.recording
     scores, errors = [], []
     for name, model in variants(boat).items():
