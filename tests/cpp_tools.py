@@ -46,7 +46,7 @@ def clone_into(src: Path) -> None:
             link.symlink_to(path)
 
 
-def optimised(*, quick: bool) -> str:
+def optimisation_option(*, quick: bool) -> str:
     """CMake's option for nodes that are tested, at half of -O3's time to compile, or timed as they are installed."""
     return f"-DCMAKE_CXX_FLAGS_RELEASE={'-O1' if quick else '-O3 -DNDEBUG'}"
 

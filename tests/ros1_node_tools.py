@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from cpp_tools import clone_into, optimised
+from cpp_tools import clone_into, optimisation_option
 from rosbags.highlevel import AnyReader
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -26,15 +26,15 @@ def build(*, quick: bool = True) -> Path:
     BUILD.parent.mkdir(exist_ok=True)
     with (BUILD.parent / "ros1.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        _make(optimised(quick=quick))
+        _make(optimisation_option(quick=quick))
     return NODE.parent
 
 
-def _make(flags: str) -> None:
+def _make(option: str) -> None:
     clone_into(BUILD / "src" / "seatrial")
     options = [f"-DPYTHON_EXECUTABLE={SYSTEM_PYTHON}", "-DSEATRIAL_TESTING=ON"]
     # a header once, not five times
-    options += ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=3", flags]
+    options += ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=3", option]
     if shutil.which("ccache"):
         options.append("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache")
     environment = {**os.environ, "PATH": "/usr/bin:/bin"}

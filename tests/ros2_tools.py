@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cpp_tools import clone_into, optimised
+from cpp_tools import clone_into, optimisation_option
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from waiting import PATIENCE
@@ -73,7 +73,7 @@ def build(*, quick: bool = True) -> Path:
         options = ["-DSEATRIAL_TESTING=ON", "-DBUILD_TESTING=ON"]
         # the headers of rclcpp twice, not eight times
         options += ["-DCMAKE_UNITY_BUILD=ON", "-DCMAKE_UNITY_BUILD_BATCH_SIZE=4"]
-        options.append(optimised(quick=quick))
+        options.append(optimisation_option(quick=quick))
         if not (PREFIX / "install" / "share" / "rclcpp_components").exists():
             options.append(f"-Drclcpp_components_DIR={ROOT / 'tests' / 'rclcpp_components'}")
         if shutil.which("ccache"):

@@ -23,7 +23,8 @@ from tests.boats.drives import RUNS, SHIP
 AHEAD = 20  # poses in a second
 EVERY = 2  # poses from one command among the features to the next
 MEMORIES = (0.3, 0.6, 1.0)  # [s] of commands before the start
-SPEED_POWER = 2  # of the propellers' speed, in their thrust
+PROPELLERS = slice(4)  # their commands: port and starboard, along and across
+SPEED, SPEED_POWER = 0.4, 2  # thrust is that at this speed, and grows with a power of it
 PENALTIES = np.logspace(0.0, 5.0, 8)
 
 
@@ -39,7 +40,7 @@ def features(run: Recording, memory: float) -> tuple[Array, Array]:
     start = np.flatnonzero(truth.valid[:-AHEAD] & truth.valid[AHEAD:])
     commands = held(run.commands, run.stamps)
     assert run.scales is not None
-    commands[:, :4] *= (held(run.scales, run.stamps) / 0.4) ** SPEED_POWER
+    commands[:, PROPELLERS] *= (held(run.scales, run.stamps) / SPEED) ** SPEED_POWER
     u, v, r = nu = truth.nu[start].T
     parts = [*nu, *(abs(nu) * nu), u * v, u * r, v * r, abs(u) * v, abs(u) * r, r * r]
     offsets = range(-round(memory * AHEAD), AHEAD + 1, EVERY)

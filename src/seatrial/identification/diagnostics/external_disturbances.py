@@ -61,9 +61,9 @@ def disturbance_findings(seen: Point | None, at: Point, covariance: Array) -> li
         fitted = _refitted(middles, near)
         noise = loosened(fitted.noise, 1.0)  # so that it recovers from a disturbance
         runs = near.runs.relinearised(noise, fitted.theta - near.theta)
-        begin = Point(fitted.theta, noise, runs)
         # the linearisation tells that there are intervals, not always how long they are
-        begins.append(full_pass(problem, fitted.theta, noise) if disturbed_at(begin) else begin)
+        if disturbed_at(Point(fitted.theta, noise, runs)):
+            begins.append(full_pass(problem, fitted.theta, noise))
     for begin in begins:
         found, after = _excluded(begin, near)
         influence = None if after is None else _influence(at, covariance, after)
