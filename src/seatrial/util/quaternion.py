@@ -53,3 +53,28 @@ def slerp(a: Array, b: Array, share: Array) -> Array:
     left, right = np.sin((1 - share) * arc) / np.sin(arc), np.sin(share * arc) / np.sin(arc)
     straight = angle <= SMALL_ANGLE
     return np.asarray(np.where(straight, a + share * (b - a), left * a + right * b))
+
+
+def of_angles(angles: Array, order: str = "xyz") -> Array:
+    """Rotations (n, 4) by angles (n, 3) [rad] about x, y and z, in this order, each about the turned axis."""
+    q = np.tile([0.0, 0.0, 0.0, 1.0], (len(angles), 1))
+    for axis in ("xyz".index(letter) for letter in order):
+        one = np.zeros_like(q)
+        one[:, axis], one[:, 3] = np.sin(angles[:, axis] / 2), np.cos(angles[:, axis] / 2)
+        q = product(q, one)
+    return q
+
+
+def of_matrix(columns: Array) -> Array:
+    """Rotations (n, 4) of matrices (n, 9), column by column; NaN for those that are zero or NaN."""
+    a, d, g, b, e, h, c, f, i = columns.T  # rows a b c, d e f, g h i
+    x, y, z, w = 1 + a - e - i, 1 - a + e - i, 1 - a - e + i, 1 + a + e + i
+    by_part = np.array([
+        [x, b + d, c + g, h - f],
+        [b + d, y, f + h, c - g],
+        [c + g, f + h, z, d - b],
+        [h - f, c - g, d - b, w],
+    ])  # fmt: skip
+    largest = np.argmax(np.array([x, y, z, w]), axis=0)
+    found = unit(by_part[largest, :, np.arange(len(columns))])
+    return np.where((columns == 0.0).all(axis=1)[:, None], np.nan, found)
