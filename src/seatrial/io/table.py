@@ -5,6 +5,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from seatrial.io.tables.base import Table
+from seatrial.io.tables.capture_table import capture_tables
 from seatrial.io.tables.csv_table import CsvTable
 from seatrial.io.tables.mat_table import mat_tables
 from seatrial.io.tables.parquet_table import ParquetTable
@@ -51,4 +52,7 @@ def _open(path: Path) -> list[Table]:
     suffix = path.suffix.lower()
     if suffix == ".parquet":
         return [ParquetTable(path)]
-    return mat_tables(path) if suffix == ".mat" else [CsvTable(path)]
+    if suffix == ".mat":
+        return mat_tables(path)
+    table = CsvTable(path)
+    return [table] if table.joined is None else capture_tables(table, table.joined)

@@ -39,6 +39,7 @@ class Table(ABC):
 
     path: Path  # the file; of a table in memory its name
     in_file: ClassVar[bool] = True
+    only_poses: ClassVar[bool] = False  # whether no column can be a command
     name: str  # of the table: the file's, or the variable's in a .mat
     names: list[str]  # of the columns; of several with one name the second ends in _2
     units: dict[str, str]  # by column, where the file states them
@@ -164,15 +165,18 @@ def unique_names(found: Sequence[str]) -> tuple[list[str], list[str]]:
     """Names of columns, each once, and remarks on those that are renamed."""
     names: list[str] = []
     remarks: list[str] = []
+    taken: set[str] = set()
+    numbers: dict[str, int] = {}  # the last one of a name
     for name in found:
         number, unique = 1, name
-        while name and unique in names:
-            number += 1
+        while name and unique in taken:
+            number = numbers[name] = max(number, numbers.get(name, 1)) + 1
             unique = f"{name}_{number}"
         if unique != name:
             remarks.append(
                 f"column '{name}' is in the header {number} times; number {number} is read as '{unique}'"
             )
+        taken.add(unique)
         names.append(unique)
     return names, remarks
 

@@ -7,7 +7,7 @@ import re
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from itertools import islice
+from itertools import islice, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +27,7 @@ from seatrial.io.tables.csv_layout import (
     separator,
     without_mark,
 )
+from seatrial.io.tables.headers import JoinedHeader, is_whole, joined_header, layout_of
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -42,7 +43,9 @@ UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
 
 
 class CsvTable(Table):
-    """A text file with a header line; columns are read on request."""
+    """A text file with a header of one line, or of several that are joined; columns are read on request."""
+
+    joined: JoinedHeader | None = None  # of a header of several rows
 
     def __init__(self, path: Path) -> None:
         self.path, self.name = path, path.name
@@ -53,10 +56,12 @@ class CsvTable(Table):
         head, rows = self._beginning()
         self.delimiter = separator(head, rows[0] if rows else "")
         cells_of_head = header_cells(head, rows[0] if rows else "", self.delimiter)
-        self.names, renamed = unique_names(cells_of_head)
+        if self.joined is not None:
+            cells_of_head = self.joined.cells
+        self.names, renamed = unique_names(self.joined.names if self.joined else cells_of_head)
         self._header = cells_of_head
         self._no_rows: set[int] = set()  # lines among the rows
-        self.remarks += renamed
+        self.remarks += [] if self.joined else renamed
         cells = [self._split(row) for row in rows]
         self._numeric: list[str] = []
         if cells:
@@ -137,18 +142,7 @@ class CsvTable(Table):
 
     def _beginning(self) -> tuple[str, list[str]]:
         """Header line, and the first two rows."""
-        lines: list[str] = []
-        try:
-            with self.path.open(encoding=self.encoding, newline="") as file:
-                while len(lines) < MOST_COMMENTS + 3:
-                    lines.append(file.readline(LONGEST_LINE))
-                    if not lines[-1] or plain_lines(lines) >= MOST_TITLES + 3:
-                        break
-        except OSError as error:
-            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
-        except UnicodeDecodeError:
-            raise RecordingError(f"{self.path}: is not a CSV text file") from None
-        lines = [line for line in lines if line]
+        lines = self._first_lines()
         if lines and NMEA.match(lines[0]):
             raise RecordingError(
                 f"{self.path}: has NMEA 0183 sentences, not columns; write time, latitude, longitude, heading and "
@@ -158,21 +152,40 @@ class CsvTable(Table):
             raise RecordingError(
                 f"{self.path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"
             )
-        at = header_line(lines)
+        self.joined = joined_header(self.path, lines)
+        at = header_line(lines) if self.joined is None else self.joined.row
         if at is None:
             raise RecordingError(
                 f"{self.path}: is empty; expected a header line and rows of numbers"
             )
+        self._skipped = at + 1  # lines before the first row
+        head, rows = lines[at].strip("\r\n"), [line for line in lines[at + 1 :] if line.strip()]
+        if self.joined is not None:
+            return head, rows[:2]
         titles = [i for i in range(at) if lines[i].strip() and not is_comment(lines[i])]
         if titles:
             self.remarks.append(
                 f"{len(titles)} lines above the header are no row, and are left out"
             )
-        self._skipped = at + 1  # lines before the first row
-        head = lines[at].strip("\r\n")
         if at > 0 or without_mark(head).strip():
             head = without_mark(head)
-        return head, [line for line in lines[at + 1 :] if line.strip()][:2]
+        return head, rows[:2]
+
+    def _first_lines(self) -> list[str]:
+        """Lines that reach beyond the header."""
+        lines: list[str] = []
+        try:
+            with self.path.open(encoding=self.encoding, newline="") as file:
+                while len(lines) < MOST_COMMENTS + 3:
+                    lines.append(file.readline(LONGEST_LINE))
+                    plain = layout_of(lines[:2]) is None and plain_lines(lines) >= MOST_TITLES + 3
+                    if not lines[-1] or plain or is_whole(lines):
+                        break
+        except OSError as error:
+            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
+        except UnicodeDecodeError:
+            raise RecordingError(f"{self.path}: is not a CSV text file") from None
+        return [line for line in lines if line]
 
     def _skip_units(self, cells: list[list[str]]) -> None:
         """A first row of units is part of the header."""
@@ -254,7 +267,9 @@ class CsvTable(Table):
     def _rows(self) -> Iterator[tuple[list[str], int]]:
         """Cells of every row that is not empty, and its line."""
         with self._errors(), self.path.open(encoding=self.encoding, newline="") as file:
-            lines = islice(file, self._skipped, None)
+            lines: Iterator[str] = islice(file, self._skipped, None)
+            if self.joined is not None and self.joined.layout.ends_blank:
+                lines = takewhile(lambda line: line.strip("\r\n\t ,;"), lines)
             if self.delimiter == SPACES:
                 for number, line in enumerate(lines, self._skipped + 1):
                     if line.strip() and not self._is_no_row(line.split(), number):

@@ -61,9 +61,10 @@ class TableSignals(Signals):
         if not file.is_file():
             raise FileError(f"{file}: no such file; name it in the vehicle file under {key}: file")
         found = open_tables(self.path, only={file.name})
-        if name not in found:
+        whole = {f"{file.name}:{table.name}": table for table in found.values()}
+        if name not in whole | found:
             raise FileError(f"{file}: no table {name}; there are {', '.join(found)}")
-        self._tables[name] = found[name]
+        self._tables[name] = (whole | found)[name]
 
     def path_of(self, column: Column) -> str:
         """The column's name."""
