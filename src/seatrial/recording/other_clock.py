@@ -52,7 +52,8 @@ def other_zone(poses: Array, commands: Array) -> str:
     side = "after" if zones > 0 else "before"
     return (
         f"commands are {abs(zones) * ZONE / 3600:g} h {side} the poses: one of them is in another time zone; "
-        "write both by the same clock"
+        f"write both by the same clock, or of a table with stamps in seconds set 'offset: {zones * ZONE:.0f}' at "
+        "commands: stamp"
     )
 
 

@@ -74,6 +74,7 @@ def of_tables(
     driven, chosen = _commands(path, tables, pose, choices, ask)
     table = driven[0]
     stamp = _stamp(table)
+    pose = pose.by_clock_of(table, stamp)
     commands: dict[str, Any] = {"file": table.key} if table.key else {}
     commands["stamp"] = stamp.entry
     if chosen:
@@ -93,7 +94,8 @@ def of_tables(
         recognised("stamps of the commands", table, stamp),
         Recognised("commands", _listed(channels, table), why, sure),
     ]
-    notes["pose"] = [*notes.get("pose", []), *(r for t in tables for r in t.table.remarks)]
+    remarks = dict.fromkeys(r for t in tables for r in t.table.remarks)
+    notes["pose"] = [*notes.get("pose", []), *remarks]
     return Sources(
         path, name, choices.axes, 0.0, pose.entries, commands, channels, notes,
         spare=_spare(table, pose, channels), recognised=tuple(found),
@@ -160,7 +162,9 @@ def _command_tables(
     path: Path, tables: Sequence[TableSeen], pose: PoseColumns, ask: Ask | None
 ) -> list[TableSeen]:
     """The table of the commands: by name, else with columns named so, else the other, else the same."""
-    others = [t for t in tables if all(t is not own for own in pose.tables)]
+    others = [
+        t for t in tables if all(t is not own for own in pose.tables) and not t.table.only_poses
+    ]
     likely = [t for t in others if any(w in t.key.lower() for w in COMMAND_TABLE_WORDS)]
     if not likely:
         holding = [t for t in others if _named_commands(_able(t, pose))]
@@ -170,6 +174,11 @@ def _command_tables(
         few = len(_able(likely[0], pose)) <= OWN_TABLE_CHANNELS
         if few:
             return likely
+    if not likely and pose.tables[0].table.only_poses:
+        raise RecordingError(
+            f"{path}: has poses alone, and no commands: put it in a folder with the table of the commands "
+            "(commands.csv), and give the folder"
+        )
     if not likely:
         return [pose.tables[0]]
     keys = [t.key for t in likely]

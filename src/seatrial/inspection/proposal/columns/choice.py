@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: MIT
 """The columns of position, heading and stamps: those that the user names, else the best by name and value."""
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-import numpy as np
-
+from seatrial.inspection.proposal.columns.bodies import likeliest_body
 from seatrial.inspection.proposal.columns.names import Grade, Kind, grade
 from seatrial.inspection.proposal.columns.signals import (
     LISTED,
@@ -24,6 +22,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     given_stamp,
     no_stamp,
 )
+from seatrial.inspection.proposal.columns.up import about_y, refuse_y_up, upright
 from seatrial.inspection.proposal.sources import (
     OPTIONS,
     Ask,
@@ -33,7 +32,6 @@ from seatrial.inspection.proposal.sources import (
 )
 from seatrial.io.columns import ColumnView, TableSeen
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array
 
 COORDINATE_KEYS = {
     "x": Kind.X, "y": Kind.Y, "east": Kind.EAST, "north": Kind.NORTH,
@@ -41,7 +39,6 @@ COORDINATE_KEYS = {
 }  # fmt: skip
 HEADING_KEYS = ("heading", "psi", "yaw")
 CHOICE_KEYS = (*COORDINATE_KEYS, *HEADING_KEYS, "stamp", "yaw_rate")
-VERTICAL_STEPS, VERTICAL_SHARE = 10.0, 0.1  # of ranges: z over y, z over x, where y is up
 EXAMPLE = "--pose x=COLUMN,y=COLUMN,heading=COLUMN"
 
 
@@ -66,7 +63,7 @@ def pose_signals(
 
 def _table(path: Path, tables: Sequence[TableSeen], name: str) -> TableSeen:
     for table in tables:
-        if table.key and name in (table.key, Path(table.key).stem):
+        if table.key and name in (table.key, Path(table.key).stem, table.table.name):
             return table
     listed = ", ".join(t.key for t in tables if t.key) or "only one; name columns: " + EXAMPLE
     raise RecordingError(f"{path}: no table {name} ({OPTIONS['poses']}); there are {listed}")
@@ -87,34 +84,15 @@ def _position(
     whole = [p for p in found if p.table.key in turning]
     best = whole or found
     best = [p for p in best if p.grade >= min(best[0].grade, Grade.PREFIXED)]
-    keys = list(dict.fromkeys(p.table.key for p in best))
-    key = keys[0] if len(keys) == 1 else choose(path, "poses", keys, ask)
-    position = next(p for p in best if p.table.key == key)
+    tables = list({p.table.key: p.table for p in best}.values())
+    body = tables[0] if len(tables) == 1 else likeliest_body(tables)
+    key = body.key if body else choose(path, "poses", [t.key for t in tables], ask)
+    position = upright(next(p for p in best if p.table.key == key), headings(own))
     if position.still and ask is not None:
         return _asked_position(position, ask)
     if position.still:
-        _refuse_y_up(position)
+        refuse_y_up(position)
     return position
-
-
-def _refuse_y_up(position: Position) -> None:
-    """Raise RecordingError where y hardly moves and the third coordinate does: y is up."""
-    first, second = position.names
-    height = {c.name: c for c in _numeric(position.table)}
-    third = re.sub(r"[yY](?!.*[yY])", lambda m: chr(ord(m[0]) + 1), second)
-    if position.still != second or third not in height:
-        return
-    x, y, z = (float(np.ptp(_known(position.table.numbers(n)))) for n in (first, second, third))
-    if z > max(VERTICAL_STEPS * y, VERTICAL_SHARE * x):
-        raise RecordingError(
-            f"{position.table.view.path}: {second} ranges over {y:.2g} m, {third} over {z:.2g} m: y is up in "
-            "this log (Motive, Unity), and the boat turns about y. Export it with z up, or name other columns "
-            "with --pose"
-        )
-
-
-def _known(values: Array) -> Array:
-    return np.asarray(values[np.isfinite(values)])
 
 
 def _given_position(
@@ -194,7 +172,7 @@ def _heading(
     found = [h for h in headings(tables) if not set(h.names) & set(position.names)]
     beside = [h for h in found if h.table is position.table]
     if beside:
-        return beside[0]
+        return about_y(beside[0], position)
     if found:
         best = [h for h in found if h.grade == found[0].grade]
         keys = list(dict.fromkeys(h.table.key for h in best))

@@ -2,13 +2,14 @@
 """The pose's columns as the vehicle file has them: position, heading with its zero and sense, stamps."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, given_columns, pose_signals
+from seatrial.inspection.proposal.columns.clocks import by_clock_of
 from seatrial.inspection.proposal.columns.heading import Psi, psi_of, sense_by_motion
 from seatrial.inspection.proposal.columns.heading_sense import Sense
 from seatrial.inspection.proposal.columns.names import Kind
@@ -37,6 +38,7 @@ from seatrial.io.columns import TableSeen
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Axes
 
+STAMPS = "stamps of the poses"
 ORIGIN_DIGITS = 6  # [deg] 0.1 m
 FEET = round(1 / 0.3048, 9)  # in a metre
 
@@ -49,7 +51,20 @@ class PoseColumns:
     tables: tuple[TableSeen, ...]  # of the position; of the heading, where it is another
     taken: Mapping[str, frozenset[str]]  # columns of a table, by its key
     recognised: tuple[Recognised, ...]
+    stamp: StampFound
     notes: Mapping[str, list[str]] = field(default_factory=dict)
+
+    def by_clock_of(self, commands: TableSeen, stamp: StampFound) -> "PoseColumns":
+        """With stamps by the clock of the commands, where the table of the poses has several."""
+        table = self.tables[0]
+        own = by_clock_of(table, self.stamp, commands, stamp)
+        if own is self.stamp or len(self.tables) > 1:
+            return self
+        rest = [r for r in self.recognised if r.signal != STAMPS]
+        seen = (*rest, recognised(STAMPS, table, own))
+        return replace(
+            self, entries=self.entries | {"stamp": own.entry}, recognised=seen, stamp=own
+        )
 
     def names_in(self, table: TableSeen) -> frozenset[str]:
         """Columns of the table that belong to the pose."""
@@ -76,7 +91,7 @@ def choose_pose(
     found = [
         *_recognised_position(position, positions(tables)),
         _recognised_heading(heading, psi, headings(tables)),
-        recognised("stamps of the poses", position.table, stamp),
+        recognised(STAMPS, position.table, stamp),
     ]
     # 3. Yaw rate, and what marks valid poses.
     notes: dict[str, list[str]] = {}
@@ -93,7 +108,7 @@ def choose_pose(
         entries["valid"] = marks[0]
     taken = _taken(position, heading, rate)
     used = (position.table, *([heading.table] if heading.table is not position.table else []))
-    return PoseColumns(entries, used, taken, tuple(found), notes)
+    return PoseColumns(entries, used, taken, tuple(found), stamp, notes)
 
 
 def _state_yaw_rate(
@@ -164,9 +179,9 @@ def _coordinate(position: Position, i: int) -> dict[str, Any]:
         entry["unit"] = unit
     elif unit == "ft":
         scale = FEET
-    return (
-        entry | ({"offset": offset} if offset else {}) | ({"scale": scale} if scale != 1.0 else {})
-    )
+    stated = {"sign": position.signs[i], "offset": offset, "scale": scale}
+    usual = {"sign": 1, "offset": 0.0, "scale": 1.0}
+    return entry | {key: value for key, value in stated.items() if value != usual[key]}
 
 
 def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str, Any]:

@@ -59,13 +59,15 @@ class Position:
     scale: float = 1.0  # of latitude and longitude
     offsets: tuple[float, float] = (0.0, 0.0)  # the same
     still: str = ""  # a coordinate that hardly moves
+    signs: tuple[int, int] = (1, 1)
+    y_up: bool = False  # whether the file has y up; its heading is then about y
 
     @property
     def values(self) -> tuple[Array, Array]:
         """Both columns (n,), in degrees where geographic; NaN without a fix."""
         first, second = (
-            (self.table.numbers(name) - offset) / self.scale
-            for name, offset in zip(self.names, self.offsets, strict=True)
+            sign * (self.table.numbers(name) - offset) / self.scale
+            for name, offset, sign in zip(self.names, self.offsets, self.signs, strict=True)
         )
         if self.kinds[0] is Kind.LATITUDE:
             lost = (np.abs(first) < NO_FIX) & (np.abs(second) < NO_FIX)
