@@ -33,6 +33,7 @@ import bag_tools
 import numpy as np
 import px4_logs
 import yaml
+from capture_logs import body, motive, qualisys, vicon
 from mcap_writer import mcap
 from mutations import ODD_WORDS, ODD_YAML, bomb, damaged, edited, queried
 
@@ -50,7 +51,7 @@ from seatrial.util.files import dump_yaml
 MEMORY = 3 << 29  # [bytes] 1.5 GB of addresses for a worker, libraries included
 PATIENCE = 10.0  # [s] of the processor for one case, however busy the machine is
 LONGEST = 3000  # [characters] of a line that somebody is to read
-KINDS = ("bag", "mcap", "db3", "log", "csv", "parquet", "mat", "hdf", "yaml", "inspect")
+KINDS = ("bag", "mcap", "db3", "log", "csv", "capture", "parquet", "mat", "hdf", "yaml", "inspect")
 Data = dict[str, bytes]  # name of a file: its content
 AUTOPILOTS = {
     "run.BIN": autopilot_logs.ardupilot,
@@ -76,7 +77,9 @@ def seeds(kind: str) -> dict[str, list[Data]]:
         return log_seeds()
     if kind in ("bag", "mcap", "db3", "inspect"):
         return bag_seeds()
-    make = {"csv": _csvs, "parquet": _parquets, "mat": _mats, "hdf": _hdfs, "yaml": _vehicles}
+    make = {
+        "csv": _csvs, "capture": _captures, "parquet": _parquets, "mat": _mats, "hdf": _hdfs, "yaml": _vehicles,
+    }  # fmt: skip
     return {kind: make[kind]()}
 
 
@@ -184,6 +187,21 @@ def _vehicles() -> list[Data]:
 
 def _csvs() -> list[Data]:
     return [_tables(), _one_table(), *_other_tables()]
+
+
+def _captures() -> list[Data]:
+    """Exports of Motive, QTM and Vicon beside the commands."""
+    t, eta = bag_tools.turn(2.0)
+    bodies = [body("boat", eta, lost=(3, 4)), body("buoy", eta[::-1])]
+    exports = {
+        "take.csv": (motive, t * 1e-9), "take.tsv": (qualisys, 15), "take.txt": (vicon, 15)
+    }  # fmt: skip
+    found: list[Data] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, (write, clock) in exports.items():
+            content = write(Path(folder) / name, clock, bodies).read_bytes()
+            found.append({name: content, "commands.csv": _tables()["commands.csv"]})
+    return found
 
 
 def _tables() -> Data:
@@ -299,14 +317,14 @@ def made(kind: str, case: int, good: dict[str, list[Data]]) -> tuple[Data, bool]
     rng = random.Random(f"{kind} {case}")
     family = good["bag" if kind == "inspect" else kind]
     files = dict(rng.choice(family))
-    target = rng.choice(sorted(files))
+    target = rng.choice(sorted({*files} - {"commands.csv"} if kind == "capture" else files))
     content = files[target]
     others = [other for seed in family for other in seed.values()]
     if target == "metadata.yaml" and rng.random() < 0.7:
         files[target] = edited(rng, content, ODD_YAML, " :")
     elif kind == "db3" and target.endswith(".db3") and rng.random() < 0.4:
         files[target] = queried(rng, content)
-    elif (kind == "csv" or target == "run.log") and rng.random() < 0.7:
+    elif (kind in ("csv", "capture") or target == "run.log") and rng.random() < 0.7:
         files[target] = edited(rng, content, ODD_WORDS, ",")
     elif kind == "yaml" and rng.random() < 0.9:
         files[target] = (
@@ -336,8 +354,11 @@ def attempt(kind: str, folder: Path, files: Data, *, salvage: bool) -> str:
         tree = any(b"TFMessage" in content for content in files.values())
         if kind == "inspect":
             return _inspected(path, tree=tree)
-        if kind in ("csv", "parquet", "mat", "hdf"):
+        if kind in ("csv", "capture", "parquet", "mat", "hdf"):
             look(path)
+        if kind == "capture":
+            init(path)
+            return "read"
         seatrial.read(path, boat(tree=tree)[0], salvage=salvage)
     except SeatrialError as error:
         _one_line(str(error))

@@ -17,6 +17,7 @@ FEW = {
     "db3": 90,
     "log": 150,
     "csv": 120,
+    "capture": 60,
     "parquet": 90,
     "mat": 90,
     "hdf": 90,
@@ -29,6 +30,7 @@ ALL = {  # with the few, which come first
     "db3": 1200,
     "log": 10_000,  # those of the first batch after the few run in CI, the others on request
     "csv": 1500,
+    "capture": 1000,
     "parquet": 1000,
     "mat": 1000,
     "hdf": 1000,

@@ -1,0 +1,295 @@
+# SPDX-License-Identifier: MIT
+"""Exports of Motive, QTM and Vicon: the boat's poses as they were, or one line that says why not."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from capture_logs import DRAUGHT, body, motive, qualisys, vicon
+from logs import drive, half
+from scipy.spatial.transform import Rotation
+
+import seatrial
+from seatrial.commands.cli import main
+from seatrial.inspection.proposal.sources import Choices
+from seatrial.io.table import open_tables
+from seatrial.simulation.plan import load_plan
+from seatrial.util.errors import RecordingError
+
+RATE = 30.0  # [Hz]
+TILT = 0.02  # [rad] of the bodies; its square is the error of a heading by another axis of the body
+BEGUN = 1_683_815_465.123  # [s] 2023-05-11 14:31:05.123 UTC
+LOST = range(300, 330)  # rows without the boat
+
+
+@pytest.fixture(scope="module")
+def log():
+    """A minute of a boat, whose poses are the truth here."""
+    return drive(60.0, rate=RATE, sticks=half)
+
+
+def far(pose):
+    """The same motion over metres, through all headings; (n, 3)."""
+    t = np.arange(len(pose)) / RATE
+    psi = 0.4 * t + 0.3 * np.sin(t)
+    steps = 0.3 / RATE * np.column_stack([np.cos(psi), np.sin(psi)])
+    return np.column_stack([np.cumsum(steps, axis=0), psi])
+
+
+def still(pose, x):
+    """A body that lies at x [m], as cameras see it."""
+    noise = np.random.default_rng(3).normal(size=pose.shape) * 1e-4
+    return np.array([x, 1.0, 0.5]) + noise
+
+
+def commands(log, folder, clock=lambda t: t):
+    """The table of the commands beside the take."""
+    rows = np.column_stack([clock(log.command_t), log.command])
+    np.savetxt(
+        folder / "commands.csv", rows, fmt="%.6f", delimiter=",", header="t,F_u,F_v,F_r", comments=""
+    )  # fmt: skip
+
+
+def read(folder, **choices):
+    """The proposal, its vehicle file and the recording by it."""
+    proposal = seatrial.init(folder, choices=Choices(**choices))
+    file = folder.with_suffix(".yaml")
+    file.write_text(proposal.text)
+    vehicle = seatrial.load_vehicle(file)
+    return proposal, vehicle, seatrial.read(folder, vehicle)
+
+
+def is_truth(recording, pose, t, missing=(), slack=1e-5):
+    """Whether every pose is the boat's at its time; (n, 3) and (n,)."""
+    seen = np.setdiff1d(np.arange(len(t)), list(missing))
+    at = np.searchsorted(t[seen], recording.t + t[seen][0] - 1e-3)
+    good = recording.valid
+    assert good.sum() == len(seen)
+    np.testing.assert_allclose(recording.t[good], t[seen] - t[0], atol=1e-5)
+    error = recording.eta[good] - pose[seen][: len(at)]
+    np.testing.assert_allclose(error[:, :2], 0.0, atol=slack)
+    np.testing.assert_allclose(np.angle(np.exp(1j * error[:, 2])), 0.0, atol=2 * TILT**2)
+
+
+MOTIVE = {
+    "y up": {},
+    "z up": {"up": "z"},
+    "millimetres": {"length": "Millimeters"},
+    "centimetres, 1.25": {"length": "Centimeters", "version": "1.25"},
+    "Euler angles, y up": {"rotation": "XYZ"},
+    "Euler angles, z up": {"rotation": "ZYX", "up": "z"},
+    "without markers and errors": {"markers": 0, "error": False},
+}
+EXPORTS = {f"Motive, {name}": partial(motive, **how) for name, how in MOTIVE.items()} | {
+    "QTM": lambda path, t, bodies: qualisys(path, 30, bodies),
+    "QTM without frames": lambda path, t, bodies: qualisys(path, 30, bodies, frames=False, time=False),
+    "QTM without times": lambda path, t, bodies: qualisys(path, 30, bodies, time=False, lost=""),
+    "QTM without the matrix": lambda path, t, bodies: qualisys(path, 30, bodies, matrix=False),
+    "Vicon": lambda path, t, bodies: vicon(path, 30, bodies),
+    "Vicon in radians": lambda path, t, bodies: vicon(path, 30, bodies, kind="Objects", angle="rad"),
+    "Vicon, quaternions": lambda path, t, bodies: vicon(path, 30, bodies, quaternion=True, more=True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", EXPORTS)
+def test_poses_are_the_boats(kind, log, tmp_path):
+    """Positions, headings and times of every row in which it was seen; a gap where it was not."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    pose = far(log.pose)
+    suffix = "tsv" if kind.startswith("QTM") else "csv"
+    EXPORTS[kind](
+        folder / f"take.{suffix}", log.pose_t, [body("Otter", pose, tilt=TILT, lost=LOST)]
+    )
+    commands(log, folder)
+    _, vehicle, recording = read(folder)
+    is_truth(recording, pose, log.pose_t, LOST)
+    assert not any("zone" in remark for remark in recording.remarks)
+    assert vehicle.file.pose.file == f"take.{suffix}"
+    np.testing.assert_allclose(recording.commands.values, log.command, atol=1e-6)
+    first = log.pose_t[0] * 1e9
+    assert abs(int(recording.commands.stamps[0]) - int(recording.stamps[0]) + first) < 1e4
+
+
+def test_columns_of_a_body(log, tmp_path):
+    """Metres, seconds, a unit quaternion; height along y; NaN where it was not seen."""
+    one = body("Otter", far(log.pose), lost=LOST)
+    path = motive(tmp_path / "take.csv", log.pose_t, [one], length="Millimeters", rotation="YZX")
+    (table,) = open_tables(path).values()
+    assert table.name == "Otter"
+    np.testing.assert_allclose(table.columns(["Time"])[:, 0], log.pose_t, atol=1e-6)
+    clock = table.columns(["Capture Time"])[:, 0]
+    np.testing.assert_allclose(clock - log.pose_t, BEGUN, atol=1e-5)
+    height, quaternion = table.columns(["Position Y"])[:, 0], table.columns(table.names[5:9])
+    assert np.nanmax(np.abs(height - DRAUGHT)) < 0.02
+    assert not np.isfinite(table.columns(table.names[2:9])[list(LOST)]).any()
+    turned = Rotation.from_quat(quaternion[one.seen])
+    up = turned.apply([0.0, 1.0, 0.0])
+    np.testing.assert_allclose(up[:, 1], 1.0, atol=2 * TILT**2)
+    east = turned.apply([1.0, 0.0, 0.0])  # the bow, in x and -z
+    heading = np.arctan2(-east[:, 2], east[:, 0])
+    wrong = np.angle(np.exp(1j * (heading - far(log.pose)[one.seen, 2])))
+    np.testing.assert_allclose(wrong, 0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "write", [motive, lambda p, _, b: qualisys(p, 30, b), lambda p, _, b: vicon(p, 30, b)]
+)
+def test_several_bodies(write, log, tmp_path, capsys):
+    """The one that moves is proposed, the others are named, and --pose takes another."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    pose = far(log.pose)
+    bodies = [body("gate", still(pose, 3.0)), body("P 7", pose), body("dock", still(pose, -2.0))]
+    path = write(folder / "take.csv", log.pose_t, bodies)
+    commands(log, folder)
+    names = [table.name for table in open_tables(path).values()]
+    proposal, vehicle, recording = read(folder)
+    assert vehicle.file.pose.file == f"take.csv:{names[1]}" and "P 7" in names[1]
+    is_truth(recording, pose, log.pose_t)
+    (x,) = (r for r in proposal.sources.recognised if r.signal == "x")
+    assert all(any(name in other for other in x.others) for name in (names[0], names[2]))
+    again = seatrial.init(folder, choices=Choices(pose=f"take.csv:{names[1]}"))
+    assert again.text.count(f"take.csv:{names[1]}") == 1
+    assert main(["inspect", str(folder)]) == 0
+    assert all(f"take.csv:{name}: " in capsys.readouterr().out for name in names[:1])
+
+
+def test_two_boats_are_a_question(log, tmp_path):
+    """Both move, and neither is named boat: the user says which; a name decides."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    pose = far(log.pose)
+    motive(folder / "take.csv", log.pose_t, [body("Otter", pose), body("Seal", pose[::-1])])
+    commands(log, folder)
+    with pytest.raises(
+        RecordingError, match=r"take\.csv:Otter, take\.csv:Seal; name one with --pose"
+    ):
+        seatrial.init(folder)
+    _, vehicle, recording = read(folder, pose="Seal")
+    assert vehicle.file.pose.file == "take.csv:Seal"
+    is_truth(recording, pose[::-1], log.pose_t)
+    motive(folder / "take.csv", log.pose_t, [body("Seal", pose), body("my boat", pose[::-1])])
+    assert "take.csv:my boat" in seatrial.init(folder).text
+
+
+@pytest.mark.parametrize("zone", [0.0, 7200.0])
+def test_commands_by_the_wall_clock(zone, log, tmp_path):
+    """Stamps since 1970: the poses count from the start of the capture; another zone is named in hours."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))])
+    commands(log, folder, lambda t: t + BEGUN - zone)
+    if not zone:
+        _, vehicle, recording = read(folder)
+        assert vehicle.file.pose.stamp.column == "Capture Time"
+        assert any("02.31.05.123 PM has no zone, and counts as UTC" in r for r in recording.remarks)
+        late = (recording.commands.stamps[0] - recording.stamps[0]) * 1e-9
+        assert late == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
+        return
+    said = "commands are 2 h before the poses: one of them is in another time zone.*'offset: -7200'"
+    with pytest.raises(RecordingError, match=said):
+        seatrial.init(folder)
+    commands(log, folder, lambda t: t + BEGUN)
+    read(folder)
+    commands(log, folder, lambda t: t + BEGUN - zone)
+    text = folder.with_suffix(".yaml").read_text()
+    text = text.replace("stamp: {column: t}", "stamp: {column: t, offset: -7200}")
+    folder.with_suffix(".yaml").write_text(text)
+    recording = seatrial.read(folder, seatrial.load_vehicle(folder.with_suffix(".yaml")))
+    late = (recording.commands.stamps[0] - recording.stamps[0]) * 1e-9
+    assert late == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
+
+
+def test_begins_that_can_not_be_read(log, tmp_path):
+    """AM and PM in another language: stated, and not used."""
+    path = motive(
+        tmp_path / "take.csv", log.pose_t, [body("boat", log.pose)], begun="2023-11-28 10.27.58.765 DU."
+    )  # fmt: skip
+    (table,) = open_tables(path).values()
+    assert "Capture Time" not in table.names
+    assert any("'2023-11-28 10.27.58.765 DU.' is in no known format" in r for r in table.remarks)
+
+
+def test_a_take_alone(log, tmp_path):
+    """Without commands: where they belong."""
+    path = motive(tmp_path / "take.csv", log.pose_t, [body("boat", log.pose)])
+    with pytest.raises(
+        RecordingError, match="has poses alone, and no commands: put it in a folder"
+    ):
+        seatrial.init(path)
+
+
+REFUSED = {
+    "markers": (lambda p, t, b: motive(p, t, [], markers=18), "no rigid body with position and rotation but 18 markers"),
+    "local": (partial(motive, space="Local"), "Coordinate Space is Local"),
+    "feet": (lambda p, t, b: _changed(motive(p, t, b), "Meters", "Feet"), "unit of lengths is 'Feet'"),
+    "order": (lambda p, t, b: _changed(motive(p, t, b, rotation="XYZ"), "Type,XYZ", "Type,XYX"), "Rotation Type is 'xyx'"),
+    "trajectories": (lambda p, t, b: _changed(vicon(p, 30, b), "Segments", "Trajectories", "R", "Q"), "make an object"),
+    "3D": (lambda p, t, b: _changed(qualisys(p, 30, b), "Roll", "Q", "Rot[0]", "Q"), "has no rigid body"),
+    "no columns": (lambda p, t, b: p.write_text("NO_OF_FRAMES\t7\nDATA_INCLUDED\t3D\n1.0\t2.0\n"), "export 6DOF data"),
+    "no rate": (lambda p, t, b: _changed(qualisys(p, 30, b, time=False), "FREQUENCY\t30", "FREQUENCY\tEXT"),
+                "the frame rate is 'EXT', not a number"),
+    "columns": (lambda p, t, b: p.write_text(f"Format Version,1.23\n,Name\nFrame,{'X,' * 20_000}\n"), "of at most 16384"),
+    "bodies": (lambda p, t, b: motive(p, t[:3], [body(f"b{i}", b[0].place[:3]) for i in range(65)], markers=0),
+               "65 rigid bodies, of at most 64"),
+    "cut off": (lambda p, t, b: p.write_text(motive(p, t, b).read_text()[:5000].rpartition(",")[0].rpartition("\n")[0] + "\n8,0.2,0.1"),
+                "3 cells, expected 22; is the file cut off?"),
+}  # fmt: skip
+
+
+def _changed(path, *pairs):
+    text = path.read_text()
+    for old, new in zip(pairs[::2], pairs[1::2], strict=True):
+        text = text.replace(old, new)
+    path.write_text(text)
+
+
+@pytest.mark.parametrize("kind", REFUSED)
+def test_refused_in_one_line(kind, log, tmp_path, capsys):
+    """What was found, and what to do."""
+    write, said = REFUSED[kind]
+    write(tmp_path / "take.csv", log.pose_t, [body("boat", log.pose)])
+    assert main(["inspect", str(tmp_path / "take.csv")]) == 1
+    error = capsys.readouterr().err
+    assert said in error and error.count("\n") == 1
+
+
+def test_hostile_names(log, tmp_path):
+    """Names of bodies come out printable, short and different."""
+    names = ["../a/b", "../a\\b", "x" * 300, "x" * 301, "tab\x0bed", "a\u202eb"]
+    bodies = [body(name, log.pose[:5], seed=i) for i, name in enumerate(names)]
+    tables = open_tables(motive(tmp_path / "take.csv", log.pose_t[:5], bodies, markers=0))
+    assert len(tables) == len(names)
+    assert all(name.isprintable() and "/" not in name and len(name) < 50 for name in tables)
+
+
+def test_headers_that_only_look_like_it(tmp_path):
+    """A table of the user's whose first column has such a name is read as it is."""
+    path = tmp_path / "log.csv"
+    path.write_text("Objects,t\n1,0.0\n2,0.1\n")
+    (table,) = open_tables(path).values()
+    assert table.names == ["Objects", "t"]
+
+
+def test_from_a_take_to_a_model(log, tmp_path, capsys):
+    """`init` and `identify` by the default method: the coefficients of the boat that was simulated."""
+    folder, file = tmp_path / "pool", tmp_path / "boat.yaml"
+    folder.mkdir()
+    motive(folder / "take.csv", log.pose_t, [body("Boat", log.pose, lost=LOST)])
+    commands(log, folder)
+    assert main(["init", str(folder), "-o", str(file)]) == 0
+    text = file.read_text()
+    assert 'y: {column: "Position Z", sign: -1}' in text
+    file.write_text(text.replace("structure: auto", "structure: mallard"))
+    assert main(["inspect", str(folder), "--vehicle", str(file)]) == 0
+    assert (
+        main(["identify", str(folder), "--vehicle", str(file), "-o", str(tmp_path / "model.yaml")])
+        == 0
+    )
+    capsys.readouterr()
+    model = seatrial.load(tmp_path / "model.yaml")
+    true = load_plan("clean").plant.coefficients
+    assert set(model.values) == set(true)
+    for name, value in model.values.items():
+        assert value == pytest.approx(true[name], abs=4 * model.standard_errors[name]), name
