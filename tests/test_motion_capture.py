@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from capture_logs import DRAUGHT, body, motive, qualisys, vicon
 from logs import drive, half
+from odd_logs import columns
 from scipy.spatial.transform import Rotation
 
 import seatrial
 from seatrial.commands.cli import main
+from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.table import open_tables
 from seatrial.simulation.plan import load_plan
@@ -199,6 +201,35 @@ def test_commands_by_the_wall_clock(zone, log, tmp_path):
     recording = seatrial.read(folder, seatrial.load_vehicle(folder.with_suffix(".yaml")))
     late = (recording.commands.stamps[0] - recording.stamps[0]) * 1e-9
     assert late == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
+
+
+@pytest.mark.parametrize("late", [3.0, -3.0, 20.0])
+def test_commands_whose_clock_began_at_another_time(late, tmp_path):
+    """A log that was started by hand: its offset is found up to 5 s; beyond it says what it may be."""
+    folder, c = tmp_path / "run", columns()
+    folder.mkdir()
+    motive(
+        folder / "take.csv",
+        c["t"],
+        [body("boat", np.column_stack([c[k] for k in ("east", "north", "psi")]))],
+    )
+    rows = np.column_stack([c["t"] + late, c["left"], c["right"]])
+    np.savetxt(folder / "commands.csv", rows, delimiter=",", header="t,left,right", comments="")
+    if late > 5.0:
+        with pytest.raises(
+            RecordingError, match="if each table has its own, set 'offset: SECONDS' at"
+        ):
+            seatrial.init(folder)
+        return
+    _, vehicle, recording = read(folder)
+    side = "before" if late > 0 else "after"
+    (finding,) = check_consistency([recording], vehicle).findings
+    assert f"act about 3.0 s {side} their stamps" in finding.text
+    assert f"'offset: {late:.1f}' at commands: stamp" in finding.text
+    file = folder.with_suffix(".yaml")
+    file.write_text(file.read_text().replace("{column: t}", f"{{column: t, offset: {late}}}"))
+    vehicle = seatrial.load_vehicle(file)
+    assert check_consistency([seatrial.read(folder, vehicle)], vehicle).findings == ()
 
 
 def test_begins_that_can_not_be_read(log, tmp_path):

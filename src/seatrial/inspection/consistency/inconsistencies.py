@@ -54,7 +54,8 @@ def clock_inconsistency(offset: float) -> list[Inconsistency]:
     side = "after" if offset > 0 else "before"
     text = (
         f"commands act about {abs(offset):.1f} s {side} their stamps on the poses' clock: poses and "
-        "commands have different clocks; stamp both by one clock, or correct the stamps"
+        "commands have different clocks; stamp both by one clock, or correct the stamps (in seconds, of a table: "
+        f"'offset: {-offset:.1f}' at commands: stamp)"
     )
     return [Inconsistency(InconsistencyKind.CLOCK, text)]
 

@@ -10,8 +10,9 @@ import numpy as np
 from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.proposal.channels import Channels
 from seatrial.recording.clocks import SLOW_TRANSPORT
+from seatrial.recording.other_clock import SINCE_1970
 from seatrial.recording.recording import Recording
-from seatrial.recording.timing import time_text
+from seatrial.recording.timing import Clock, time_text
 from seatrial.util.errors import RecordingError
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES
@@ -19,6 +20,7 @@ from seatrial.util.frames import AXES
 LEAST_COMBINATION = (
     0.01  # of the largest singular value; below, a combination of inputs is unexcited
 )
+LONG_ENOUGH = 60.0  # [s] of driving, which shows what moves the boat where the clocks are one
 FORCE_NAMES = {
     "F_u": "F_u|surge|force_x|linear_x",
     "F_v": "F_v|sway|force_y|linear_y",
@@ -56,8 +58,8 @@ def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
             )
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; "
-            f"{_one_sided(recordings)}{_late(recordings)}record some minutes in which it is driven, or write the "
-            "vehicle file by hand (docs/vehicle.md)"
+            f"{_one_sided(recordings)}{_late(recordings)}{_own_starts(recordings)}record some minutes in which it "
+            "is driven, or write the vehicle file by hand (docs/vehicle.md)"
         )
     remarks = dict.fromkeys(inputs, "check: chosen by name; no axis moves significantly with it")
     axes = dict(zip(WRENCH, AXES, strict=True))
@@ -84,6 +86,23 @@ def _late(recordings: Sequence[Recording]) -> str:
         for s, least in late.items()
     ]
     return f"{joined(found)}: if a clock is behind, correct its stamps; else " if found else ""
+
+
+def _own_starts(recordings: Sequence[Recording]) -> str:
+    """What an error says of two tables whose stamps count from a start, each perhaps from its own."""
+    first = recordings[0]
+    tables = {s.role: s.source for s in first.streams if s.clock is Clock.COLUMN}
+    apart = tables.get("poses") is not None and tables.get("commands") not in (
+        None,
+        tables["poses"],
+    )
+    begin = max(int(first.stamps[0]), int(first.commands.stamps[0])) * 1e-9
+    if not apart or begin > SINCE_1970 or first.duration < LONG_ENOUGH:
+        return ""
+    return (
+        "stamps of poses and commands count from a start: if each table has its own, set 'offset: SECONDS' at "
+        "commands: stamp; else "
+    )
 
 
 def _combinations(recordings: Sequence[Recording]) -> int:
