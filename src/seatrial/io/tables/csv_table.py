@@ -197,7 +197,8 @@ class CsvTable(Table):
                 return
             pairs = zip(self.names, units, strict=True)
             self.units = {name: unit.strip("[]()") for name, unit in pairs if unit}
-            self.remarks.append("the line after the header has units, and counts as no row")
+            if self.joined is None:
+                self.remarks.append("the line after the header has units, and counts as no row")
             self._skipped += 1
             del cells[0]
 
