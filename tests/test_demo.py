@@ -67,8 +67,7 @@ def short(tmp_path_factory) -> Demo:
 REPORTS = {
     "short": ["cse1/cse1-equation-error/report.html", "mallard/result-MP/report.html"],
     "demo": [
-        "cse1/cse1-equation-error/report.html", "cse1/cse1-pair/report.html",
-        "cse1/cse1/report.html", "mallard/result-AF/report.html", "mallard/result-MP/report.html",
+        "cse1/cse1-pair/report.html", "mallard/result-AF/report.html", "mallard/result-MP/report.html",
     ],
 }  # fmt: skip
 

@@ -2,6 +2,7 @@
 """The whole workflow on the bundled recordings and on simulated trials."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
@@ -24,7 +25,7 @@ from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.model_report import write_evidence
-from seatrial.simulation.plan import load_plan
+from seatrial.simulation.plan import PlanFile, load_plan
 from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, write_text
@@ -90,7 +91,9 @@ def _ship(out: Path, say: Say) -> None:
         name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
         unseen = _assessed(model, [tested])
         scores = _scores(model, unseen)
-        _store(out / name, model, scores, [*unseen, *_assessed(model, trained)])
+        _store(out / name, model, scores)
+        if ship == SHIPS[-1]:  # the one that is shown
+            _report(out / name, model, [*unseen, *_assessed(model, trained)])
         return model, scores, out / name
 
     found = spread(identified, SHIPS, "identification")
@@ -123,29 +126,39 @@ def _trials(out: Path, say: Say) -> None:
     """S1-S7 for both allocations: identified on S1-S3, tested on S4-S7 (Tables II and III)."""
     plan = load_plan("paper-like")
     say(f"Simulated trials: the paper's S1-S7, plan '{plan.name}'")
-    for name in over(plan.vehicles, "boat"):
-        vehicle = load_vehicle(name)
-        suffix = SUFFIX[vehicle.scheme]
-        written = write_setting(plan, vehicle, plant_model(plan, vehicle), out)
-        with stage("simulating", 0.2):
-            trials = over(simulate(plan, vehicle), total=len(plan.trials))
-            folders = [write_trial(trial, out) for trial in trials]
-        known = load_vehicle(written)
-        recordings = [read(folder, known) for folder in folders]
-        models: dict[str, Model] = {}
-        found: dict[str, Scores] = {}
-        for method in DEMO_METHODS:
-            with stage(method, 0.3):
-                models[method] = identify(recordings[:3], known, method=method)
-                assessed = _assessed(models[method], recordings[3:])
-                found[method] = _scores(models[method], assessed)
-        save(models[PAPER], out / f"{PAPER}{suffix}.yaml")
-        best = out / f"result{suffix}"
-        _store(best, models[method], found[method], assessed)
-        say(f" allocation{suffix.replace('-', ' ')}")
-        say(_coefficients_table(models, plan.plant.coefficients))
-        say(_scores_table(found, TABLE_III[suffix]))
-        _show_model(models[DEFAULT_METHOD], best, say)
+    for texts in spread(partial(_boat, plan, out), plan.vehicles, "boat"):
+        for text in texts:
+            say(text)
+
+
+def _boat(plan: PlanFile, out: Path, name: str) -> list[str]:
+    """The trials of one allocation, their models and reports; texts for the user."""
+    vehicle = load_vehicle(name)
+    suffix = SUFFIX[vehicle.scheme]
+    written = write_setting(plan, vehicle, plant_model(plan, vehicle), out)
+    with stage("simulating", 0.2):
+        trials = over(simulate(plan, vehicle), total=len(plan.trials))
+        folders = [write_trial(trial, out) for trial in trials]
+    known = load_vehicle(written)
+    recordings = [read(folder, known) for folder in folders]
+    models: dict[str, Model] = {}
+    found: dict[str, Scores] = {}
+    for method in DEMO_METHODS:
+        with stage(method, 0.3):
+            models[method] = identify(recordings[:3], known, method=method)
+            assessed = _assessed(models[method], recordings[3:])
+            found[method] = _scores(models[method], assessed)
+    save(models[PAPER], out / f"{PAPER}{suffix}.yaml")
+    best = out / f"result{suffix}"
+    _store(best, models[method], found[method])
+    _report(best, models[method], assessed)
+    texts = [
+        f" allocation{suffix.replace('-', ' ')}",
+        _coefficients_table(models, plan.plant.coefficients),
+        _scores_table(found, TABLE_III[suffix]),
+    ]
+    _show_model(models[DEFAULT_METHOD], best, texts.append)
+    return texts
 
 
 def _scores_table(found: Mapping[str, Scores], boat: Mapping[str, str] | None = None) -> str:
@@ -189,9 +202,12 @@ def _scores(model: Model, assessed: Sequence[Assessment]) -> Scores:
     return scores_of(model, assessed, DEFAULT_HORIZON, reference="stencil")
 
 
-def _store(out: Path, model: Model, scores: Scores, assessed: Sequence[Assessment]) -> None:
+def _store(out: Path, model: Model, scores: Scores) -> None:
     save(model, out / "model.yaml")
     write_text(out / "scores.json", dump_json(scores_json(scores)))
+
+
+def _report(out: Path, model: Model, assessed: Sequence[Assessment]) -> None:
     with stage("report"):
         every = scores_of(model, assessed, DEFAULT_HORIZON, reference="stencil")
         write_evidence(evidence_of(model, assessed, every), out / "report.html")
