@@ -75,14 +75,14 @@ inline void predict_range(const Boat& boat, const ThrustTrace& trace, const doub
                           double* out, double* sensitivities) {
   const int width = trace.columns().size();
   for (int j = begin; j < end;) {
-    int next = j + 1;  // starts that lie close together share a schedule
+    int next = j + 1;  // starts that lie close together share a schedule, without a gap in it
     int low = start[j];
     int high = start[j];
     int last = stop[j];
     for (; next < end; ++next) {
       const int next_low = std::min(low, start[next]);
       const int next_high = std::max(high, start[next]);
-      if (next_high - next_low > kChunk) break;
+      if (start[next] > last || next_high - next_low > kChunk) break;
       low = next_low;
       high = next_high;
       last = std::max(last, stop[next]);
