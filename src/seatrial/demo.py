@@ -2,6 +2,7 @@
 """The whole workflow on the bundled recordings and on simulated trials."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from importlib import resources
 from pathlib import Path
@@ -83,27 +84,36 @@ def _ship(out: Path, say: Say) -> None:
         runs = {file: [read(bag, v) for bag in bags] for file, v in vehicles.items()}
     _inspect_and_init(bags, runs["vehicle.yaml"], vehicles["vehicle.yaml"], out, say)
 
-    def identified(ship: tuple[str, str, str]) -> tuple[Model, Scores, Path]:
+    def identified(ship: tuple[str, str, str]) -> _Identified:
         file, method, _ = ship
         vehicle, (*trained, tested) = vehicles[file], runs[file]
         with stage("identifying", 0.7):
             model = identify(trained, vehicle, method=method)
-        name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
         unseen = _assessed(model, [tested])
-        scores = _scores(model, unseen)
-        _store(out / name, model, scores)
-        if ship == SHIPS[-1]:  # the one that is shown
-            _report(out / name, model, [*unseen, *_assessed(model, trained)])
-        return model, scores, out / name
+        name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
+        one = _Identified(model, unseen, _scores(model, unseen), out / name)
+        _store(one.folder, model, one.scores)
+        return one
 
-    found = spread(identified, SHIPS, "identification")
-    say(
-        _scores_table({ship[-1]: scores for ship, (_, scores, _) in zip(SHIPS, found, strict=True)})
-    )
-    model, scores, folder = found[-1]
-    (row,) = scores.recordings
+    with stage("identifying", 0.8):
+        found = spread(identified, SHIPS, "identification")
+    say(_scores_table({label: one.scores for (*_, label), one in zip(SHIPS, found, strict=True)}))
+    # the last one is shown
+    shown, (*trained, _) = found[-1], runs[SHIPS[-1][0]]
+    _report(shown.folder, shown.model, [*shown.unseen, *_assessed(shown.model, trained)])
+    (row,) = shown.scores.recordings
     say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
-    _show_model(model, folder, say)
+    _show_model(shown.model, shown.folder, say)
+
+
+@dataclass(frozen=True)
+class _Identified:
+    """A model, and how it predicts the recording that it has not seen."""
+
+    model: Model
+    unseen: list[Assessment]
+    scores: Scores
+    folder: Path
 
 
 def _inspect_and_init(
