@@ -25,7 +25,7 @@ from seatrial.identification.uncertainty.covariance import with_enough_blocks
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 
-FIRST_PASSES = 12  # of the first search, at most
+FIRST_PASSES = 9  # of the first search, at most
 LEAST_LEVER_ARM = 0.02  # [m] a shorter one does not explain why there is no solution
 
 
