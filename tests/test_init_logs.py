@@ -194,7 +194,14 @@ def test_the_command_needs_no_axes(logs, tmp_path, capsys):
 def test_the_documented_vehicle_file_reads_a_log(logs, tmp_path):
     page = Path(__file__).resolve().parents[1] / "docs" / "formats.md"
     (block,) = re.findall(r"^```yaml\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE)
-    (tmp_path / "vehicle.yaml").write_text(block)
+    rest = """seatrial: vehicle 1
+name: twin
+forces:
+  F_u: {axis: surge, of: {left: 0.5, right: 0.5}}
+  F_r: {axis: yaw, of: {left: 0.5, right: -0.5}}
+structure: auto
+"""
+    (tmp_path / "vehicle.yaml").write_text(rest + block)
     vehicle = load_vehicle(tmp_path / "vehicle.yaml")
     assert inspect([read(logs["twin", "run.BIN"], vehicle)], vehicle).signs.findings == ()
 
