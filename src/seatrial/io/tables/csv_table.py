@@ -27,7 +27,13 @@ from seatrial.io.tables.csv_layout import (
     separator,
     without_mark,
 )
-from seatrial.io.tables.headers import JoinedHeader, is_whole, joined_header, layout_of
+from seatrial.io.tables.headers import (
+    LINES_OF_OPENING,
+    JoinedHeader,
+    is_whole,
+    joined_header,
+    layout_of,
+)
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -178,7 +184,10 @@ class CsvTable(Table):
             with self.path.open(encoding=self.encoding, newline="") as file:
                 while len(lines) < MOST_COMMENTS + 3:
                     lines.append(file.readline(LONGEST_LINE))
-                    plain = layout_of(lines[:2]) is None and plain_lines(lines) >= MOST_TITLES + 3
+                    plain = (
+                        layout_of(lines[:LINES_OF_OPENING]) is None
+                        and plain_lines(lines) >= MOST_TITLES + 3
+                    )
                     if not lines[-1] or plain or is_whole(lines):
                         break
         except OSError as error:

@@ -11,6 +11,8 @@ from seatrial.io.tables.csv_layout import SEPARATORS
 from seatrial.util.errors import RecordingError
 
 MOST_COLUMNS = 1 << 14  # of a file
+MARK, NO_MORE = r"[,;\t|]\s*", r"[,;\t|\s]*"  # between two cells; after the last one of a line
+LINES_OF_OPENING = 3  # that tell an export from a plain table
 LONGEST_WORDS = 1 << 10  # [characters] of a line's first cells
 ROWS_SHOWN = 3  # lines after the header: units, and two rows
 BODY, QUANTITY, RATE, REST = "body", "quantity", "rate", "rest"  # what a row of the header says
@@ -26,11 +28,10 @@ class Layout:
     """The header of one program's exports: where it says what."""
 
     program: str
-    begins: tuple[str, ...]  # first cells of the file
+    opening: tuple[re.Pattern[str], ...]  # the first lines: a table of the user's begins otherwise
     columns: re.Pattern[str]  # first cell of the row that names the columns
     parts: Mapping[str, str]  # what a column is of a body, by quantity and name
     advice: str  # where there is no rigid body
-    second: str = ""  # pattern of the second line; then the first line has one word
     index: Mapping[str, str] = field(default_factory=dict)  # columns that are of no body
     labelled: Mapping[str, str] = field(default_factory=dict)  # rows of the header by first word
     above: Mapping[int, str] = field(default_factory=dict)  # other rows, by lines above `columns`
@@ -49,7 +50,9 @@ class Layout:
 AXES_OF_BODY = {f"Position {a}": a for a in POSITION} | {f"Rotation {a}": f"R{a}" for a in "XYZW"}
 LAYOUTS = (
     Layout(
-        "OptiTrack Motive", ("Format Version",), re.compile("Frame"),
+        "OptiTrack Motive",
+        (re.compile(r'"?Format Version"?([,;\t|])"?\d[\d.,]*"?\1"?[A-Z].*'),),
+        re.compile("Frame"),
         AXES_OF_BODY | {"Mean Marker Error": ERROR, "Error Per Marker": ERROR},
         "make a rigid body of the boat's markers in Motive, and export rigid bodies",
         index={"Frame": FRAME, "Time (Seconds)": TIME, "Time": TIME},
@@ -58,7 +61,10 @@ LAYOUTS = (
         order="Rotation Type", space="Coordinate Space",
     ),
     Layout(
-        "Qualisys QTM", ("NO_OF_FRAMES", "FILE_VERSION"), re.compile("Frame|Time|.* X"),
+        "Qualisys QTM",
+        (re.compile(rf"(?:NO_OF_FRAMES|FILE_VERSION){MARK}\d[\d.]*{NO_MORE}"),
+         re.compile(rf"[A-Z][A-Z_]+{MARK}.*")),
+        re.compile("Frame|Time|.* X"),
         {a: a for a in POSITION} | dict(zip(("Roll", "Pitch", "Yaw"), ROTATION, strict=True))
         | {f"Rot[{i}]": part for i, part in enumerate(MATRIX)} | {"Residual": ERROR},
         "define a 6DOF body of the boat's markers in QTM, and export 6DOF data",
@@ -66,10 +72,14 @@ LAYOUTS = (
         begun="TIME_STAMP", length="mm",
     ),
     Layout(
-        "Vicon", ("Segments", "Objects", "Trajectories", "Devices", "Joints", "Model Outputs"),
+        "Vicon",
+        (
+            re.compile(rf'"?(?:Segments|Objects|Trajectories|Devices|Joints|Model Outputs)"?{NO_MORE}'),
+            re.compile(rf'"?\d+(?:[.,]\d+)?"?{NO_MORE}'), re.compile(rf'(?:"")?{MARK}.*'),
+        ),
         re.compile("Frame"), {f"T{a}": a for a in POSITION} | {f"R{a}": f"R{a}" for a in "XYZW"},
         "make an object of the boat's markers, and export Segments or Objects alone",
-        second=r"\d+(?:[.,]\d+)?", index={"Frame": FRAME, "Sub Frame": "sub frame"},
+        index={"Frame": FRAME, "Sub Frame": "sub frame"},
         above={1: BODY, 2: RATE}, ends_blank=True, rate=RATE, length="mm",
     ),
 )  # fmt: skip
@@ -91,14 +101,11 @@ class JoinedHeader:
 
 def layout_of(lines: Sequence[str]) -> Layout | None:
     """The layout with which these lines begin; None: a plain table."""
-    first = _words(lines[0]) if lines else []
+    begins = [line[:LONGEST_WORDS].strip("\r\n") for line in lines[:LINES_OF_OPENING]]
     for layout in LAYOUTS:
-        if first and first[0] in layout.begins:
-            if not layout.second:
-                return layout if len(first) > 1 else None
-            second = _words(lines[1]) if len(lines) > 1 else []
-            alone = not any(word.strip(",;|\t ") for word in (*first[1:], *second[1:]))
-            return layout if alone and second and re.fullmatch(layout.second, second[0]) else None
+        opening = layout.opening
+        if len(begins) >= len(opening) and all(map(re.Pattern.fullmatch, opening, begins)):
+            return layout
     return None
 
 
@@ -183,7 +190,9 @@ def _pairs(layout: Layout, lines: Sequence[str]) -> dict[str, str]:
         cells = _cells(lines[0], mark if mark in SEPARATORS else ",")
         return dict(zip(cells[::2], cells[1::2], strict=False))
     if layout.pairs_in_lines:
-        return {cells[0]: cells[1] for line in lines if len(cells := _cells(line, "\t")) > 1}
+        marks = [re.search(MARK, line) for line in lines]
+        found = [_cells(line, m[0][0]) for line, m in zip(lines, marks, strict=True) if m]
+        return {cells[0]: cells[1] for cells in found}
     return {}
 
 
