@@ -10,12 +10,15 @@ from seatrial.io.columns import TableSeen
 from seatrial.util.errors import RecordingError
 
 ZONES = 26 * 3600.0  # [s] by which clocks in two time zones may differ
+DATES = (
+    1e9  # [s] since 1970, above which stamps are dates: no clock counts from a start for 31 years
+)
 
 
 def by_clock_of(
     poses: TableSeen, stamp: StampFound, commands: TableSeen, other: StampFound
 ) -> StampFound:
-    """The stamps of the poses that overlap those of the commands, or come nearest, within time zones."""
+    """The stamps of the poses that overlap those of the commands, or come nearest: dates, or within time zones."""
     if stamp.sure is Sureness.CHOSEN or poses is commands:
         return stamp
     driven = _span(commands, other)
@@ -23,10 +26,12 @@ def by_clock_of(
     for name in stamp.others if apart > 0.0 else ():
         try:
             found = given_stamp(poses, name)
-            away = _apart(_span(poses, found), driven)
+            span = _span(poses, found)
+            away = _apart(span, driven)
         except RecordingError:
             continue
-        if away < min(apart, ZONES):
+        most = apart if min(span[0], driven[0]) > DATES else min(apart, ZONES)
+        if away < most:
             why = f"nearest to the stamps of the commands; by {stamp.entry['column']} they are {apart:.4g} s apart"
             best, apart = StampFound(found.entry, why, Sureness.LIKELY, stamp.others), away
     return best
