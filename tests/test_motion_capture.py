@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Exports of Motive, QTM and Vicon: the boat's poses as they were, or one line that says why not."""
 
+import re
 from functools import partial
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import seatrial
 from seatrial.commands.cli import main
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.inspection.proposal.sources import Choices
+from seatrial.inspection.proposal.sources import Choices, Sureness
 from seatrial.io.table import open_tables
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import RecordingError
@@ -203,6 +204,16 @@ def test_commands_by_the_wall_clock(zone, log, tmp_path):
     assert late == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
 
 
+def test_commands_of_another_day(log, tmp_path):
+    """Both clocks count from 1970: the message says how far they are apart."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
+    commands(log, folder, lambda t: t + BEGUN + 3 * 86_400)
+    with pytest.raises(RecordingError, match=r"commands run from 259200 s to 25926\d"):
+        seatrial.init(folder)
+
+
 @pytest.mark.parametrize("late", [3.0, -3.0, 20.0])
 def test_commands_whose_clock_began_at_another_time(late, tmp_path):
     """A log that was started by hand: its offset is found up to 5 s; beyond it says what it may be."""
@@ -261,7 +272,7 @@ REFUSED = {
     "no columns": (lambda p, t, b: p.write_text("NO_OF_FRAMES\t7\nDATA_INCLUDED\t3D\n1.0\t2.0\n"), "export 6DOF data"),
     "no rate": (lambda p, t, b: _changed(qualisys(p, 30, b, time=False), "FREQUENCY\t30", "FREQUENCY\tEXT"),
                 "the frame rate is 'EXT', not a number"),
-    "columns": (lambda p, t, b: p.write_text(f"Format Version,1.23\n,Name\nFrame,{'X,' * 20_000}\n"), "of at most 16384"),
+    "columns": (lambda p, t, b: p.write_text(f"Format Version,1.23,Take Name,a\n,Name\nFrame,{'X,' * 20_000}\n"), "of at most 16384"),
     "bodies": (lambda p, t, b: motive(p, t[:3], [body(f"b{i}", b[0].place[:3]) for i in range(65)], markers=0),
                "65 rigid bodies, of at most 64"),
     "cut off": (lambda p, t, b: p.write_text(motive(p, t, b).read_text()[:5000].rpartition(",")[0].rpartition("\n")[0] + "\n8,0.2,0.1"),
@@ -301,6 +312,99 @@ def test_headers_that_only_look_like_it(tmp_path):
     path.write_text("Objects,t\n1,0.0\n2,0.1\n")
     (table,) = open_tables(path).values()
     assert table.names == ["Objects", "t"]
+
+
+PLAIN = (  # text, names of its columns
+    ("Format Version,t,x\n1,0.0,1\n1,0.1,2\n", ["Format Version", "t", "x"]),
+    ("Format Version,1.0\nt,x,y\n0,1,2\n1,2,3\n", ["t", "x", "y"]),
+    ("Objects\n1\n2\n3\n", ["Objects"]),
+    ("Segments\n3\nFrame,x\n0,1\n1,2\n2,3\n", ["Frame", "x"]),
+    ("NO_OF_FRAMES,t\n1,0.0\n2,0.1\n", ["NO_OF_FRAMES", "t"]),
+    ("FILE_VERSION\t1\nt\tx\n0\t1\n1\t2\n", ["FILE_VERSION", "1"]),
+    ("Frame,Time,x\n1,0.0,2\n2,0.1,3\n", ["Frame", "Time", "x"]),
+)
+
+
+@pytest.mark.parametrize(("text", "names"), PLAIN)
+def test_tables_that_begin_as_exports(text, names, tmp_path):
+    """One word in common is no export: the table is read as ever."""
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    (table,) = open_tables(path).values()
+    assert table.names == names
+
+
+def test_exports_that_a_spreadsheet_saved(log, tmp_path):
+    """QTM's with commas and lines of one length; Motive's with semicolons and decimal commas."""
+    path, pose = tmp_path / "take.csv", far(log.pose)[:50]
+    for mark in ",;":
+        if mark == ",":
+            text = qualisys(path, 30, [body("Otter", pose)]).read_text().replace(", ", " ")
+            lines = [line.replace("\t", ",") for line in text.splitlines()]
+            text = "\n".join(line + "," * (20 - line.count(",")) for line in lines)
+        else:
+            text = motive(path, log.pose_t[:50], [body("Otter", pose)], up="z").read_text()
+            text = text.replace(",", ";").replace(".", ",")
+        path.write_text(text)
+        (table,) = open_tables(path).values()
+        np.testing.assert_allclose(
+            table.columns(["Position X", "Position Y"]), pose[:, :2], atol=1e-5
+        )
+
+
+def turned_take(folder, degrees):
+    """The take of a boat with two thrusters, whose body's x axis lies this far to port of the bow."""
+    c = columns()
+    folder.mkdir()
+    pose = np.column_stack([c["east"], c["north"], c["psi"] + np.radians(degrees)])
+    motive(folder / "take.csv", c["t"], [body("boat", pose)], markers=0)
+    rows = np.column_stack([c["t"], c["left"], c["right"]])
+    np.savetxt(folder / "commands.csv", rows, delimiter=",", header="t,left,right", comments="")
+
+
+@pytest.mark.parametrize("degrees", [37, 135])
+def test_axes_that_lie_aside_of_the_boat(degrees, tmp_path):
+    """The angle is proposed; without it the check names it, and what it repairs is consistent."""
+    folder = tmp_path / "run"
+    turned_take(folder, degrees)
+    proposal, vehicle, recording = read(folder)
+    assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(degrees), abs=0.03)
+    assert "from the way that both thrusters drive the boat: turned by -" in proposal.text
+    assert check_consistency([recording], vehicle).findings == ()
+    file = folder.with_suffix(".yaml")
+    file.write_text(re.sub(r", offset: [\d.]+\}", "}", proposal.text))
+    vehicle = seatrial.load_vehicle(file)
+    report = check_consistency([seatrial.read(folder, vehicle)], vehicle)
+    (finding,) = report.findings
+    off, offset = re.search(
+        r"off by (\d+) deg.*set offset: ([\d.]+) at pose: psi", finding.text
+    ).groups()
+    assert int(off) == pytest.approx(degrees, abs=2)
+    repaired = report.repaired(vehicle)
+    assert repaired.file.pose.psi.offset == pytest.approx(float(offset), abs=1e-3)
+    assert check_consistency([seatrial.read(folder, repaired)], repaired).findings == ()
+
+
+def test_axes_that_point_to_the_stern(tmp_path):
+    """Both readings are consistent: a comment names the other one, and the heading is no certain one."""
+    turned_take(tmp_path / "run", 180)
+    proposal, _, _ = read(tmp_path / "run")
+    said = "# check: both inputs drive astern; where x points to the stern set offset: "
+    assert proposal.text.count(said) == 1
+    (heading,) = (r for r in proposal.sources.recognised if r.signal == "heading")
+    assert "moves mostly astern: check" in heading.why and heading.sure is Sureness.GUESS
+
+
+def test_sticks_that_drive_aside_of_the_axes(log, tmp_path):
+    """Surge and sway by their own inputs: both lie turned by one angle."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    pose = log.pose + np.array([0.0, 0.0, np.radians(30.0)])
+    motive(folder / "take.csv", log.pose_t, [body("boat", pose)], up="z", markers=0)
+    commands(log, folder)
+    proposal, vehicle, _ = read(folder)
+    assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(30.0), abs=0.03)
+    assert "F_u: {column: F_u}" in proposal.text and "F_v: {column: F_v}" in proposal.text
 
 
 def test_from_a_take_to_a_model(log, tmp_path, capsys):

@@ -30,6 +30,7 @@ from seatrial.inspection.consistency.inconsistencies import (
     inconsistencies,
     steering_inconsistencies,
 )
+from seatrial.inspection.consistency.oblique import oblique_angle, with_heading_turned
 from seatrial.inspection.consistency.pose_units import (
     as_measured,
     clearly_better,
@@ -41,7 +42,7 @@ from seatrial.inspection.consistency.pose_units import (
 from seatrial.inspection.consistency.repair import Repair, apply_repair
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import AXES, Array, Axes
 
 STRAIGHT_HEADING = 0.1  # [rad] least standard deviation of the heading that shows the handedness
 MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are thinned to it
@@ -123,7 +124,12 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     found = gains(runs, mirrored=mirrored)
     # 5. The fewest edits of signs and order that explain the gains.
     search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
-    repair = replace(search.best(), units=(*lengths, angle))
+    best = search.best()
+    off = oblique_angle(search, best)
+    if off:  # in the axes of the file
+        search = with_heading_turned(search, off)
+        best = replace(search.no_edit, angle=-off if vehicle.axes is Axes.FRD else off)
+    repair = replace(best, units=(*lengths, angle))
     effects = _input_effects(vehicle, search, repair)
     unexcited = _unexcited(vehicle, search, repair)
     wrong = (

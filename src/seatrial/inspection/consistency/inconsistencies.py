@@ -131,6 +131,8 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
         )
         text = f"x and y are exchanged: with their columns swapped the track agrees with the heading; {how}"
         found.append(Inconsistency(InconsistencyKind.EXCHANGED, text))
+    if repair.angle:
+        found.append(_oblique(columns["psi"], repair))
     if repair.turn % 4:
         found.append(_heading(columns["psi"], repair))
         negated = [name for name in negated if name != "psi"]
@@ -142,6 +144,16 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
         )
         found.append(Inconsistency(InconsistencyKind.MIRRORED, text))
     return found
+
+
+def _oblique(column: Column, repair: Repair) -> Inconsistency:
+    """A zero of the heading that is off by any angle."""
+    return Inconsistency(
+        InconsistencyKind.HEADING,
+        f"the heading's zero is off by {-repair.angle:.0f} deg: the inputs drive the boat that far aside of it, "
+        "as where the axes of a tracker's body were not set along the boat; "
+        f"set offset: {repaired_heading(column, repair).offset:.4g} at pose: psi",
+    )
 
 
 def _heading(column: Column, repair: Repair) -> Inconsistency:

@@ -31,6 +31,7 @@ class Repair:
     exchanged: bool = False  # x and y change places, before the signs
     pose_signs: tuple[int, int, int] = (1, 1, 1)  # of x, y, psi
     turn: int = 0  # quarter turns that are added to psi, after its sign
+    angle: float = 0.0  # [deg] added to psi, where its zero is off by no quarter turn
     order: tuple[int, ...] = ()  # input i reads the column of input order[i]
     input_signs: tuple[int, ...] = ()
 
@@ -51,7 +52,7 @@ class Repair:
         """Number of edits of the poses' order, signs and zero; of a compass, zero and sense are one."""
         edits = int(self.exchanged) + sum(sign < 0 for sign in self.pose_signs)
         compass = self.pose_signs[2] < 0 and self.turn % 4 == COMPASS
-        return edits + (self.turn % 4 != 0 and not compass)
+        return edits + (self.turn % 4 != 0 and not compass) + (self.angle != 0.0)
 
     @property
     def edits(self) -> float:
@@ -110,16 +111,16 @@ def _repaired_pose(pose: PoseSource, repair: Repair) -> PoseSource:
 
 def repaired_heading(column: Column, repair: Repair) -> Column:
     """The column of psi with its sign and zero corrected."""
-    return turned(_signed(column, repair.pose_signs[2]), repair.turn)
+    quarters = (repair.turn + 1) % 4 - 1  # -1 to 2
+    return turned(_signed(column, repair.pose_signs[2]), 90.0 * quarters + repair.angle)
 
 
-def turned(column: Column, quarters: int) -> Column:
-    """A column of headings to which quarter turns are added."""
-    if quarters % 4 == 0:
+def turned(column: Column, angle: float) -> Column:
+    """A column of headings to which an angle [deg] is added."""
+    if angle == 0.0:
         return column
-    quarter = 0.5 * np.pi / ANGLES[column.unit or "rad"]
-    signed = (quarters % 4 if quarters % 4 < 3 else -1) * quarter
-    offset = column.offset - column.sign * signed * column.scale
+    own = angle * ANGLES["deg"] / ANGLES[column.unit or "rad"]
+    offset = column.offset - column.sign * own * column.scale
     return msgspec.structs.replace(column, offset=float(offset))
 
 

@@ -9,12 +9,15 @@ import numpy as np
 
 from seatrial.boat.schema import Column
 from seatrial.inspection.consistency.check import ConsistencyReport
+from seatrial.inspection.consistency.oblique import LEAST_ANGLE
 from seatrial.inspection.consistency.repair import Repair, repaired_heading
 from seatrial.inspection.proposal.channels import Channels
 from seatrial.util.errors import RecordingError
 
 PAIR = 2  # thrusters of a boat that can not be driven sideways
 SURGE, SWAY, YAW = 0, 1, 2
+ACROSS = 0.2  # largest cosine between the forces of two sticks
+TOGETHER = 0.5  # least size of the sum of two thrusters' forces, of their sizes
 
 
 @dataclass(frozen=True)
@@ -31,17 +34,59 @@ def turned_heading(
     """The heading by what the boat does; None where nothing contradicts it.
 
     East and north are no mirror image: a track that turns against the heading shows its sense. Two thrusters that
-    turn the boat drive it ahead: if they drive it sideways, the zero is a quarter turn off. Raises RecordingError.
+    turn the boat drive it ahead, and two sticks along its axes: if they drive it aside, the zero is off by that
+    angle. Raises RecordingError.
     """
     if "latitude" in pose and report.search is not None and report.search.mirrored:
         _refuse_table(pose)
         return _repaired(pose, Repair(pose_signs=(1, 1, -1)), "turns against the track: sign: -1")
+    if len(found.names) == PAIR and found.clear[YAW].all():
+        return _by_thrusters(pose, found)
+    return _by_sticks(pose, found)
+
+
+def _by_thrusters(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
+    """Two thrusters that turn the boat drive it ahead."""
     clear = found.clear
-    if len(found.names) != PAIR or clear[SURGE].any() or not (clear[SWAY] & clear[YAW]).all():
+    if not clear[SWAY].all():
+        return _astern(pose, found)
+    forces = found.gains[SURGE] + 1j * found.gains[SWAY]
+    both = complex(forces.sum())
+    if not clear[SURGE].any():
+        text = "lies across the way that both thrusters drive the boat: turned by 90 deg"
+        return _repaired(pose, Repair(turn=1 if both.imag > 0 else 3), text)
+    angle = round(float(np.degrees(np.angle(both))))
+    apart = abs(both) < TOGETHER * float(np.abs(forces).sum())  # one of them counts astern
+    if apart or min(abs(angle), 180 - abs(angle)) < LEAST_ANGLE:
         return None
-    port = float(np.sum(found.gains[SWAY])) > 0
-    text = "lies across the way that both thrusters drive the boat: turned by 90 deg"
-    return _repaired(pose, Repair(turn=1 if port else 3), text)
+    return _oblique(pose, angle, "both thrusters drive")
+
+
+def _by_sticks(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
+    """Two sticks that do not turn the boat, and drive it across each other, but not along its axes."""
+    plane = (found.effects[: SWAY + 1] > 0.0).any(axis=0) & ~found.clear[YAW]
+    if len(found.names) != PAIR + 1 or np.count_nonzero(plane) != PAIR:
+        return None
+    one, other = (found.gains[SURGE] + 1j * found.gains[SWAY])[plane]
+    one, other = one / abs(one), other / abs(other)
+    if abs((one * other.conjugate()).real) > ACROSS:
+        return None
+    angle = round(float(np.degrees(np.angle(one**4 + other**4)) / 4.0))
+    return _oblique(pose, angle, "two inputs drive") if abs(angle) >= LEAST_ANGLE else None
+
+
+def _astern(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
+    """Two thrusters that drive the boat astern: x may point to the stern, or the commands count astern."""
+    if not (found.clear[SURGE] & (found.gains[SURGE] < 0.0)).all():
+        return None
+    turned = repaired_heading(_heading(pose), Repair(turn=2))
+    text = f"check: both inputs drive astern; where x points to the stern set offset: {turned.offset:.9g} at psi"
+    return TurnedHeading(dict(pose), text)
+
+
+def _oblique(pose: Mapping[str, Any], angle: int, what: str) -> TurnedHeading:
+    text = f"lies {angle} deg from the way that {what} the boat: turned by {angle} deg"
+    return _repaired(pose, Repair(angle=float(angle)), text)
 
 
 def _refuse_table(pose: Mapping[str, Any]) -> None:
@@ -56,8 +101,7 @@ def _refuse_table(pose: Mapping[str, Any]) -> None:
 
 def _repaired(pose: Mapping[str, Any], repair: Repair, text: str) -> TurnedHeading:
     entry = dict(pose.get("psi", {}))
-    stated = {key: entry[key] for key in ("unit", "sign", "offset", "scale") if key in entry}
-    column = repaired_heading(Column(**stated), repair)
+    column = repaired_heading(_heading(pose), repair)
     entry |= {"sign": column.sign, "offset": round(column.offset, 9)}
     kept = {
         key: value
@@ -70,3 +114,10 @@ def _repaired(pose: Mapping[str, Any], repair: Repair, text: str) -> TurnedHeadi
             "sign": -dict(pose["yaw_rate"]).get("sign", 1)
         }
     return TurnedHeading(changed, f"check: the heading {text}")
+
+
+def _heading(pose: Mapping[str, Any]) -> Column:
+    """The column of psi without its name."""
+    entry = dict(pose.get("psi", {}))
+    stated = {key: entry[key] for key in ("unit", "sign", "offset", "scale") if key in entry}
+    return Column(**stated)

@@ -24,6 +24,7 @@ from seatrial.util.format import joined
 from seatrial.util.frames import AXES, Array
 from seatrial.util.progress import over, stage
 
+MOST_TURNS = 3  # of the heading, one after the other: its sense, then its zero
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 
 
@@ -43,7 +44,9 @@ class Drive:
     on_change: bool
 
 
-def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
+def find_drive(
+    sources: Sources, *, thrusters: int = 0, salvage: bool, turns: int = MOST_TURNS
+) -> Drive:
     """Inputs, signs, scales and units from the recording itself. `thrusters`: how many positions are known."""
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
@@ -58,10 +61,12 @@ def find_drive(sources: Sources, *, thrusters: int = 0, salvage: bool) -> Drive:
         recordings = _read(sources, draft, salvage=salvage)
     # 2. Offsets, scales and gains of the channels.
     channels = _channels(sources, draft, recordings, report.table)
-    turned = turned_heading(pose, channels, report)
-    if turned is not None:
+    turned = turned_heading(pose, channels, report) if turns else None
+    if turned is not None and turned.pose == pose:
+        corrected = [turned.text, *corrected]
+    elif turned is not None:
         sources = replace(sources, pose=turned.pose)
-        found = find_drive(sources, thrusters=thrusters, salvage=salvage)
+        found = find_drive(sources, thrusters=thrusters, salvage=salvage, turns=turns - 1)
         return replace(found, findings=(turned.text, *corrected, *found.findings))
     # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
     parts = (_thrusters if channels.shared else _sticks)(channels)

@@ -120,6 +120,8 @@ def _sense(
             f"{name}; {what[usual]}" + ("" if certain else ", not seen in the motion"),
         )
     turned = (motion.offset - usual.offset) % 360
+    if motion.sign == usual.sign and turned == 180 and quaternion:  # of a body with any axes
+        return usual, Sureness.GUESS, f"{name}; {what[usual]}; the boat moves mostly astern: check"
     if motion.sign == usual.sign and turned in (0, 180):
         return usual, Sureness.CERTAIN, f"{name}; {what[usual]}, as the boat moves"
     if motion in what:

@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: MIT
+"""A heading whose zero is off by any angle: the axes of a tracker's body were set as the boat happened to lie.
+
+All forces in the plane then lie turned by one angle from where the vehicle file has them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from seatrial.inspection.consistency.gains import Gains
+from seatrial.inspection.consistency.hypotheses import (
+    LEVER_OF_ONE,
+    HypothesisSearch,
+    nearest_lever,
+)
+from seatrial.inspection.consistency.repair import Repair
+
+LEAST_ANGLE = 8.0  # [deg] reported; less may be forces that are not along the axes
+ANGLE_STEP = 1.0  # [deg] of the grid
+LEFT = 0.2  # of chi-square, with a lever arm, at most after the turn
+
+
+def oblique_angle(search: HypothesisSearch, repair: Repair) -> float:
+    """What psi is to be turned by [deg], forward-left-up; 0 where the file fits, or no turn explains the gains."""
+    if search.mirrored or search.fits(repair):
+        return 0.0
+    angles = np.arange(-180.0, 180.0, ANGLE_STEP)
+    misfits = [with_heading_turned(search, a).misfit(search.no_edit) for a in angles.tolist()]
+    angle = float(angles[int(np.argmin(misfits))])
+    turned = with_heading_turned(search, angle)
+    saved = _misfit_of_one_point(search) - _misfit_of_one_point(turned)
+    clear = _misfit_of_one_point(turned) < LEFT * _misfit_of_one_point(search)
+    return angle if abs(angle) >= LEAST_ANGLE and clear and saved > search.edit_penalty else 0.0
+
+
+def with_heading_turned(search: HypothesisSearch, angle: float) -> HypothesisSearch:
+    """The gains as they are with psi more by an angle [deg], forward-left-up."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    surge, sway, yaw = search.gains
+    return replace(search, gains=(_sum(surge, c, sway, s), _sum(sway, c, surge, -s), yaw))
+
+
+def _sum(one: Gains, a: float, other: Gains, b: float) -> Gains:
+    """Gains of a one + b other, whose errors are independent."""
+    values = a * one.values + b * other.values
+    covariance = a**2 * np.linalg.inv(one.precision) + b**2 * np.linalg.inv(other.precision)
+    errors = [
+        np.abs(g.values) / np.maximum(np.abs(g.t), np.finfo(float).tiny) for g in (one, other)
+    ]
+    error = np.maximum(np.hypot(a * errors[0], b * errors[1]), np.finfo(float).tiny)
+    return Gains(values, values / error, np.linalg.inv(covariance))
+
+
+def _misfit_of_one_point(search: HypothesisSearch) -> float:
+    """Chi-square of the file as it is, with the lever arm that fits best."""
+    lever = nearest_lever([search], LEVER_OF_ONE)
+    return search.at_point(lever).misfit(search.no_edit)
