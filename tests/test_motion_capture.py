@@ -2,6 +2,7 @@
 """Exports of Motive, QTM and Vicon: the boat's poses as they were, or one line that says why not."""
 
 import re
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -267,6 +268,9 @@ REFUSED = {
     "local": (partial(motive, space="Local"), "Coordinate Space is Local"),
     "feet": (lambda p, t, b: _changed(motive(p, t, b), "Meters", "Feet"), "unit of lengths is 'Feet'"),
     "order": (lambda p, t, b: _changed(motive(p, t, b, rotation="XYZ"), "Type,XYZ", "Type,XYX"), "Rotation Type is 'xyx'"),
+    "never seen": (lambda p, t, b: motive(p, t, [replace(b[0], seen=b[0].seen & False)]), "boat is seen in none of 1800 rows"),
+    "devices": (lambda p, t, b: p.write_text("Devices\n100\n,,plate\nFrame,Sub Frame,Fx\n,,N\n1,0,2\n\n" + vicon(p, 30, b).read_text()),
+                "in its first table, Devices"),
     "trajectories": (lambda p, t, b: _changed(vicon(p, 30, b), "Segments", "Trajectories", "R", "Q"), "make an object"),
     "3D": (lambda p, t, b: _changed(qualisys(p, 30, b), "Roll", "Q", "Rot[0]", "Q"), "has no rigid body"),
     "no columns": (lambda p, t, b: p.write_text("NO_OF_FRAMES\t7\nDATA_INCLUDED\t3D\n1.0\t2.0\n"), "export 6DOF data"),
@@ -393,6 +397,33 @@ def test_axes_that_point_to_the_stern(tmp_path):
     assert proposal.text.count(said) == 1
     (heading,) = (r for r in proposal.sources.recognised if r.signal == "heading")
     assert "moves mostly astern: check" in heading.why and heading.sure is Sureness.GUESS
+
+
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_axes_of_a_body_that_stand_up(up, log, tmp_path):
+    """The axis whose heading is read points up: no heading, and no word of clocks."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    boat = body("boat", far(log.pose))
+    stood = Rotation.from_euler("x" if up == "y" else "y", 90, degrees=True)
+    boat = replace(boat, turned=boat.turned * stood)
+    motive(folder / "take.csv", log.pose_t, [boat], up=up, markers=0)
+    commands(log, folder)
+    with pytest.raises(
+        RecordingError, match=r"the axis of the heading is 8\d deg from level, and has"
+    ):
+        seatrial.init(folder)
+
+
+def test_takes_one_after_the_other(log, tmp_path):
+    """Two takes in one folder: each belongs into its own."""
+    for i in (1, 2):
+        motive(tmp_path / f"take{i}.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
+    commands(log, tmp_path)
+    with pytest.raises(
+        RecordingError, match=r"2 takes: take1\.csv, take2\.csv; put each into a folder"
+    ):
+        seatrial.init(tmp_path)
 
 
 def test_sticks_that_drive_aside_of_the_axes(log, tmp_path):

@@ -93,6 +93,11 @@ class CaptureTable(Table):
         raw = self._numbers((*POSITION, *turned))
         raw[(raw == 0.0).all(axis=1)] = np.nan
         raw[np.abs(raw) > LARGEST] = np.nan
+        if len(self._header.bodies) == 1 and not np.isfinite(raw).all(axis=1).any():
+            raise RecordingError(
+                f"{self.path}: {self.name} is seen in none of {len(raw)} rows; export a take in which the cameras "
+                "track it"
+            )
         position, rotation = self._scale * raw[:, :3], raw[:, 3:]
         # 2. A quaternion, from whatever the file has.
         if matrix:

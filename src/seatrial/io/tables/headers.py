@@ -126,7 +126,7 @@ def joined_header(path: Path, lines: Sequence[str]) -> JoinedHeader | None:
     at = _row_of_columns(layout, lines)
     about = _pairs(layout, lines[: at or len(lines)])
     if at is None:
-        raise _no_body(path, layout, 0)
+        raise _no_body(path, layout, 0, lines[0])
     mark = max(SEPARATORS, key=lines[at].count)
     cells = _cells(lines[at], mark)
     if len(cells) > MOST_COLUMNS:
@@ -147,14 +147,16 @@ def joined_header(path: Path, lines: Sequence[str]) -> JoinedHeader | None:
     bodies = {name: columns for name, columns in parts.items() if _is_body(columns)}
     others = len({*own} - {"", *bodies})
     if not bodies:
-        raise _no_body(path, layout, others)
+        raise _no_body(path, layout, others, lines[0])
     index = {layout.index[n]: i for i, n in reversed([*enumerate(names)]) if n in layout.index}
     full = [f"{b} {n}".strip() for b, n in zip(own, joined, strict=True)]
     return JoinedHeader(layout, at, cells, full, index, bodies, others, about)
 
 
-def _no_body(path: Path, layout: Layout, others: int) -> RecordingError:
+def _no_body(path: Path, layout: Layout, others: int, first: str) -> RecordingError:
     found = f" but {others} markers or other columns" if others else ""
+    if layout.ends_blank:
+        found += f" in its first table, {_words(first)[0]}"
     return RecordingError(
         f"{path}: export of {layout.program} that has no rigid body with position and rotation{found}: markers "
         f"have no heading; {layout.advice}"

@@ -2,12 +2,14 @@
 """Which of several rigid bodies of a motion capture is the boat."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from seatrial.inspection.proposal.columns.names import read_name
 from seatrial.io.columns import TableSeen
 from seatrial.io.tables.capture_table import PLACES
+from seatrial.util.errors import RecordingError
 
 BOAT_WORDS = frozenset(
     ("boat", "vessel", "ship", "usv", "asv", "vehicle", "robot", "catamaran", "hull")
@@ -27,6 +29,16 @@ def likeliest_body(tables: Sequence[TableSeen]) -> TableSeen | None:
         return named[0]
     far = sorted(tables, key=_extent)
     return far[-1] if _extent(far[-1]) > FARTHER * _extent(far[-2]) else None
+
+
+def refuse_takes(path: Path, tables: Sequence[TableSeen]) -> None:
+    """Raise RecordingError where the bodies are in several files: takes, one after the other."""
+    takes = list(dict.fromkeys(t.table.path.name for t in tables))
+    if len(takes) > 1 and all(t.table.only_poses for t in tables):
+        raise RecordingError(
+            f"{path}: {len(takes)} takes: {', '.join(takes)}; put each into a folder of its own with the "
+            "commands, and give all folders; or name the only one with the boat, --pose TABLE"
+        )
 
 
 def _extent(table: TableSeen) -> float:

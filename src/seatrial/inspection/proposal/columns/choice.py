@@ -4,7 +4,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from seatrial.inspection.proposal.columns.bodies import likeliest_body
+from seatrial.inspection.proposal.columns.bodies import likeliest_body, refuse_takes
 from seatrial.inspection.proposal.columns.names import Grade, Kind, grade
 from seatrial.inspection.proposal.columns.signals import (
     LISTED,
@@ -22,7 +22,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     given_stamp,
     no_stamp,
 )
-from seatrial.inspection.proposal.columns.up import about_y, refuse_y_up, upright
+from seatrial.inspection.proposal.columns.up import about_y, refuse_steep, refuse_y_up, upright
 from seatrial.inspection.proposal.sources import (
     OPTIONS,
     Ask,
@@ -86,6 +86,8 @@ def _position(
     best = [p for p in best if p.grade >= min(best[0].grade, Grade.PREFIXED)]
     tables = list({p.table.key: p.table for p in best}.values())
     body = tables[0] if len(tables) == 1 else likeliest_body(tables)
+    if body is None and ask is None:
+        refuse_takes(path, tables)
     key = body.key if body else choose(path, "poses", [t.key for t in tables], ask)
     position = upright(next(p for p in best if p.table.key == key), headings(own))
     if position.still and ask is not None:
@@ -172,7 +174,9 @@ def _heading(
     found = [h for h in headings(tables) if not set(h.names) & set(position.names)]
     beside = [h for h in found if h.table is position.table]
     if beside:
-        return about_y(beside[0], position)
+        heading = about_y(beside[0], position)
+        refuse_steep(heading)
+        return heading
     if found:
         best = [h for h in found if h.grade == found[0].grade]
         keys = list(dict.fromkeys(h.table.key for h in best))

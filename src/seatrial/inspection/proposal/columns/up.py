@@ -17,6 +17,7 @@ from seatrial.util.quaternion import rotated
 VERTICAL_STEPS, VERTICAL_SHARE = 10.0, 0.1  # of ranges: z over y, z over x, where y is up
 LEAST_TURNED = 0.02  # of an axis that lies: 1 - length of its mean in the body, 11 deg of yaw
 UPRIGHT = 0.2  # of that of the other axis, at most, of the axis that is up
+STEEP = 0.9  # vertical part of an axis that has no heading: 64 deg from level
 Q_CONJUGATE = np.array([-1.0, -1.0, -1.0, 1.0])
 
 
@@ -64,10 +65,24 @@ def about_y(heading: Heading, position: Position) -> Heading:
     return replace(heading, names=(z, x, y, w))
 
 
+def refuse_steep(heading: Heading) -> None:
+    """Raise RecordingError where the axis whose heading a quaternion gives points up or down."""
+    if len(heading.names) == 1:
+        return
+    q = _quaternions(heading.table, heading.names)
+    ahead = rotated(q, np.tile([1.0, 0.0, 0.0], (len(q), 1)))
+    upward = float(np.median(np.abs(ahead[:, 2]))) if len(q) else 0.0
+    if upward > STEEP:
+        raise RecordingError(
+            f"{heading.table.view.path}: by {', '.join(heading.names)} the axis of the heading is "
+            f"{np.degrees(np.arcsin(min(upward, 1.0))):.0f} deg from level, and has none; set the axes of the "
+            "body to those of the room while the boat lies level"
+        )
+
+
 def y_is_up(table: TableSeen, quaternion: Sequence[str]) -> bool | None:
     """Whether the body turns about y, rather than about z, by its quaternion x, y, z, w; None: it hardly turns."""
-    q = np.column_stack([table.numbers(name) for name in quaternion])
-    q = q[np.isfinite(q).all(axis=1) & (np.abs(q).max(axis=1, initial=0.0) > 0)]
+    q = _quaternions(table, quaternion)
     if not len(q):
         return None
     # an axis of the world that is up stands still in the body
@@ -75,6 +90,12 @@ def y_is_up(table: TableSeen, quaternion: Sequence[str]) -> bool | None:
     if max(y, z) < LEAST_TURNED or min(y, z) > UPRIGHT * max(y, z):
         return None
     return y < z
+
+
+def _quaternions(table: TableSeen, names: Sequence[str]) -> Array:
+    """Those (n, 4) that are rotations."""
+    q = np.column_stack([table.numbers(name) for name in names])
+    return np.asarray(q[np.isfinite(q).all(axis=1) & (np.abs(q).max(axis=1, initial=0.0) > 0)])
 
 
 def _mean_in_body(q: Array, axis: Array) -> Array:
