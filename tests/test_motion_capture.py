@@ -426,15 +426,16 @@ def test_takes_one_after_the_other(log, tmp_path):
         seatrial.init(tmp_path)
 
 
-def test_sticks_that_drive_aside_of_the_axes(log, tmp_path):
-    """Surge and sway by their own inputs: both lie turned by one angle."""
+@pytest.mark.parametrize("degrees", [30.0, -120.0])
+def test_sticks_that_drive_aside_of_the_axes(degrees, log, tmp_path):
+    """Surge and sway by their own inputs: both lie turned by one angle; the name of surge says by which quarter."""
     folder = tmp_path / "run"
     folder.mkdir()
-    pose = log.pose + np.array([0.0, 0.0, np.radians(30.0)])
+    pose = log.pose + np.array([0.0, 0.0, np.radians(degrees)])
     motive(folder / "take.csv", log.pose_t, [body("boat", pose)], up="z", markers=0)
     commands(log, folder)
     proposal, vehicle, _ = read(folder)
-    assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(30.0), abs=0.03)
+    assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(degrees), abs=0.03)
     assert "F_u: {column: F_u}" in proposal.text and "F_v: {column: F_v}" in proposal.text
 
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Zero and sense of a heading that the motion and the thrusters contradict: an IMU's, whose conventions differ."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -8,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.schema import Column
+from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.consistency.check import ConsistencyReport
 from seatrial.inspection.consistency.oblique import LEAST_ANGLE
 from seatrial.inspection.consistency.repair import Repair, repaired_heading
+from seatrial.inspection.proposal.by_name import FORCE_NAMES
 from seatrial.inspection.proposal.channels import Channels
 from seatrial.util.errors import RecordingError
 
@@ -71,8 +74,22 @@ def _by_sticks(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None
     one, other = one / abs(one), other / abs(other)
     if abs((one * other.conjugate()).real) > ACROSS:
         return None
-    angle = round(float(np.degrees(np.angle(one**4 + other**4)) / 4.0))
-    return _oblique(pose, angle, "two inputs drive") if abs(angle) >= LEAST_ANGLE else None
+    angle = float(np.degrees(np.angle(one**4 + other**4)) / 4.0)
+    if abs(angle) < LEAST_ANGLE:
+        return None
+    # one of four quarters, by the name of the stick that drives ahead
+    ahead = [
+        f
+        for f, i in zip((one, other), np.flatnonzero(plane), strict=True)
+        if _is_surge(found.names[i])
+    ]
+    if len(ahead) == 1:
+        angle += 90.0 * round((float(np.degrees(np.angle(ahead[0]))) - angle) / 90.0)
+    return _oblique(pose, round(angle), "two inputs drive")
+
+
+def _is_surge(name: str) -> bool:
+    return bool(re.search(rf"(^|_)({FORCE_NAMES[WRENCH[SURGE]]})$", name, re.IGNORECASE))
 
 
 def _astern(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
