@@ -310,6 +310,22 @@ def test_hostile_names(log, tmp_path):
     assert all(name.isprintable() and "/" not in name and len(name) < 50 for name in tables)
 
 
+def test_a_marker_with_the_name_of_the_body(log, tmp_path):
+    """The body's position is its own, whichever comes first."""
+    path, pose = tmp_path / "take.csv", far(log.pose)[:50]
+    motive(path, log.pose_t[:50], [body("Otter", pose)], up="z", markers=0, error=False)
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    for i, extra in enumerate(("Marker", "Otter", "7", "Position"), 2):
+        lines[i][2:2] = [extra] * 3
+    lines[6][2:2] = "XYZ"
+    for row in lines[7:]:
+        row[2:2] = ["9.0", "9.0", "9.0"]
+    path.write_text("\n".join(map(",".join, lines)))
+    (table,) = open_tables(path).values()
+    assert table.name == "Otter"
+    np.testing.assert_allclose(table.columns(["Position X", "Position Y"]), pose[:, :2], atol=1e-5)
+
+
 def test_headers_that_only_look_like_it(tmp_path):
     """A table of the user's whose first column has such a name is read as it is."""
     path = tmp_path / "log.csv"

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from seatrial.io.tables.base import unique_names
 from seatrial.io.tables.csv_layout import SEPARATORS
 from seatrial.util.errors import RecordingError
 
@@ -15,7 +16,13 @@ MARK, NO_MORE = r"[,;\t|]\s*", r"[,;\t|\s]*"  # between two cells; after the las
 LINES_OF_OPENING = 3  # that tell an export from a plain table
 LONGEST_WORDS = 1 << 10  # [characters] of a line's first cells
 ROWS_SHOWN = 3  # lines after the header: units, and two rows
-BODY, QUANTITY, RATE, REST = "body", "quantity", "rate", "rest"  # what a row of the header says
+BODY, KIND, QUANTITY, RATE, REST = (
+    "body",
+    "kind",
+    "quantity",
+    "rate",
+    "rest",
+)  # what a row of the header says
 POSITION = ("X", "Y", "Z")
 ROTATION = ("RX", "RY", "RZ")  # a quaternion has RW, too
 MATRIX = tuple(f"M{i}" for i in range(9))  # column by column
@@ -56,7 +63,7 @@ LAYOUTS = (
         AXES_OF_BODY | {"Mean Marker Error": ERROR, "Error Per Marker": ERROR},
         "make a rigid body of the boat's markers in Motive, and export rigid bodies",
         index={"Frame": FRAME, "Time (Seconds)": TIME, "Time": TIME},
-        labelled={"Type": REST, "Name": BODY, "ID": REST, "Parent": REST}, above={1: QUANTITY},
+        labelled={"Type": KIND, "Name": BODY, "ID": REST, "Parent": REST}, above={1: QUANTITY},
         pairs_in_line=True, rate="Export Frame Rate", begun="Capture Start Time", unit="Length Units",
         order="Rotation Type", space="Coordinate Space",
     ),
@@ -143,8 +150,7 @@ def joined_header(path: Path, lines: Sequence[str]) -> JoinedHeader | None:
     quantities = rows.get(QUANTITY, [""] * len(cells))
     joined = [f"{q} {n}".strip() for q, n in zip(quantities, names, strict=True)]
     # 3. Columns of bodies.
-    parts = _by_body(layout, own, joined)
-    bodies = {name: columns for name, columns in parts.items() if _is_body(columns)}
+    bodies = _by_body(layout, own, rows.get(KIND, [""] * len(cells)), joined)
     others = len({*own} - {"", *bodies})
     if not bodies:
         raise _no_body(path, layout, others, lines[0])
@@ -239,18 +245,21 @@ def _filled(row: Sequence[str]) -> list[str]:
 
 
 def _by_body(
-    layout: Layout, bodies: Sequence[str], names: Sequence[str]
+    layout: Layout, bodies: Sequence[str], kinds: Sequence[str], names: Sequence[str]
 ) -> dict[str, dict[str, int]]:
-    """Columns by body and by what they are of it; a column that comes again is of another body."""
-    found: dict[str, dict[str, int]] = {}
-    again: dict[tuple[str, str], int] = {}
-    for i, (body, name) in enumerate(zip(bodies, names, strict=True)):
+    """Columns by body and by what they are of it; a column that comes again is of another body.
+
+    Of one name and another kind, as a marker, is another thing.
+    """
+    found: dict[tuple[str, str, int], dict[str, int]] = {}
+    again: dict[tuple[str, str, str], int] = {}
+    for i, (body, kind, name) in enumerate(zip(bodies, kinds, names, strict=True)):
         part = layout.parts.get(name)
         if body and part:
-            number = again[body, part] = again.get((body, part), 0) + 1
-            own = body if number == 1 else f"{body}_{number}"
-            found.setdefault(own, {}).setdefault(part, i)
-    return found
+            number = again[body, kind, part] = again.get((body, kind, part), 0) + 1
+            found.setdefault((body, kind, number), {}).setdefault(part, i)
+    whole = [(body, columns) for (body, _, _), columns in found.items() if _is_body(columns)]
+    return dict(zip(unique_names([b for b, _ in whole])[0], [c for _, c in whole], strict=True))
 
 
 def _is_body(parts: Mapping[str, int]) -> bool:
