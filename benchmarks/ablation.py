@@ -249,6 +249,14 @@ def summary(records: Sequence[Record]) -> str:
     return table(head, rows)
 
 
+def passes_line(records: Sequence[Record]) -> str:
+    """Full passes of an identification with everything on, by group."""
+    whole = [r for r in records if r["branch"] == ALL and "passes" in r]
+    found = {g: [r["passes"] for r in whole if r["group"] == g] for g in DATA}
+    means = [f"{group} {np.mean(own):.0f}" for group, own in found.items() if own]
+    return f"full passes of an identification, mean: {', '.join(means)}"
+
+
 def _ratio(own: Sequence[Record], every: Sequence[Record], what: str) -> str:
     """Of sums over what was identified by both."""
     both = [(a[what], b[what]) for a, b in zip(own, every, strict=True) if what in a and what in b]
@@ -294,6 +302,7 @@ def main(arguments: Sequence[str]) -> None:
     records = store.chosen(store.read(given.results), present, any_code=given.any_code)
     text = summary(records)
     print(text)
+    print(passes_line(records))
     if given.verb == "write":
         refill(PAGE, {"ablation": text})
 
