@@ -230,13 +230,13 @@ def test_validation_names_it_too(handled, paper_mp, paper_mp_model):
     assert second == ()
 
 
-def test_options_for_halves_of_recordings_are_those_of_the_recordings():
-    """`select` cuts in halves what was driven once."""
-    here, squares = made(name="S1 morning second half")
+def test_options_for_parts_of_recordings_are_those_of_the_recordings():
+    """`select` cuts in parts what was driven once."""
+    here, squares = made(name="S1 morning part 2 of 2")
     squares[(here.t >= 60.0) & (here.t < 62.0)] *= 8.0
     here.offset = 100.0
     assert options(here, squares) == ["--without 'S1 morning'=160-162"]
-    here.name = "S2 first half"
+    here.name = "S2 part 13 of 16"
     assert options(here, squares) == ["--without S2=160-162"]
 
 

@@ -197,7 +197,7 @@ def test_students_chances_are_scipys(t, freedom):
     assert student_two_sided(t, freedom) == pytest.approx(2 * stats.t.sf(t, freedom), rel=0.03)
 
 
-def test_recordings_of_a_kind_are_repeats_and_halves_where_there_is_none(six, mp):
+def test_recordings_of_a_kind_are_repeats_and_parts_where_there_is_none(six, mp):
     found = folds(mp, six)
     assert [[r.name for r in f.recordings] for f in found] == [
         ["S1-MP", "S2-MP", "S3-MP"], ["S4-MP", "S5-MP", "S6-MP"],

@@ -18,12 +18,14 @@ from seatrial.identification.selection.terms import choose_structure, given_cand
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import aliases
 from seatrial.identification.selection.terms.decisions import TermVerdict
+from seatrial.identification.selection.terms.held_out import folds
 from seatrial.identification.selection.terms.select_terms import estimated_parameters
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import VehicleError
 from seatrial.util.files import dump_yaml
+from tests.boats import hulls
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 BASE = {"X_u", "X_uu", "X_F", "Y_v", "Y_vv", "Y_F", "N_r", "N_rr", "N_F"}
@@ -59,6 +61,23 @@ def lifted(boat):
 def as_given(boat, lifted):
     """The model of the structure in the vehicle file, which lacks a term."""
     return seatrial.identify(lifted, boat)
+
+
+def test_axes_that_are_driven_one_after_another_in_one_recording_lose_no_term():
+    """Neither half of it drives all axes: parts of it that do are held against each other."""
+    vehicle, found = hulls.driven(
+        hulls.MIDDLE, {"latency": 0.06, "lag": 0.15}, seed=3, white=2e-3, rate=10.0, seconds=350.0, drives=1,
+        pattern=hulls.one_after_another,
+    )  # fmt: skip
+    odd, even = folds(vehicle, found)
+    assert len(odd.recordings) == len(even.recordings) > 1
+    model = seatrial.identify(found, vehicle.with_automatic_structure())
+    truth = hulls.MIDDLE.coefficients
+    assert set(model.values) >= BASE
+    for name in sorted(BASE):
+        assert model.values[name] == pytest.approx(
+            truth[name], abs=3.5 * model.standard_errors[name]
+        ), name
 
 
 def test_the_choice_begins_with_what_every_boat_has(boat):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Boats of other proportions than the paper's, driven by pulses of a joypad, pushed, and seen by a SLAM."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +95,19 @@ def sticks(rng: np.random.Generator, seconds: float) -> Array:
     return out
 
 
+def one_after_another(rng: np.random.Generator, seconds: float) -> Array:
+    """The same with pulses of surge, then of sway, then of yaw, at last a few of all at once."""
+    out = sticks(rng, seconds)
+    count = round(seconds / TICK)
+    free = count - round(20.0 / TICK)
+    size = np.abs(out[:free]).max(axis=1) * np.sign(out[:free].sum(axis=1))
+    out[:free] = 0.0
+    out[np.arange(free), 3 * np.arange(free) // free] = size
+    turns = np.arange(count - free) * TICK
+    out[free:] = 0.6 * np.sin(2.0 * np.pi * turns[:, None] / np.array([6.0, 9.0, 5.0]))
+    return out
+
+
 def driven(
     hull: Hull,
     chain: dict[str, object] | list[dict[str, object]],
@@ -107,6 +121,7 @@ def driven(
     drives: int = 2,
     late: tuple[float, float] = (0.0, 0.0),
     wind: tuple[float, float] = (0.0, 0.0),
+    pattern: Callable[[np.random.Generator, float], Array] = sticks,
 ) -> tuple[Vehicle, list[Recording]]:
     """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s].
 
@@ -124,7 +139,7 @@ def driven(
     found = []
     for k in range(drives):
         rng = np.random.default_rng([seed, k])
-        command = sticks(rng, seconds)
+        command = pattern(rng, seconds)
         plant = DisturbedPlant(boat, push, np.random.default_rng([seed, k, 1]))
         plant.state = np.array([0.0, 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0])
         states = np.zeros((len(command), 6))

@@ -20,6 +20,7 @@ EXCITED = 0.02  # of full command, least RMS of an excited axis
 LEAST_CHANGE = 0.002  # of full command, least range of a force that changes
 FAR_BEYOND_FULL = 1.5  # of full command; a larger value has another unit, or means off
 BEYOND_FULL = 1.02  # of full command in one direction, with ...
+AT_ONCE = 0.05  # of the effort of two axes that are always driven together
 OFFSET_NEUTRAL = 0.3  # ... so much less in the other: the neutral value is wrong
 
 
@@ -84,14 +85,45 @@ def even_times(recording: Recording) -> Array:
     return np.arange(0.0, recording.duration, step)
 
 
-def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
-    """RMS of the generalised forces by axis, over the duration of the poses while commands are known."""
+def _forces(vehicle: Vehicle, recording: Recording) -> Array:
+    """Generalised forces (n, forces) at even times while the commands are known."""
     t = even_times(recording)
     unknown = np.zeros(len(t), dtype=bool)  # as in the night between two drives
     for start, end in recording.unknown:
         unknown |= (t >= start) & (t <= end)
     t = t if unknown.all() else t[~unknown]
-    forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
+    return thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
+
+
+def effort(vehicle: Vehicle, recording: Recording) -> Array:
+    """Effort (3, 3) in each axis, and in two of them at once: integrals [s] of |F_i F_j| over time.
+
+    The first identify thrust and drag of an axis, the others how axes are coupled.
+    """
+    forces = _forces(vehicle, recording)
+    of_axes = np.zeros((len(forces), 3))
+    for axis in range(3):
+        mine = [i for i, force in enumerate(vehicle.forces) if force.axis == axis]
+        of_axes[:, axis] = np.sqrt(np.sum(forces[:, mine] ** 2, axis=1))
+    return np.asarray(of_axes.T @ of_axes * (recording.duration / len(forces)))
+
+
+def least_share(part: Array, rest: Array) -> float:
+    """The least share of any effort (3, 3) that either has, of both together.
+
+    Two axes count where they are driven at once more than now and then.
+    """
+    whole = part + rest
+    most = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
+    counts = whole > AT_ONCE * most
+    if not counts.any():
+        return 0.5
+    return float((np.minimum(part, rest)[counts] / whole[counts]).min())
+
+
+def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
+    """RMS of the generalised forces by axis, over the duration of the poses while commands are known."""
+    forces = _forces(vehicle, recording)
     rms, largest, both = np.zeros(3), np.zeros(3), [False] * 3
     for axis in range(3):
         mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]

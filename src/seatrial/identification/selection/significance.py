@@ -132,5 +132,7 @@ def _spread(values: Array, covariance: Array) -> Repeats:
     errors = np.sqrt(np.diag(covariance))
     weight = 1.0 / errors**2
     scale = weight.sum() - (weight**2).sum() / weight.sum()
-    between = float(np.sqrt(max(0.0, q - (k - 1)) / scale))
+    excess = max(0.0, q - (k - 1))
+    # a fold without information about it leaves no scale
+    between = float(np.sqrt(excess / scale)) if excess > 0.0 < scale else 0.0
     return Repeats(values, errors, chi2_sf(q, k - 1), between, float(np.sqrt(q / (k - 1))))

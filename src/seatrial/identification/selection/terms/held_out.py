@@ -4,6 +4,7 @@
 Each with and without a term.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,14 +18,18 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
-from seatrial.recording.excitation import excitation
+from seatrial.recording.excitation import effort, excitation, least_share
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 from seatrial.util.parallel import cores, farmed
 from seatrial.util.statistics import BLOCK
 
 START_SPACING = 1 / 3  # [s] between starts of predictions: closer ones are nearly the same
-HALF_NAMES = (" first half", " second half")
+PART_NAME = " part"
+FOLD_NAMES = ("odd parts", "even parts")
+PART_COUNTS = (2, 4, 8, 16, 32)  # of a recording
+SHORTEST_PART = 2 * BLOCK  # [s]
+BALANCED_SHARE = 0.2  # of every effort that either fold has
 
 
 @dataclass(frozen=True)
@@ -129,8 +134,11 @@ class HeldOut:
         self, with_it: Predicted, without: Predicted, axis: int, size: float
     ) -> PredictionChange:
         a, b = with_it.squares[:, axis], without.squares[:, axis]
-        if not (np.isfinite(a).all() and np.isfinite(b).all()):
-            better = np.inf if np.isfinite(a).all() else -np.inf
+        stable = np.isfinite(a).all(), np.isfinite(b).all()
+        if not any(stable):  # neither says anything
+            return PredictionChange(0.0, 0.0, np.inf, size)
+        if not all(stable):
+            better = np.inf if stable[0] else -np.inf
             return PredictionChange(better, better, np.inf, size)
         begin = np.concatenate([aim.x0[:, 3:] for aim in self._targets])
         moved = _rms(with_it.nu[:, axis] - without.nu[:, axis])
@@ -234,15 +242,16 @@ class Fold:
 def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]:
     """S1-S3 against S4-S6: the k-th recording of every kind is in the k-th fold.
 
-    Recordings are of a kind if their commands are mostly in the same axis, or in none. Where a kind
-    has no repeat, every recording is cut in halves: first halves against second halves.
+    Recordings are of a kind if their commands are mostly in the same axis, or in none. Where a kind has no
+    repeat, every recording is cut in parts: odd ones against even ones. There are the fewest, from two on, with
+    which either fold has a share of every effort.
     """
     kinds: dict[int | None, list[Recording]] = {}
     for recording in recordings:
         kinds.setdefault(excitation(vehicle, recording).dominant, []).append(recording)
     count = min(len(same) for same in kinds.values())
     if count < 2:
-        return _halves(recordings)
+        return _parts(vehicle, recordings)
     groups: list[list[Recording]] = [[] for _ in range(count)]
     for same in kinds.values():
         for i, recording in enumerate(same):
@@ -250,13 +259,39 @@ def folds(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]
     return tuple(Fold(_name(group), tuple(group)) for group in groups)
 
 
-def _halves(recordings: Sequence[Recording]) -> tuple[Fold, ...]:
-    first, second = [], []
+def _parts(vehicle: Vehicle, recordings: Sequence[Recording]) -> tuple[Fold, ...]:
+    tried: list[tuple[float, int]] = []
+    for count in PART_COUNTS:
+        if tried and min(r.duration for r in recordings) < count * SHORTEST_PART:
+            break
+        by_fold = [[effort(vehicle, p) for p in own] for own in _cut(recordings, count)]
+        tried.append((least_share(np.sum(by_fold[0], axis=0), np.sum(by_fold[1], axis=0)), count))
+        if tried[-1][0] >= BALANCED_SHARE:
+            break
+    count = max(tried, key=lambda one: one[0])[1]
+    return tuple(
+        Fold(name, tuple(own))
+        for name, own in zip(FOLD_NAMES, _cut(recordings, count), strict=True)
+    )
+
+
+def _cut(recordings: Sequence[Recording], count: int) -> tuple[list[Recording], list[Recording]]:
+    """Odd parts and even parts of every recording, each cut in so many."""
+    found: tuple[list[Recording], list[Recording]] = [], []
     for recording in recordings:
-        middle = recording.duration / 2
-        first.append(replace(recording.cut(None, middle), name=recording.name + HALF_NAMES[0]))
-        second.append(replace(recording.cut(middle, None), name=recording.name + HALF_NAMES[1]))
-    return Fold("first halves", tuple(first)), Fold("second halves", tuple(second))
+        edges: list[float | None] = [recording.duration * k / count for k in range(count + 1)]
+        edges[0] = edges[-1] = None
+        for k in range(count):
+            part = recording.cut(edges[k], edges[k + 1])
+            found[k % 2].append(
+                replace(part, name=f"{recording.name}{PART_NAME} {k + 1} of {count}")
+            )
+    return found
+
+
+def whole_name(part: str) -> str:
+    """The name of the recording that a part is of."""
+    return re.sub(rf"{PART_NAME} \d+ of \d+$", "", part)
 
 
 def _name(group: Sequence[Recording]) -> str:

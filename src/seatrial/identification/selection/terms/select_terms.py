@@ -30,7 +30,7 @@ from seatrial.identification.selection.terms.candidates import (
 )
 from seatrial.identification.selection.terms.decisions import Selection, TermTests, reason_to_go
 from seatrial.identification.selection.terms.explain import rows_of
-from seatrial.identification.selection.terms.held_out import HALF_NAMES, Fold, folds
+from seatrial.identification.selection.terms.held_out import Fold, folds, whole_name
 from seatrial.identification.selection.terms.stepwise import (
     TermSearch,
     forward_and_back,
@@ -179,10 +179,7 @@ def _with_changes_explained(
 
 
 def of_files(finding: Finding) -> Finding:
-    """A disturbed interval of the recording as it was given, not of its half."""
+    """A disturbed interval of the recording as it was given, not of its part."""
     if finding.kind is not FindingKind.DISTURBED_INTERVAL:
         return finding
-    name = finding.part("recording")
-    for half in HALF_NAMES:
-        name = name.removesuffix(half)
-    return Finding(finding.kind, (name,), finding.values)
+    return Finding(finding.kind, (whole_name(finding.part("recording")),), finding.values)
