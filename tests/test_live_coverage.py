@@ -75,3 +75,13 @@ def test_bins_are_in_the_vehicle_files_own_axes(boat):
 
 def test_the_command_of_an_axis_is_the_force_of_its_thrusters(boat):
     assert axis_commands(boat, np.eye(3)) == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def test_thrusters_that_are_commanded_one_by_one_are_at_full_command_together(boat):
+    content = {**boat.to_mapping(), "allocation": {"scheme": "direct"}}
+    content["commands"] = {"inputs": {name: {"column": name} for name in content["thrusters"]}}
+    four = vehicle_from(content, "four")
+    ahead = np.sign(four.mix[0])
+    for level in (1.0, 0.4):
+        shares = axis_commands(four, level * ahead[None])
+        assert shares[0] == pytest.approx([level, 0.0, 0.0], abs=1e-12)

@@ -189,6 +189,15 @@ class Vehicle:
         return self._weights.deflection(angle_names(self.file.chain))
 
     @cached_property
+    def full_forces(self) -> dict[str, float]:
+        """The largest of each force, by name: that of a full stick, or of its actuators at commands of 1."""
+        names = [force.name for force in self.forces]
+        if self.scheme is not Scheme.DIRECT:
+            return dict.fromkeys(names, 1.0)
+        weights = np.abs(self.mix) + np.abs(self.deflection)
+        return dict(zip(names, weights.sum(axis=1).tolist(), strict=True))
+
+    @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:
         """Thrusters in forward-left-up axes, in the order of `actuators`."""
         given = self.file.thrusters

@@ -59,10 +59,11 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     period = float(times[1] - times[0]) if len(times) > 1 else recording.duration
     t = _with_poses(recording, times)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
+    shares = forces / list(vehicle.full_forces.values())  # of full command
     signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
     axes = []
     for axis, name in enumerate(AXES):
-        mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
+        mine = shares[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
         largest = _largest(mine) * signs[axis]
         size = np.abs(largest)
         bounds = (AT_REST_COMMAND, *SIZE_BOUNDS, np.inf)

@@ -95,8 +95,11 @@ class Coverage:
 
 
 def axis_commands(vehicle: Vehicle, commands: Array) -> Array:
-    """The largest force (n, 3) of each axis under held commands (n, inputs), by the chain's start values."""
-    forces = static_forces(vehicle, commands)
+    """The largest force (n, 3) of each axis under held commands (n, inputs), as shares of full command.
+
+    By the chain's start values.
+    """
+    forces = static_forces(vehicle, commands) / list(vehicle.full_forces.values())
     out = np.zeros((len(commands), 3))
     for axis in range(3):
         own = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
