@@ -13,7 +13,9 @@ from seatrial.boat.physics import (
     negative_latencies,
     physics_line,
 )
-from seatrial.boat.schema import ChainGroup, NoiseEntry, ProcessEntry
+from seatrial.boat.schema import ChainGroup, EnvelopeEntry, NoiseEntry, ProcessEntry
+from seatrial.boat.vehicle import WRENCH, vehicle_from
+from seatrial.evaluation.comparison.boats import axis_meanings
 from seatrial.util.errors import ModelError
 
 
@@ -90,8 +92,6 @@ def test_a_model_that_runs_away_is_refused_with_the_coefficients_at_fault(mp):
 
 
 def test_a_boat_whose_accelerations_can_not_be_solved_is_refused(mp):
-    from seatrial.boat.vehicle import vehicle_from
-
     content = mp.to_mapping()
     content["structure"] = {
         "surge": ["X_u * u", "X_F * F_u", "X_rd * r_dot"], "sway": ["Y_v * v", "Y_F * F_v"],
@@ -114,3 +114,65 @@ def test_a_thrust_gain_that_is_negative_or_not_there_is_a_doubt(mp):
         " F_u does not significantly drive surge", " F_v does not significantly drive sway",
         " F_r does not significantly drive yaw",
     ]  # fmt: skip
+
+
+def of_thrusters(mp):
+    """The same boat with its four thrusters commanded one by one."""
+    content = mp.to_mapping()
+    content["allocation"] = {"scheme": "direct"}
+    content["commands"] = {"inputs": {name: {"column": name} for name in content["thrusters"]}}
+    return vehicle_from(content, "four")
+
+
+def recorded(model, size):
+    return replace(model, envelope=EnvelopeEntry({}, dict.fromkeys(WRENCH, (-size, 0.5 * size))))
+
+
+def test_full_command_is_what_all_thrusters_together_give(mp):
+    assert mp.full_forces == dict.fromkeys(WRENCH, 1.0)
+    assert of_thrusters(mp).full_forces == pytest.approx(dict.fromkeys(WRENCH, 2.0))
+    c = TABLE_II["MP"]
+    model = make_model(of_thrusters(mp), c)
+    for seen, command in ((1.99, 1.99), (2.7, 2.0)):  # 2.7: raw commands out of their range
+        surge, sway, _ = axis_physics(recorded(model, seen))
+        assert (surge.command, surge.full_command) == pytest.approx((command, 2.0))
+        top = top_speed(c["X_uu"], c["X_u"], command * c["X_F"])
+        assert surge.top_speed == pytest.approx(top, rel=1e-6)
+        top = top_speed(c["Y_vv"], c["Y_v"], command * c["Y_F"])
+        assert sway.top_speed == pytest.approx(top, rel=1e-6)
+    assert axis_physics(model)[0].command == pytest.approx(2.0)  # nothing recorded
+    assert axis_physics(recorded(make_model(mp, c), 1.3))[0].command == 1.0  # a stick
+
+
+def test_a_part_of_full_command_is_said_with_the_top_speed(mp):
+    for vehicle, size in ((mp, 0.45), (of_thrusters(mp), 0.9)):
+        line = physics_line(recorded(make_model(vehicle, TABLE_II["MP"]), size))
+        assert line.count("at 45 % of full command") == 3
+    most = recorded(make_model(of_thrusters(mp), TABLE_II["MP"]), 1.6)
+    assert "of full command" not in physics_line(most)
+
+
+def test_two_boats_are_compared_at_the_force_that_both_reach(mp):
+    stick, four = (make_model(v, TABLE_II["MP"]) for v in (mp, of_thrusters(mp)))
+    for a, b, command in (
+        (recorded(four, 1.9), recorded(four, 1.6), 1.6),
+        (recorded(stick, 1.1), recorded(four, 1.6), 1.0),
+        (four, four, 2.0),
+    ):
+        rows = axis_meanings(a, b)
+        assert [row.command for row in rows] == pytest.approx([command] * 3)
+        assert rows[0].top_speed[0] == pytest.approx(rows[0].top_speed[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("step", [1 / 12, 0.07713871722])
+def test_times_and_ways_are_right_between_the_steps(mp, step):
+    fast = {**TABLE_II["MP"], "N_F": 3.0, "N_r": -1.0, "N_rr": -1.5}
+    coarse, fine = (axis_physics(make_model(mp, fast, step=h)) for h in (step, 1 / 400))
+    for one, other in zip(coarse, fine, strict=True):
+        assert one.rise_time == pytest.approx(other.rise_time, rel=5e-3)
+        assert one.coast == pytest.approx(other.coast, rel=1e-3)
+    lag = 1.0 / 0.8  # [s] of linear drag alone, in closed form
+    linear = {**TABLE_II["MP"], "X_u": -1 / lag, "X_uu": 0.0, "X_F": 0.4}
+    surge = axis_physics(make_model(mp, linear, step=step))[0]
+    assert surge.rise_time == pytest.approx(-lag * np.log(1 - 0.632), rel=1e-4)
+    assert surge.coast == pytest.approx(0.98 * 0.5 * lag, rel=1e-4)

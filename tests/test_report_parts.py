@@ -149,6 +149,16 @@ def test_intervals_of_the_boat_are_as_wide_as_its_coefficients_are_uncertain(mp)
     assert physics(replace(model, covariance=0.0 * model.covariance)).axes[0].top_speed is None
 
 
+def test_values_of_the_boat_are_within_their_own_intervals(mp):
+    model = make_model(mp, TABLE_II["MP"], step=0.07713871722)
+    known = replace(model, covariance=model.covariance / 1e4)  # 0.1 % each
+    for one in physics(known).axes:
+        for name in ("top_speed", "rise_time", "coast"):
+            low, high = getattr(one, name)
+            value = getattr(one.found, name)
+            assert low < value < high and high - low < 0.01 * value
+
+
 def test_how_often_drawn_coefficients_make_no_boat_is_told(mp):
     model = make_model(mp, TABLE_II["MP"], step=1 / 12)
     wide = np.diag(np.where(np.array(model.structure.coefficients) == "X_uu", 3.0, 1e-9) ** 2)

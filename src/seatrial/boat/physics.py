@@ -15,6 +15,7 @@ from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
 RUN = 120.0  # [s] of constant command, then of coasting: long for a small boat
+WHOLE_STEP = 1e-6  # of a step, to which a run is a whole number of them
 STOPPED_SHARE = 0.02  # of the top speed, at which a boat has stopped
 SIGNIFICANT = 2.0  # standard errors by which a coefficient differs significantly from 0 (95 %)
 ABSURD_SPEED = 10.0  # [m/s], [rad/s] faster than a small boat, unless recorded so
@@ -31,7 +32,8 @@ class AxisPhysics:
     """Response of one axis to its first force with the others at rest, then coasting."""
 
     axis: int
-    command: float  # of that force: 1, or the largest recorded if that is smaller
+    command: float  # of that force: full, or the largest recorded if that is smaller
+    full_command: float  # of that force, as `Vehicle.full_forces`
     top_speed: float  # [m/s] or [rad/s]
     rise_time: float  # [s] to 63 % of it
     coast: float  # [m] or [rad] until 2 % of the top speed is left
@@ -74,8 +76,8 @@ def negative_latencies(model: Model) -> list[str]:
 def _command_text(found: AxisPhysics) -> str:
     """The largest recorded command, where it is below `PARTIAL_COMMAND`."""
     return (
-        f" at {100 * found.command:.0f} % of full command"
-        if found.command < PARTIAL_COMMAND
+        f" at {100 * found.command / found.full_command:.0f} % of full command"
+        if found.command < PARTIAL_COMMAND * found.full_command
         else ""
     )
 
@@ -181,19 +183,34 @@ def _first_force(model: Model, axis: int) -> int | None:
 
 
 def _drive(model: Model, axis: int) -> AxisPhysics:
-    command, force, t = _step_profile(model, axis)
+    driving, force, t = _step_profile(model, axis)
+    command, full = float(force[0].max()), model.vehicle.full_forces[driving]
     _refuse_unstable(model, axis, command, t, _run(model, model.structure, force, t))
     states = _single_axis_states(model, axis, force, t)
     _refuse_unstable(model, axis, command, t, states)
-    speed, path = states[:, 3 + axis], _distance(states, t, axis)
-    driven = t <= RUN
-    top = float(speed[driven][-1])
+    off = len(t) // 2  # where the command ends
+    top = float(states[off, 3 + axis])
     if top == 0.0:
-        return AxisPhysics(axis, command, 0.0, 0.0, 0.0)
-    rise = float(t[driven][np.argmax(np.abs(speed[driven]) >= TIME_CONSTANT * abs(top))])
-    slow = np.abs(speed[~driven]) <= STOPPED_SHARE * abs(top)
-    end = int(np.argmax(slow)) if slow.any() else len(slow) - 1
-    return AxisPhysics(axis, command, top, rise, float(abs(path[~driven][end] - path[driven][-1])))
+        return AxisPhysics(axis, command, full, 0.0, 0.0, 0.0)
+    share, path = states[:, 3 + axis] / top, states[:, axis]
+    rise = _rise_time(t[: off + 1], share[: off + 1])
+    return AxisPhysics(axis, command, full, top, rise, _coast(share[off:], path[off:]))
+
+
+def _rise_time(t: Array, share: Array) -> float:
+    """When a share of the top speed passes `TIME_CONSTANT`; what is left to the top decays exponentially."""
+    after = int(np.argmax(np.abs(share) >= TIME_CONSTANT))
+    around = [after, after - 1]
+    left = np.log(np.maximum(np.abs(1.0 - share[around]), np.finfo(float).tiny))
+    return float(np.interp(np.log(1.0 - TIME_CONSTANT), left, t[around]))
+
+
+def _coast(share: Array, path: Array) -> float:
+    """Distance until `STOPPED_SHARE` is left, or all of it; between steps it is linear in the speed."""
+    slow = np.abs(share) <= STOPPED_SHARE
+    after = int(np.argmax(slow)) if slow.any() else len(slow) - 1
+    around = [after, after - 1]
+    return float(np.interp(STOPPED_SHARE, np.abs(share[around]), np.abs(path[around] - path[0])))
 
 
 def driven(model: Model, axis: int) -> tuple[Array, Array]:
@@ -202,14 +219,23 @@ def driven(model: Model, axis: int) -> tuple[Array, Array]:
     return t, np.asarray(_single_axis_states(model, axis, force, t)[:, 3 + axis])
 
 
-def _step_profile(model: Model, axis: int) -> tuple[float, Array, Array]:
-    """The command, the forces (2, forces) during RUN and after it, and the times (n,) [s]."""
-    driving = _first_force(model, axis)
-    recorded = model.envelope.forces.get(model.structure.forces[driving or 0].name, (-1.0, 1.0))
-    command = min(1.0, max(abs(recorded[0]), abs(recorded[1])))
+def largest_forces(model: Model) -> dict[str, float]:
+    """The largest recorded size of each force, at most full; full where none is recorded."""
+    recorded, full = model.envelope.forces, model.vehicle.full_forces
+    return {
+        name: min(most, max(map(abs, recorded.get(name, (most,))))) for name, most in full.items()
+    }
+
+
+def _step_profile(model: Model, axis: int) -> tuple[str, Array, Array]:
+    """The driving force, all forces (2, forces) during RUN and after it, and times (n,) [s] with RUN halfway."""
+    place = _first_force(model, axis) or 0
+    driving = model.structure.forces[place].name
     force = np.zeros((2, len(model.structure.forces)))
-    force[0, driving] = command
-    return command, force, np.arange(0.0, 2 * RUN + model.integration.step, model.integration.step)
+    force[0, place] = largest_forces(model)[driving]
+    steps = int(np.ceil(RUN / model.integration.step - WHOLE_STEP))
+    on = np.linspace(0.0, RUN, steps + 1)
+    return driving, force, np.concatenate([on, RUN + on[1:]])
 
 
 def _single_axis_states(model: Model, axis: int, force: Array, t: Array) -> Array:
@@ -269,12 +295,6 @@ def direct_chain(n: int) -> _core.Chain:
         0, np.eye(n), 0.0, float("inf"), np.eye(n), rows, 0, np.zeros(0), np.zeros((0, 2)),
         np.zeros((n, n)),
     )  # fmt: skip
-
-
-def _distance(states: Array, t: Array, axis: int) -> Array:
-    """Distance made good along the axis, [m] or [rad]."""
-    steps = 0.5 * (states[1:, 3 + axis] + states[:-1, 3 + axis]) * np.diff(t)
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _listed(model: Model, axis: int) -> str:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import AxisPhysics, axis_physics
+from seatrial.boat.physics import AxisPhysics, axis_physics, largest_forces
 from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry, as_column
 from seatrial.evaluation.comparison.comparability import fixed_terms
 from seatrial.evaluation.comparison.parameters import View
@@ -43,13 +43,12 @@ def axis_meanings(a: Model, b: Model) -> list[AxisMeaning]:
 
 
 def _common_forces(a: Model, b: Model) -> dict[str, tuple[float, float]]:
-    """Ranges of commands within both envelopes."""
-    out = {}
-    for force in {*a.envelope.forces, *b.envelope.forces}:
-        ranges = [m.envelope.forces.get(force, (-1.0, 1.0)) for m in (a, b)]
-        size = min(max(abs(low), abs(high)) for low, high in ranges)
-        out[force] = (-size, size)
-    return out
+    """Ranges of forces that both reached."""
+    both = largest_forces(a), largest_forces(b)
+    sizes = {
+        force: min(own[force] for own in both if force in own) for force in {*both[0], *both[1]}
+    }
+    return {force: (-size, size) for force, size in sizes.items()}
 
 
 def _side_by_side(x: AxisPhysics, y: AxisPhysics) -> AxisMeaning:

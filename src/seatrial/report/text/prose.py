@@ -70,8 +70,9 @@ differences by chance (Cochran's Q)."""
 
 NO_INFORMATION = "The information of each recording is not available:"
 
-PHYSICS = """One axis at a time, the others held still, at the largest recorded command, then without command until
-2 % of the speed is left. Intervals: coefficients drawn from their covariance."""
+PHYSICS = """One axis at a time, the others held still, at the largest recorded command, at most full command, then
+without command until 2 % of the speed is left. Full command of a force is 1, or, where thrusters are commanded one
+by one, the sum of their weights in it. Intervals: coefficients drawn from their covariance."""
 
 RISE = "Vertical dotted line: 63 % of the top speed is reached."
 
