@@ -75,7 +75,7 @@ def test_no_user_or_no_clear_columns_leave_the_usual_axes(tmp_path):
         "The boat turns to the left (to port). What does the heading of the log do?"
     ]
     named = Choices(pose="x=a,y=b,heading=c")
-    assert heading_seen(odd, named).column == "c"
+    assert heading_seen(odd, named).text == "c, the heading of the log,"
 
 
 @pytest.mark.parametrize("answer", READS)

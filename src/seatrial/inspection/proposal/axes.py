@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial.inspection.proposal.columns.heading import is_compass
 from seatrial.inspection.proposal.columns.pose import heading_and_sense
+from seatrial.inspection.proposal.columns.signals import positions
 from seatrial.inspection.proposal.sources import Ask, Choices
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.columns import read_tables
@@ -25,27 +26,33 @@ FALLS = "it falls: clockwise, as a compass"
 class HeadingSeen:
     """The heading of a table, as its name, values and the motion of the boat show it."""
 
-    column: str
+    text: str  # how a question names it
     from_x_to_y: (
         bool  # whether it rises from x towards y; a compass rises from y (north) to x (east)
     )
     compass: bool  # whether it looks as if it rose clockwise
-    geographic: bool  # whether east and north are known
+    known_axes: (
+        bool  # whether east and north are known, or the axes are right-handed with a known one up
+    )
 
 
 def asked_axes(path: Path, choices: Choices, ask: Ask | None) -> str:
-    """The axes of an autopilot, or of east and north; else by the answer of `ask`; without it the usual ones.
+    """The axes of an autopilot, of east and north, or of motion capture; else by the answer of `ask`; without it
+    the usual ones.
 
-    Whether y points to port or to starboard no log can tell: a world and its mirror image fit the same numbers.
+    Whether y points to port or to starboard no other log can tell: a world and its mirror image fit the same
+    numbers.
     The sense in which the heading turns decides it, together with that in which x leads to y.
     """
     if is_log(path):
         return Axes.FRD.value
     seen = None if ask is None else heading_seen(path, choices)
-    if ask is None or (seen is not None and seen.geographic):
+    if ask is None or (seen is not None and seen.known_axes):
+        return Axes.FLU.value
+    if seen is None and _only_captures(path):
         return Axes.FLU.value
     options = (FALLS, RISES) if seen is not None and seen.compass else (RISES, FALLS)
-    heading = HEADING_OF_LOG if seen is None else f"{seen.column}, {HEADING_OF_LOG},"
+    heading = HEADING_OF_LOG if seen is None else seen.text
     rises = ask(TURN_QUESTION.format(heading=heading), options) == RISES
     y_to_port = rises == (seen is None or seen.from_x_to_y)
     return Axes.FLU.value if y_to_port else Axes.FRD.value
@@ -61,8 +68,19 @@ def heading_seen(path: Path, choices: Choices) -> HeadingSeen | None:
         return None
     clockwise = sense is not None and sense.sign < 0
     return HeadingSeen(
-        heading.names[0],
+        heading.in_question,
         not clockwise,
         clockwise or (is_compass(heading) and float(np.nanmin(heading.values)) >= 0.0),
-        position.east_north is not None,
+        position.east_north is not None or position.right_handed,
     )
+
+
+def _only_captures(path: Path) -> bool:
+    """Whether all positions, of whichever body, are those of motion capture."""
+    if is_bag(path):
+        return False
+    try:
+        found = positions(read_tables(path))
+    except RecordingError:
+        return False
+    return bool(found) and all(position.right_handed for position in found)

@@ -39,6 +39,7 @@ class CaptureTable(Table):
     """
 
     only_poses: ClassVar[bool] = True
+    right_handed: ClassVar[bool] = True
 
     def __init__(self, rows: CsvTable, header: JoinedHeader, body: str) -> None:
         self._rows, self._header, self._body = rows, header, body

@@ -21,7 +21,7 @@ from seatrial.inspection.proposal.sources import Ask, Sureness
 from seatrial.util.frames import Array, Axes
 
 COMPASS_WORDS = ("compass", "heading", "hdg", "hdt", "azimuth", "kurs", "true", "magnetic", "ned")
-EAST_QUESTION = "The boat points east. What does {heading}, the heading of the log, read?"
+EAST_QUESTION = "The boat points east. What does {heading} read?"
 READS = {  # in the order of a compass
     "90 degrees: clockwise from north, as a compass": COMPASS,
     "0: counter-clockwise from east, as in ROS and mathematics": PLAIN,
@@ -50,7 +50,7 @@ def psi_of(
     geographic = position.east_north is not None
     if ask is not None and geographic and sure is not Sureness.CERTAIN:
         answers = sorted(READS, key=lambda text: READS[text] != sense)
-        sense = READS[ask(EAST_QUESTION.format(heading=name), answers)]
+        sense = READS[ask(EAST_QUESTION.format(heading=heading.in_question), answers)]
         sure, why = Sureness.CHOSEN, "answered"
     sign, offset = sense.sign, -sense.sign * sense.offset
     if axes is Axes.FRD and geographic:  # from north, clockwise

@@ -99,6 +99,9 @@ def choose_pose(
         notes["known axes"] = [
             "x is north and y is east" if axes is Axes.FRD else "x is east and y is north"
         ]
+    elif position.right_handed:
+        key, text = _captured_axes(position, axes)
+        notes[key] = [text]
     rate = find_yaw_rate(path, tables, heading, psi, given)
     if rate is not None:
         found.append(rate[3])
@@ -109,6 +112,17 @@ def choose_pose(
     taken = _taken(position, heading, rate)
     used = (position.table, *([heading.table] if heading.table is not position.table else []))
     return PoseColumns(entries, used, taken, tuple(found), stamp, notes)
+
+
+def _captured_axes(position: Position, axes: Axes) -> tuple[str, str]:
+    """The note on the axes of motion capture, which is right-handed; and its key."""
+    up = "y" if position.y_up else "z"
+    if axes is Axes.FLU:
+        return "known axes", f"known: motion capture has right-handed axes, here with {up} up"
+    return (
+        "pose",
+        f"check axes: motion capture has right-handed axes; with {up} up they are {Axes.FLU.value}",
+    )
 
 
 def _state_yaw_rate(

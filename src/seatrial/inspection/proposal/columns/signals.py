@@ -83,6 +83,11 @@ class Position:
         return (first, second) if self.kinds[0] is Kind.EAST else None
 
     @property
+    def right_handed(self) -> bool:
+        """Whether x, y and up are, by the system that wrote them; columns that the user chose may not be."""
+        return self.table.table.right_handed and self.sure is not Sureness.CHOSEN
+
+    @property
     def plane(self) -> tuple[Array, Array]:
         """Coordinates (n,) of a plane, the first east where that is known."""
         return self.east_north or self.values
@@ -96,6 +101,13 @@ class Heading:
     names: tuple[str, ...]  # one, or x, y, z, w
     grade: Grade
     rank: int  # among its kind's words
+
+    @property
+    def in_question(self) -> str:
+        """As a question names it."""
+        if len(self.names) == 1:
+            return f"{self.names[0]}, the heading of the log,"
+        return f"the heading of the log (a quaternion, {', '.join(self.names)})"
 
     @property
     def values(self) -> Array:
