@@ -3,6 +3,7 @@
 
 import re
 from dataclasses import replace
+from datetime import datetime, timezone
 from functools import partial
 
 import numpy as np
@@ -15,10 +16,12 @@ from scipy.spatial.transform import Rotation
 import seatrial
 from seatrial.commands.cli import main
 from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.proposal.axes import FALLS, asked_axes
 from seatrial.inspection.proposal.sources import Choices, Sureness
 from seatrial.io.table import open_tables
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Axes
 
 RATE = 30.0  # [Hz]
 TILT = 0.02  # [rad] of the bodies; its square is the error of a heading by another axis of the body
@@ -177,32 +180,102 @@ def test_two_boats_are_a_question(log, tmp_path):
     assert "take.csv:my boat" in seatrial.init(folder).text
 
 
-@pytest.mark.parametrize("zone", [0.0, 7200.0])
-def test_commands_by_the_wall_clock(zone, log, tmp_path):
-    """Stamps since 1970: the poses count from the start of the capture; another zone is named in hours."""
+def seconds_late(recording):
+    """The first command after the first pose [s]."""
+    return (recording.commands.stamps[0] - recording.stamps[0]) * 1e-9
+
+
+def test_commands_by_the_wall_clock(log, tmp_path):
+    """Stamps since 1970: the poses count from the start of the capture."""
     folder = tmp_path / "run"
     folder.mkdir()
     motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))])
-    commands(log, folder, lambda t: t + BEGUN - zone)
-    if not zone:
-        _, vehicle, recording = read(folder)
-        assert vehicle.file.pose.stamp.column == "Capture Time"
-        assert any("02.31.05.123 PM has no zone, and counts as UTC" in r for r in recording.remarks)
-        late = (recording.commands.stamps[0] - recording.stamps[0]) * 1e-9
-        assert late == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
-        return
-    said = "commands are 2 h before the poses: one of them is in another time zone.*'offset: -7200'"
-    with pytest.raises(RecordingError, match=said):
-        seatrial.init(folder)
     commands(log, folder, lambda t: t + BEGUN)
-    read(folder)
-    commands(log, folder, lambda t: t + BEGUN - zone)
-    text = folder.with_suffix(".yaml").read_text()
-    text = text.replace("stamp: {column: t}", "stamp: {column: t, offset: -7200}")
-    folder.with_suffix(".yaml").write_text(text)
-    recording = seatrial.read(folder, seatrial.load_vehicle(folder.with_suffix(".yaml")))
-    late = (recording.commands.stamps[0] - recording.stamps[0]) * 1e-9
-    assert late == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
+    proposal, vehicle, recording = read(folder)
+    assert vehicle.file.pose.stamp.column == "Capture Time"
+    assert any("02.31.05.123 PM has no zone, and counts as UTC" in r for r in recording.remarks)
+    assert seconds_late(recording) == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
+    assert "offset" not in proposal.text.partition("inputs:")[0]
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        (7200.0, "s", "is 2 h behind that of the poses, another time zone: offset -7200 written to commands: stamp"),
+        (-20_700.0, "ms", "is 5.75 h ahead of that of the poses, another time zone: offset 20700000 written to commands"),
+        (-19_800.0, "dates", "is 5.5 h ahead of that of the poses, another time zone: offset -19800 written to pose: stamp"),
+    ],
+)  # fmt: skip
+def test_commands_of_another_time_zone(case, log, tmp_path, capsys):
+    """The offset is proposed and stated; of stamps that take none, as dates, at those of the poses."""
+    zone, unit, said = case
+    folder, file = tmp_path / "run", tmp_path / "boat.yaml"
+    folder.mkdir()
+    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
+    factor = 1e3 if unit == "ms" else 1.0
+    commands(log, folder, lambda t: (t + BEGUN - zone) * factor)
+    if unit == "dates":
+        lines = [line.split(",", 1) for line in (folder / "commands.csv").read_text().splitlines()]
+        dated = [
+            f"{datetime.fromtimestamp(float(t), timezone.utc):%Y-%m-%dT%H:%M:%S.%f}Z,{rest}"
+            for t, rest in lines[1:]
+        ]
+        (folder / "commands.csv").write_text("\n".join([",".join(lines[0]), *dated]))
+    assert main(["init", str(folder), "-o", str(file)]) == 0
+    console = capsys.readouterr().out.partition("structure: auto")[2]
+    assert said in console and said in file.read_text()
+    recording = seatrial.read(folder, seatrial.load_vehicle(file))
+    assert seconds_late(recording) == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
+
+
+def test_a_time_that_is_no_time_zone_is_refused(log, tmp_path):
+    """A quarter of an hour: two drives, not two clocks."""
+    folder = tmp_path / "run"
+    folder.mkdir()
+    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
+    commands(log, folder, lambda t: t + BEGUN + 900.0)
+    with pytest.raises(RecordingError, match="that both were recorded together"):
+        seatrial.init(folder)
+
+
+@pytest.mark.parametrize("kind", ["Motive, y up", "Motive, z up", "QTM", "Vicon"])
+def test_the_axes_are_known(kind, log, tmp_path):
+    """Right-handed, one axis up: nothing is asked, whatever would be answered; the file says why."""
+    folder, pose = tmp_path / "run", far(log.pose)
+    folder.mkdir()
+    bodies = [body("Otter", pose), body("Seal", pose[::-1])]
+    take = folder / ("take.tsv" if kind == "QTM" else "take.csv")
+    commands(log, folder)
+    for count in (1, 2):  # one body; which of two is not known yet
+        EXPORTS[kind](take, log.pose_t, bodies[:count])
+        assert asked_axes(folder, Choices(), pytest.fail) == Axes.FLU.value
+    EXPORTS[kind](take, log.pose_t, bodies[:1])
+    text = seatrial.init(folder, choices=Choices(axes_answered=True)).text
+    up = "y" if kind == "Motive, y up" else "z"
+    assert f"known: motion capture has right-handed axes, here with {up} up" in text
+    assert "as answered" not in text
+    other = seatrial.init(folder, choices=Choices(axes=Axes.FRD.value)).text
+    assert f"check axes: motion capture has right-handed axes; with {up} up they are" in other
+
+
+def test_columns_of_a_take_that_the_user_names_are_asked_about(log, tmp_path):
+    """x and z of a take with y up are left-handed; the heading is not named by one column of its quaternion."""
+    folder, asked = tmp_path / "run", []
+    folder.mkdir()
+    motive(folder / "take.csv", log.pose_t, [body("Otter", far(log.pose))])
+    commands(log, folder)
+    choices = Choices(pose="x=Position X,y=Position Z,heading=Rotation Y")
+
+    def falls(question, options):
+        asked.append(question)
+        return FALLS
+
+    assert asked_axes(folder, choices, falls) == Axes.FRD.value
+    (question,) = asked
+    assert (
+        "What does the heading of the log (a quaternion, Rotation X, Rotation Y, Rotation Z, Rotation W) do?"
+        in question
+    )
 
 
 def test_commands_of_another_day(log, tmp_path):

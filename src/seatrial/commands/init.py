@@ -87,6 +87,8 @@ def run(args: argparse.Namespace) -> None:
         say(f"{recognised_text(proposal.sources.recognised)}\n")
     say(proposal.text, end="")
     follow = command("inspect", *args.recordings, "--vehicle", args.out)
+    for found in proposal.sources.notes.get("clock", []):
+        say(found)
     say(f"wrote {args.out}")
     say(NextStep(follow).text)
     write_json(args, "init 1", _result(args, proposal, follow))

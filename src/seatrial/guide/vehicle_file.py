@@ -48,6 +48,8 @@ def _propose(here: Task, choices: Choices) -> None:
     axes = joined(
         [force["axis"] for force in proposal.drive.forces.values()] or ["surge, sway, yaw"]
     )
+    for found in proposal.sources.notes.get("clock", []):
+        here.say(f"vehicle   {found}")
     here.say(f"vehicle   {inputs} drive {axes}  -> {path}")
 
 

@@ -10,13 +10,24 @@ FACTORS = (1e3, 1e6, 1e9)  # between s, ms, us and ns
 FACTOR_SLACK = 0.2  # of a factor, by which the lengths may differ from it
 LENGTH_SLACK = 0.02  # of the length of poses and commands, by which they may differ
 SINCE_1970 = 9e8  # [s] least time from a start that is one from 1970
-ZONE = 1800.0  # [s] time zones differ by multiples of it
+ZONE = 900.0  # [s] time zones differ by multiples of it
+QUARTERS_FROM = (
+    18_000.0  # [s] from UTC, of zones of an odd quarter of an hour: Nepal 5:45, Eucla 8:45
+)
 ZONE_SLACK = 120.0  # [s] between the beginnings of two parts of one recording
-MOST_ZONES = 52  # of 26 h
+MOST_ZONES = 104  # of 26 h
 
 
 class OtherEpochError(RecordingError):
     """Stamps from 1970 beside stamps from a start, both of the same length: arrivals may be used."""
+
+
+class OtherZoneError(RecordingError):
+    """Stamps of poses and commands that are whole time zones apart."""
+
+    def __init__(self, message: str, apart: float) -> None:
+        super().__init__(message)
+        self.apart = apart  # [s] commands after poses
 
 
 def same_length(poses: Array, commands: Array) -> bool:
@@ -40,19 +51,33 @@ def other_unit(poses: Array, commands: Array) -> str:
     return ""
 
 
-def other_zone(poses: Array, commands: Array) -> str:
-    """What to say where the stamps [s] are whole or half hours apart; empty: they are not."""
+def zones_apart(poses: Array, commands: Array) -> float:
+    """Whole time zones [s] by which commands are after poses, by their stamps [s]; 0: it is no such time."""
     apart = min(
         (float(commands[end] - poses[end]) for end in (0, -1)),
-        key=lambda s: abs(s - round(s / ZONE) * ZONE),
+        key=lambda s: abs(s - _zones(s) * ZONE),
     )
-    zones = round(apart / ZONE)
-    if not 1 <= abs(zones) <= MOST_ZONES or abs(apart - zones * ZONE) > ZONE_SLACK:
+    zones = _zones(apart)
+    if abs(zones) > MOST_ZONES or abs(apart - zones * ZONE) > ZONE_SLACK:
+        return 0.0
+    return zones * ZONE
+
+
+def _zones(apart: float) -> int:
+    """The nearest number of quarter hours; near UTC zones differ by half hours."""
+    quarters = round(apart / ZONE)
+    return quarters if abs(quarters * ZONE) >= QUARTERS_FROM else 2 * round(apart / ZONE / 2)
+
+
+def other_zone(poses: Array, commands: Array) -> str:
+    """What to say where the stamps [s] are whole time zones apart; empty: they are not."""
+    apart = zones_apart(poses, commands)
+    if not apart:
         return ""
-    side = "after" if zones > 0 else "before"
+    side = "after" if apart > 0 else "before"
     return (
-        f"commands are {abs(zones) * ZONE / 3600:g} h {side} the poses: one of them is in another time zone; "
-        f"write both by the same clock, or of a table with stamps in seconds set 'offset: {zones * ZONE:.0f}' at "
+        f"commands are {abs(apart) / 3600:g} h {side} the poses: one of them is in another time zone; "
+        f"write both by the same clock, or of a table with stamps in seconds set 'offset: {apart:.0f}' at "
         "commands: stamp"
     )
 

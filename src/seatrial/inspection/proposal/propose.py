@@ -2,6 +2,7 @@
 """`init`: a vehicle file to start from, proposed from recordings."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from math import cos, pi, radians, sin
 from pathlib import Path
@@ -15,11 +16,12 @@ from seatrial.inspection.proposal.from_logs import of_log
 from seatrial.inspection.proposal.from_tables import of_tables
 from seatrial.inspection.proposal.inputs import Drive, find_drive
 from seatrial.inspection.proposal.sources import Ask, Choices, Place, Sources, one_each
+from seatrial.inspection.proposal.time_zone import in_one_zone
 from seatrial.inspection.proposal.vehicle_file import vehicle_text
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.formats import is_log
 from seatrial.io.reader import recording_name
-from seatrial.recording.other_clock import OtherEpochError
+from seatrial.recording.other_clock import OtherEpochError, OtherZoneError
 from seatrial.recording.yaw_rate import YawRateError
 from seatrial.util.errors import VehicleError
 from seatrial.util.format import joined
@@ -123,11 +125,16 @@ def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Source
     """The actuation, and the sources without what spoils them.
 
     A yaw rate that nobody named, and that is not the heading's, is left out: an IMU without one writes zeros.
-    Beside stamps of simulated time, arrivals in the bag are used.
+    Beside stamps of simulated time, arrivals in the bag are used. Stamps in two time zones are brought together.
     """
     count = len(choices.thrusters)
     try:
         return sources, find_drive(sources, thrusters=count, salvage=salvage)
+    except OtherZoneError as error:
+        for corrected in in_one_zone(sources, error.apart):
+            with suppress(OtherZoneError):
+                return _drive(corrected, choices, salvage=salvage)
+        raise
     except OtherEpochError:
         if not is_bag(sources.path) or "clock" in sources.pose:
             raise
@@ -145,5 +152,5 @@ def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Source
             pose=pose,
             recognised=tuple(r for r in sources.recognised if r.signal != "yaw rate"),
         )
-        drive = find_drive(sources, thrusters=count, salvage=salvage)
+        sources, drive = _drive(sources, choices, salvage=salvage)
         return sources, replace(drive, findings=(*drive.findings, f"no yaw rate is used: {error}"))

@@ -103,7 +103,8 @@ def _lever(drive: Drive, choices: Choices) -> list[str]:
 
 
 def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
-    lines = [_commented("commands:", *sources.notes.get("commands", []), *drive.sources)]
+    notes = [*sources.notes.get("clock", []), *sources.notes.get("commands", []), *drive.sources]
+    lines = [_commented("commands:", *notes)]
     lines += [f"  {_line(key, value)}" for key, value in sources.commands.items()]
     lines.append(
         _commented(

@@ -11,10 +11,12 @@ from seatrial.recording.faults.frozen_poses import frozen, runs, stuck
 from seatrial.recording.faults.pose_jumps import excursions, jumps
 from seatrial.recording.other_clock import (
     OtherEpochError,
+    OtherZoneError,
     other_epoch,
     other_unit,
     other_zone,
     same_length,
+    zones_apart,
 )
 from seatrial.recording.timing import (
     SHORTEST_SILENCE,
@@ -153,15 +155,14 @@ def _refuse_other_times(name: str, poses: Array, commands: Array, hole: float) -
             or other_epoch(poses, commands)
             or "check the units of both stamps, and that both were recorded together"
         )
-        kind = (
-            OtherEpochError
-            if other_epoch(poses, commands) and same_length(poses, commands)
-            else RecordingError
-        )
-        raise kind(
+        text = (
             f"{name}: poses and commands do not overlap: commands run from {commands[0]:.6g} s to "
             f"{commands[-1]:.6g} s, poses from 0 s to {poses.max():.6g} s by the same clock; {cause}"
         )
+        if apart := zones_apart(poses, commands):
+            raise OtherZoneError(text, apart)
+        of_start = other_epoch(poses, commands) and same_length(poses, commands)
+        raise OtherEpochError(text) if of_start else RecordingError(text)
 
 
 def in_order(stamps: Stamps, *, strict: bool = True) -> Mask:
