@@ -11,6 +11,7 @@ import numpy as np
 from seatrial.boat.actuators import STAGES
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import held_rows, smooth_signals
+from seatrial.inspection.consistency.effects import effects_of, surge_t
 from seatrial.inspection.consistency.gains import (
     DELAYS,
     Gains,
@@ -42,13 +43,10 @@ from seatrial.inspection.consistency.pose_units import (
 from seatrial.inspection.consistency.repair import Repair, apply_repair
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import AXES, Array, Axes
+from seatrial.util.frames import Array, Axes
 
 STRAIGHT_HEADING = 0.1  # [rad] least standard deviation of the heading that shows the handedness
 MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are thinned to it
-DIRECTIONS = (  # of a positive and of a negative gain, by axis
-    ("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"),
-)  # fmt: skip
 NOT_EXCITED = "hardly excited; its sign is not checked"
 NEVER_COMMANDED = "the commands never change; record them while the boat is driven"
 TOO_SHORT = "too short to check signs; record two minutes or more"
@@ -130,15 +128,15 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
         search = with_heading_turned(search, off)
         best = replace(search.no_edit, angle=-off if vehicle.axes is Axes.FRD else off)
     repair = replace(best, units=(*lengths, angle))
-    effects = _input_effects(vehicle, search, repair)
+    effects, said = effects_of(vehicle, search, repair, recordings)
     unexcited = _unexcited(vehicle, search, repair)
     wrong = (
         *clock_inconsistency(offset),
         *inconsistencies(vehicle, repair, effects, speed),
-        *steering_inconsistencies(vehicle, _surge_t(vehicle, search, repair), effects),
+        *steering_inconsistencies(vehicle, surge_t(vehicle, search, repair), effects),
     )
     remarks = (
-        *(f"{name} {does}" for name, does in effects.items()),
+        *said,
         *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
         *_exchangeable(vehicle, search, repair, unexcited),
     )
@@ -203,27 +201,6 @@ def _table(vehicle: Vehicle, found: Sequence[Gains]) -> tuple[Gain, ...]:
         for i, name in enumerate(vehicle.inputs)
         for axis, g in enumerate(found)
     )
-
-
-def _gains_t(search: HypothesisSearch, repair: Repair) -> Array:
-    """t (3, inputs) of the gains, poses corrected."""
-    return np.asarray(search.gain_rotation(repair) @ np.array([g.t for g in search.gains]))
-
-
-def _surge_t(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> dict[str, float]:
-    """t of the surge gain by input."""
-    return dict(zip(vehicle.inputs, _gains_t(search, repair)[0].tolist(), strict=True))
-
-
-def _input_effects(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> dict[str, str]:
-    """The main effect of each input, poses corrected: "moves surge forward (t 35)"."""
-    t = _gains_t(search, repair)
-    effects = {}
-    for i, name in enumerate(vehicle.inputs):
-        axis = int(np.argmax(np.abs(t[:, i])))
-        direction = DIRECTIONS[axis][0 if t[axis, i] > 0 else 1]
-        effects[name] = f"moves {AXES[axis]} {direction} (t {abs(t[axis, i]):.0f})"
-    return effects
 
 
 def _unexcited(vehicle: Vehicle, search: HypothesisSearch, repair: Repair) -> list[int]:

@@ -22,6 +22,7 @@ UNIT_NAMES = {
     "rad": "radians",
     "deg": "degrees",
 }
+UNCLEAR = "moves no axis clearly"
 
 
 class InconsistencyKind(str, Enum):
@@ -71,8 +72,9 @@ def steering_inconsistencies(
     return [
         Inconsistency(
             InconsistencyKind.STEERED,
-            f"{thrust} and {angle} are swapped at chain: steered: {angle}, the angle, {effects[angle]}; "
-            f"{thrust}, the thrust, {effects[thrust]}; set of: [[{angle}, {thrust}]]",
+            f"{thrust} and {angle} are swapped at chain: steered: {angle}, the angle, "
+            f"{effects.get(angle, UNCLEAR)}; {thrust}, the thrust, {effects.get(thrust, UNCLEAR)}; "
+            f"set of: [[{angle}, {thrust}]]",
         )
         for thrust, angle in pairs
         if {thrust, angle} <= set(vehicle.inputs)
@@ -85,8 +87,8 @@ def inconsistencies(
 ) -> tuple[Inconsistency, ...]:
     """One message for each edit of the repair.
 
-    effects: by input, its main effect ("moves sway to the right (t 41)"). speed [m/s]: 90th percentile
-    with the units that the file states.
+    effects: by input, its main effect ("moves sway to the right (t 41)"), where that is clear. speed [m/s]: 90th
+    percentile with the units that the file states.
     """
     return (
         *_units(repair, speed),
@@ -198,8 +200,9 @@ def _orders(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> lis
         entries = ", ".join(
             f"{names[i]}: {_entry(vehicle, repair.order[i], repair.input_signs[i])}" for i in cycle
         )
+        clear = "; ".join(f"{name} {effects[name]}" for name in labels if name in effects)
         text = (
-            f"{joined(labels)} are {what}: {'; '.join(f'{n} {effects[n]}' for n in labels)}; "
+            f"{joined(labels)} are {what}: {clear or 'the other way round the boat moves as they say'}; "
             f"exchange their entries at commands: inputs ({entries})"
         )
         found.append(Inconsistency(InconsistencyKind.PERMUTED, text))
@@ -216,8 +219,9 @@ def _signs(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list
     signs = {name: -as_column(entries[name]).sign for name in negated}
     if set(negated) == {"F_v", "F_r"} and repair.pose_edits == 0:
         text = (
-            f"commands and poses have opposite axes: F_v {effects['F_v']}, F_r {effects['F_r']}; one "
-            "is forward-right-down, the other forward-left-up: "
+            f"commands and poses have opposite axes: F_v {effects.get('F_v', UNCLEAR)}, "
+            f"F_r {effects.get('F_r', UNCLEAR)}; one is "
+            " forward-right-down, the other forward-left-up: "
             f"set sign: {signs['F_v']} at commands: inputs: F_v, sign: {signs['F_r']} at commands: "
             "inputs: F_r; or, if the poses are wrong, negate y and psi"
         )
@@ -225,7 +229,7 @@ def _signs(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list
     return [
         Inconsistency(
             InconsistencyKind.NEGATED,
-            f"{name} {effects[name]}, opposite to the vehicle file; "
+            f"{name} {effects.get(name, 'acts')}, opposite to the vehicle file; "
             f"set sign: {signs[name]} at commands: inputs: {name}",
         )
         for name in negated

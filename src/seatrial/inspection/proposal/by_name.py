@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.vehicle import WRENCH
+from seatrial.inspection.consistency.effects import combinations
 from seatrial.inspection.proposal.channels import Channels
 from seatrial.recording.clocks import SLOW_TRANSPORT
 from seatrial.recording.other_clock import SINCE_1970
@@ -17,9 +18,6 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES
 
-LEAST_COMBINATION = (
-    0.01  # of the largest singular value; below, a combination of inputs is unexcited
-)
 LONG_ENOUGH = 60.0  # [s] of driving, which shows what moves the boat where the clocks are one
 FORCE_NAMES = {
     "F_u": "F_u|surge|force_x|linear_x",
@@ -33,9 +31,10 @@ Parts = tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any
 class ThrustersUnknownError(RecordingError):
     """Commands of thrusters that are always driven in the same combinations: only positions tell them apart."""
 
-    def __init__(self, message: str, names: Sequence[str]) -> None:
+    def __init__(self, message: str, names: Sequence[str], count: int) -> None:
         super().__init__(message)
         self.names = tuple(names)  # of the channels, in order
+        self.count = count  # of the combinations
 
 
 def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
@@ -48,14 +47,14 @@ def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
     if not inputs:
         names = ", ".join(recording.name for recording in recordings)
         length = sum(recording.duration for recording in recordings)
-        count = _combinations(recordings)
+        count = combinations(np.concatenate([r.commands.values for r in recordings]))
         if 0 < count < len(found.names):
             raise ThrustersUnknownError(
                 f"{names}: {', '.join(found.names)} are always driven in the same {count} combinations (an "
                 "allocation), so their separate effects are not identifiable. Give the position [m] and direction "
                 "[deg] of each, in this order: --thrusters 'X Y DEG; X Y DEG; ...' (docs/vehicle.md)",
-                found.names,
-            )
+                found.names, count,
+            )  # fmt: skip
         raise RecordingError(
             f"{names}: {length:.0f} s do not show which of {', '.join(found.names)} move the boat; "
             f"{_one_sided(recordings)}{_late(recordings)}{_own_starts(recordings)}record some minutes in which it "
@@ -103,10 +102,3 @@ def _own_starts(recordings: Sequence[Recording]) -> str:
         "stamps of poses and commands count from a start: if each table has its own, set 'offset: SECONDS' at "
         "commands: stamp; else "
     )
-
-
-def _combinations(recordings: Sequence[Recording]) -> int:
-    """Number of independent combinations of the inputs that are excited."""
-    values = np.concatenate([r.commands.values for r in recordings])
-    size = np.linalg.svd(values - values.mean(axis=0), compute_uv=False)
-    return int((size > LEAST_COMBINATION * size[0]).sum()) if size[0] > 0 else 0
