@@ -287,7 +287,22 @@ def test_thrusters_behind_an_allocation_are_used_where_their_places_are_given(
     assert "forces" not in content
     recording = seatrial.read(path, vehicle)
     assert np.abs(recording.commands.values).max() <= 1.0
-    assert check_consistency([recording], vehicle).findings == ()
+    report = check_consistency([recording], vehicle)
+    assert report.findings == ()
+    # no direction of a thruster alone: the log does not show it
+    first, *forces = report.text[:4]
+    assert first.startswith("fl, fr, rl and rr are driven in 3 combinations, which do not show")
+    moves = ("F_u of these moves surge forward", "F_v of these moves sway to the left",
+             "F_r of these moves yaw to the left")  # fmt: skip
+    assert [said.partition(" (t ")[0] for said in forces] == [*moves]
+    assert not any(re.match(r"(fl|fr|rl|rr) moves", said) for said in report.text)
+    # nor where two of them are found to be exchanged
+    swapped = text.replace("{column: fl", "{column: other").replace("{column: fr", "{column: fl")
+    file = tmp_path / "swapped.yaml"
+    file.write_text(swapped.replace("{column: other", "{column: fr"))
+    wrong = seatrial.load_vehicle(file)
+    found = check_consistency([seatrial.read(path, wrong)], wrong).findings
+    assert found and not any(re.search(r"(fl|fr|rl|rr) moves", one.text) for one in found)
 
 
 def test_auto_asks_for_the_places_of_thrusters_behind_an_allocation(log, tmp_path):
@@ -307,9 +322,18 @@ def test_auto_asks_for_the_places_of_thrusters_behind_an_allocation(log, tmp_pat
             raise AssertionError(question)
 
     proposal, chosen = proposed([path], Choices(), Answers(CROSSED), salvage=False)
-    assert "Where are the thrusters fl, fr, rl and rr? For each x ahead [m], y to port" in asked[0]
+    assert "Where are the thrusters fl, fr, rl and rr? Needed here: " in asked[0]
+    assert "For each x ahead [m], y to port [m] and" in asked[0]
     assert chosen.thrusters[2] == (-0.3, 0.0, 45.0)
     assert list(yaml.safe_load(proposal.text)["thrusters"]) == ["fl", "fr", "rl", "rr"]
+    assert "they are driven in the same 3 combinations (an allocation)" in asked[0]
     for answers in (Answers(""), None):
         with pytest.raises(ThrustersUnknownError, match="3 combinations"):
             proposed([path], Choices(), answers, salvage=False)
+    first, again = asked[1:]
+    assert first.endswith("Enter: asked again") and first == asked[0]
+    assert again.startswith("Without these places there is no model")
+    assert again.endswith("Enter: not known, and stop")
+    said = r"--thrusters 'X Y DEG.*; what was answered is the option --lever 0\.05 -0\.1"
+    with pytest.raises(ThrustersUnknownError, match=said):
+        proposed([path], Choices(lever=(0.05, -0.1)), Answers(""), salvage=False)

@@ -14,6 +14,7 @@ from seatrial.inspection.proposal.propose import Proposal, init
 from seatrial.inspection.proposal.sources import (
     MOORE_PENROSE,
     Choices,
+    Place,
     lever_of,
     one_each,
     thrusters_of,
@@ -40,9 +41,14 @@ LEVER_QUESTION = (
     "centre of mass. Give metres ahead and metres to {side}, such as '0.35 -0.1'. Enter: not known"
 )
 THRUSTERS_QUESTION = (
-    "Where are the thrusters{of}? For each x ahead [m], y to {side} [m] and direction of thrust [deg] from "
-    "forward towards {side}, such as '0.2 0.2 135; 0.2 -0.2 -135; ...'. Enter: not known"
+    "Where are the thrusters{of}? {needed}For each x ahead [m], y to {side} [m] and direction of thrust [deg] "
+    "from forward towards {side}, such as '0.2 0.2 135; 0.2 -0.2 -135; ...'. Enter: {enter}"
 )
+NEEDED = (
+    "Needed here: they are driven in the same {count} combinations (an allocation), so the log does not show what "
+    "each does. "
+)
+STILL_NEEDED = "Without these places there is no model: measure them on the boat.\n"
 SCHEME_QUESTION = "How does the boat's software allocate forces to thrusters?"
 SCHEMES = (MOORE_PENROSE, "always-forward")
 ESTIMATE, LEAVE = "yes, or perhaps: estimate it with the model", "no: leave it out"
@@ -93,21 +99,17 @@ def proposed(
     def propose() -> Proposal:
         return init(first, *more, choices=given, ask=choose, salvage=salvage)
 
+    question = THRUSTERS_QUESTION.format(of="", needed="", side=_side(given), enter="not known")
     try:
         proposal = propose()
         known = bool(proposal.drive.forces or given.thrusters)
-        places = None if known else _answered(ask, _thrusters_question("", given), thrusters_of)
+        places = None if known else _answered(ask, question, thrusters_of)
         if places is not None and ask is not None:
             scheme = ask.choose(SCHEME_QUESTION, SCHEMES)
             given = replace(given, thrusters=places, scheme=scheme)
             proposal = propose()
     except ThrustersUnknownError as error:
-        names = error.names
-        question = _thrusters_question(joined(names), given)
-        places = _answered(ask, question, lambda answer: one_each(thrusters_of(answer), names))
-        if places is None:
-            raise
-        given = replace(given, thrusters=places)
+        given = replace(given, thrusters=_needed_places(error, given, ask))
         proposal = propose()
     wrong = contradicting_names(proposal.drive.forces, given.axes)
     if ask is not None and wrong and not is_log(first):
@@ -119,8 +121,26 @@ def proposed(
     return proposal, given
 
 
-def _thrusters_question(names: str, given: Choices) -> str:
-    return THRUSTERS_QUESTION.format(of=f" {names}" if names else "", side=_side(given))
+def _needed_places(
+    error: ThrustersUnknownError, given: Choices, ask: Questions | None
+) -> tuple[Place, ...]:
+    """The places without which there is no model: asked twice. Raises ThrustersUnknownError."""
+    needed = NEEDED.format(count=error.count)
+    for before, enter in (("", "asked again"), (STILL_NEEDED, "not known, and stop")):
+        question = before + THRUSTERS_QUESTION.format(
+            of=f" {joined(error.names)}", needed=needed, side=_side(given), enter=enter
+        )
+        places = _answered(ask, question, lambda a: one_each(thrusters_of(a), error.names))
+        if places is not None:
+            return places
+    if ask is None or given.lever is None:
+        raise error
+    ahead, aside = given.lever
+    raise ThrustersUnknownError(
+        f"{error}; what was answered is the option --lever {ahead:g} {aside:g}",
+        error.names,
+        error.count,
+    )
 
 
 def effect_answered(finding: Finding, ask: Questions) -> bool:
