@@ -26,6 +26,25 @@ LAPTOP, PHONE = (1366, 768), (390, 844)  # [px]
 COLOUR_RULES = ("color-contrast", "link-in-text-block")
 MOST_SCREENS = 10  # before anything is unfolded
 OPEN_ALL = "() => document.querySelectorAll('details').forEach((part) => { part.open = true; })"
+OVERLAPS = """() => {
+    const found = [], most = 1.5;  // [px] of two boxes, which are taller than their letters
+    const boxes = (parts) => [...parts].map((part) => part.getBoundingClientRect());
+    const common = (a, b) => Math.min(
+        Math.min(a.right, b.right) - Math.max(a.left, b.left),
+        Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top));
+    for (const plot of document.querySelectorAll(".plot")) {
+        for (const kind of ["x", "y", "y2", "y3"]) {
+            const ticks = boxes(plot.querySelectorAll(`.${kind}tick text`));
+            if (ticks.some((a, i) => ticks.slice(0, i).some((b) => common(a, b) > most)))
+                found.push(`${plot.dataset.figure}: ticks of ${kind}`);
+        }
+        const titles = boxes(plot.querySelectorAll(".ytitle, .y2title, .y3title"));
+        const ran = (a, b) => Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 0;
+        if (titles.some((a, i) => titles.slice(0, i).some((b) => ran(a, b))))
+            found.push(`${plot.dataset.figure}: titles`);
+    }
+    return found;
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -40,9 +59,12 @@ def pages(cse1, cse1_paper_model, tmp_path_factory):
     fresh = cse1["run1"]
     write_report(a, [fresh], folder / "report.html")
     write_comparison(a, b, [fresh], compare(a, b, [fresh]), folder / "compare.html")
+    write_comparison(a, b, [], compare(a, b, []), folder / "changes.html")
     drive = tables(folder / "lake", one_drive(seconds=240.0), lever=LEVER, current=CURRENT)
     guided = seatrial.auto([drive], folder / "guided").report
-    return {"guided": guided} | {name: folder / f"{name}.html" for name in ("report", "compare")}
+    return {"guided": guided} | {
+        name: folder / f"{name}.html" for name in ("report", "compare", "changes")
+    }
 
 
 @pytest.fixture
@@ -99,7 +121,7 @@ def test_axe_core_finds_what_is_wrong(visit):
     assert "color-contrast" in violations(page)
 
 
-@pytest.mark.parametrize("name", ["report", "compare"])
+@pytest.mark.parametrize("name", ["report", "compare", "changes"])
 def test_the_first_screen_has_picture_dials_and_next_step(visit, name):
     for width, height in (LAPTOP, PHONE):
         page = visit(name, (width, height))
@@ -113,6 +135,18 @@ def test_the_first_screen_has_picture_dials_and_next_step(visit, name):
         for dial in page.locator(".dial svg").all():
             assert len(dial.get_attribute("aria-label")) > 10
         assert page.evaluate("() => document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("name", ["report", "compare", "changes"])
+def test_no_label_of_a_plot_runs_into_another_on_a_phone(visit, name):
+    """Ticks of an axis, and the titles of the panels that are one above the other."""
+    page = visit(name, PHONE)
+    drawn(page)
+    pictured = page.evaluate(
+        """() => [...document.querySelectorAll(".plot.picture .ytick text")].map((d) => d.textContent)"""
+    )
+    assert len(pictured) >= 3
+    assert page.evaluate(OVERLAPS) == []
 
 
 @pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])

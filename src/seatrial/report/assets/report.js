@@ -7,6 +7,9 @@
   const BRIGHTER = { "#000000": "#f2f2f2", "#0072b2": "#56b4e9", "#56b4e9": "#2f7fb0",
     "rgba(0,114,178,0.15)": "rgba(86,180,233,0.22)" };
   const NARROW = 500; // [px] of a plot with a smaller legend
+  const LOW = 100; // [px] a lower panel has steps between its ticks that fit
+  const TICK_HEIGHT = 17, LETTER = 0.56; // [px] of a tick's label with its room; [font size] of a letter
+  const TITLE = 13, LEAST_TITLE = 10; // [px]
   const FOLDS = "details.run, details.fold, details.kept";
   const stores = new Map();
   let printing = false, linking = false;
@@ -48,20 +51,41 @@
     return isDark() && value in BRIGHTER ? BRIGHTER[value] : value;
   }
 
-  function dressed(layout) {
+  // of a low panel fewer ticks and a smaller title, so that neither runs into the next one
+  function fitted(axis, height, traces) {
+    const [begin, end] = axis.domain || [0, 1];
+    const room = height * (end - begin), text = axis.title ? axis.title.text.replace(/<[^>]*>/g, "") : "";
+    const size = Math.max(LEAST_TITLE, Math.min(TITLE, Math.floor(room / (LETTER * Math.max(text.length, 1)))));
+    const step = room < LOW && !axis.tickvals && axis.type !== "log" ? stepOf(traces, room) : 0;
+    return { ...(step ? { tick0: 0, dtick: step } : {}), title: { ...axis.title, font: { size } } };
+  }
+
+  // the smallest round step whose labels have room; 0: no values
+  function stepOf(traces, room) {
+    let low = Infinity, high = -Infinity;
+    for (const trace of traces) {
+      for (const y of trace.y) if (y !== null) { low = Math.min(low, y); high = Math.max(high, y); }
+    }
+    const least = 1.1 * (high - low) * TICK_HEIGHT / room, power = Math.pow(10, Math.floor(Math.log10(least)));
+    return high > low ? power * [1, 2, 3, 4, 5, 6, 8, 10].find((step) => step * power >= least * 0.9999) : 0;
+  }
+
+  function dressed(layout, height, data) {
     const [text, grid] = isDark() ? ["#e8eaed", "#363c42"] : ["#1a1d21", "#dfe3e7"];
     const modebar = { bgcolor: "rgba(0,0,0,0)", color: isDark() ? "#a3abb3" : "#5a6169", activecolor: text };
-    const whole = { ...layout };
+    const whole = { ...layout }, margin = { l: 52, r: 10, t: 36, b: 40, ...layout.margin };
     for (const name of ["xaxis", "yaxis", "yaxis2", "yaxis3"]) {
       if (!layout[name]) continue;
-      const title = { ...layout[name].title, standoff: 6, font: { size: 13 } };
+      const title = { ...layout[name].title, standoff: 6, font: { size: TITLE } };
+      const traces = data.filter((trace) => (trace.yaxis || "y") === name.replace("axis", ""));
+      const own = name === "xaxis" ? {} : fitted(layout[name], height - margin.t - margin.b, traces);
       whole[name] = { gridcolor: grid, zerolinecolor: grid, linecolor: grid, automargin: true,
-        ...layout[name], title };
+        ...layout[name], ...own, title: { ...title, ...own.title } };
     }
     return {
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", hovermode: "closest",
       font: { family: getComputedStyle(document.body).fontFamily, size: 12, color: text },
-      margin: { l: 52, r: 10, t: 36, b: 40 }, dragmode: touch.matches ? false : "zoom",
+      margin, dragmode: touch.matches ? false : "zoom",
       hoverlabel: { namelength: -1 }, modebar, ...whole,
       legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)", ...layout.legend },
     };
@@ -79,7 +103,7 @@
     const config = { responsive: true, displaylogo: false, displayModeBar: touch.matches || narrow ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"], doubleClick: "autosize",
       toImageButtonOptions: { format: "png", scale: 3, filename: `${div.dataset.run}-${div.dataset.figure}` } };
-    const layout = dressed(figure.layout);
+    const layout = dressed(figure.layout, div.clientHeight, figure.data);
     if (narrow) layout.legend = { ...layout.legend, font: { size: 10 }, itemwidth: 30 };
     Plotly.react(div, figure.data, layout, config);
     if (!known && linked) div.on("plotly_relayout", (change) => follow(div, change));

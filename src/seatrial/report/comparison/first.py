@@ -1,23 +1,33 @@
 # SPDX-License-Identifier: MIT
 """The first screen of a comparison: picture, dials, cause, next step."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from html import escape
 
 from seatrial.evaluation.comparison.cause_text import cause_text, inseparable, probability_text
 from seatrial.evaluation.comparison.console import next_text
-from seatrial.evaluation.comparison.parameters import SIGNIFICANCE
+from seatrial.evaluation.comparison.parameters import SIGNIFICANCE, Pair
 from seatrial.report.comparison import draw
 from seatrial.report.comparison.two_models import LETTERS, MODEL_COLOURS, ModelPair
 from seatrial.report.figures import prediction as draw_prediction
-from seatrial.report.figures.base import Figure
+from seatrial.report.figures.base import Figure, driven_axes
 from seatrial.report.figures.dials import Dial, Grade, part_dial, share_dial
-from seatrial.report.sections.base import ALL, first_of, first_screen, plot
+from seatrial.report.sections.base import (
+    ALL,
+    PANEL_HEIGHT,
+    PANELS_HEAD,
+    first_of,
+    first_screen,
+    plot,
+)
 from seatrial.report.text import prose
 from seatrial.report.text.numbers import names_of
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES, SYMBOLS
 
+MOST_CHANGES = 10  # in the picture
+CHANGES_HEAD, CHANGE_HEIGHT = 76, 19  # [px] of the picture on a phone: around its rows, and each
 CAUSE_LIMITS = (0.95, 0.5)  # of its probability
 
 
@@ -27,9 +37,19 @@ def screen(pair: ModelPair) -> tuple[str, dict[str, dict[str, Figure]]]:
     dials = "".join(dial.html() for dial in (_cause(pair), _changed(pair), _better(pair)))
     dials += _bars(pair)
     html = first_screen(
-        "A and B", escape(headline(pair)), drawn, dials, escape(f"Next: {next_text(pair.found)}.")
+        _title(pair),
+        escape(headline(pair)),
+        drawn,
+        dials,
+        escape(f"Next: {next_text(pair.found)}."),
     )
     return html, {ALL: {"picture": figure}}
+
+
+def _title(pair: ModelPair) -> str:
+    """The models by name; of one name, A and B tell them apart."""
+    a, b = (model.name for model in pair.models)
+    return f"{a}: A and B" if a == b else f"A: {a}, B: {b}"
 
 
 def headline(pair: ModelPair) -> str:
@@ -66,8 +86,10 @@ def _better_by_axis(pair: ModelPair) -> dict[str, str | None]:
 def _picture(pair: ModelPair) -> tuple[str, Figure]:
     """Measured and predicted by both; without recordings the changes of the parameters."""
     if pair.evidence is None:
-        caption = "change of each parameter from A to B, with its 95 % interval"
-        return plot(ALL, "picture", caption, "picture", caption), draw.changes(pair.found.pairs)
+        shown, what = _most_changed(pair.found.pairs)
+        caption = f"change of {what} from A to B, 95 % intervals"
+        low = CHANGES_HEAD + CHANGE_HEIGHT * len(shown)
+        return plot(ALL, "picture", caption, "picture", caption, low=low), draw.changes(shown)
     first, second = pair.evidence
     place = first_of(first.runs)
     runs = first.runs[place], second.runs[place]
@@ -78,7 +100,20 @@ def _picture(pair: ModelPair) -> tuple[str, Figure]:
     ]
     caption = f"{runs[0].name}: measured, and predicted {pair.horizon:g} s ahead by both"
     figure = draw_prediction.picture(first.model, runs[0], predictions)
-    return plot(ALL, "picture", f"{caption}, the busiest minute", "picture", caption), figure
+    label, panels = f"{caption}, the busiest minute", len(driven_axes(first.model))
+    low = PANELS_HEAD + PANEL_HEIGHT * panels
+    return plot(ALL, "picture", label, "picture", caption, low=low), figure
+
+
+def _most_changed(pairs: Sequence[Pair]) -> tuple[list[Pair], str]:
+    """The pairs that the first screen has room for, in their order, and what they are."""
+    tested = [one for one in pairs if one.z is not None and one.a]
+    if len(tested) <= MOST_CHANGES:
+        return tested, "each parameter"
+    most = sorted(tested, key=lambda one: -abs(one.z or 0.0))[:MOST_CHANGES]
+    return [one for one in tested if one in most], (
+        f"the {MOST_CHANGES} most significant of {len(tested)} parameters"
+    )
 
 
 def _cause(pair: ModelPair) -> Dial:

@@ -12,6 +12,7 @@ from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
 ROWS_HEAD, ROW_HEIGHT = 130, 21  # [px] of a plot with rows: around them, and each
+PANELS_HEAD, PANEL_HEIGHT = 190, 20  # [px] of a picture on a phone: around its panels, and each
 ON_A_PHONE = frozenset(
     ("model", "horizons")
 )  # sections that are folded there: long, and not the verdict
@@ -70,14 +71,22 @@ def store_of(place: int) -> str:
 
 
 def plot(
-    store: str, figure: str, label: str, size: str, caption: str = "", *, rows: int = 0
+    store: str,
+    figure: str,
+    label: str,
+    size: str,
+    caption: str = "",
+    *,
+    rows: int = 0,
+    low: int = 0,
 ) -> str:
     """Placeholder of a plot; `label` is its text alternative.
 
-    `rows`: their number, where it determines the height.
+    `rows`: their number, where it determines the height. `low`: height of a picture on a phone [px].
     """
     above = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
     high = f' style="height:{ROWS_HEAD + ROW_HEIGHT * rows}px"' if rows else ""
+    high = f' style="--low:{low}px"' if low else high
     return (
         f'<figure>{above}<div class="plot {size}" data-run="{store}" data-figure="{figure}"{high} '
         f'role="group" aria-label="plot: {escape(label)}"></div></figure>'
