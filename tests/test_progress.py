@@ -259,6 +259,30 @@ def test_time_left_is_what_the_done_share_took(monkeypatch):
     ]
 
 
+def test_time_left_begins_with_a_fifth_and_is_without_the_time_for_answers(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    found: list[Status] = []
+    with show_progress(found.append):
+        progress.reach(0.1)
+        now[0] = 112.0
+        progress.reach(0.19)
+        with progress.hidden(), progress.hidden():  # a question prints within
+            now[0] = 412.0
+        now[0] = 413.0
+        progress.reach(0.25)
+    assert [status.left for status in found] == [None, None, pytest.approx(13.0 * 3)]
+    line = ProgressLine(Terminal())
+    line.begun = now[0]
+    with line.hidden(), line.hidden():
+        now[0] += 300.0
+    now[0] += 12.0
+    assert left_text(Status("", 0.25, None), line.begun) == "36 s left"
+    assert left_text(Status("", 0.19, None), line.begun) == ""
+    now[0] += 60.0  # long work
+    assert left_text(Status("", 0.1, None), line.begun) == "10 min 48 s left"
+
+
 def test_the_line_says_stage_percentage_and_time_left(monkeypatch):
     assert percent_text(Status("reading", 0.123, None)) == "12 %"
     monkeypatch.setattr(progress.time, "monotonic", lambda: 159.6)

@@ -38,6 +38,7 @@ class _Work:
         self.begun: float | None = None  # when the first stage began, after what it imports
         self.share = 0.0
         self.lock = threading.Lock()
+        self.covers = 0  # how often it is hidden at the moment
 
     def add(self, share: float, name: str) -> None:
         with self.lock:
@@ -45,6 +46,18 @@ class _Work:
                 self.begun = time.monotonic()
             self.share = min(self.share + share, 1.0)
             self.report(Status(name, self.share, time_left(self.begun, self.share)))
+
+    @contextmanager
+    def hidden(self) -> Iterator[None]:
+        """Without the line; this time, in which the user may answer, is none of the work's."""
+        since, self.covers = time.monotonic(), self.covers + 1
+        try:
+            with nullcontext() if self.line is None else self.line.hidden():
+                yield
+        finally:
+            self.covers -= 1
+            if self.covers == 0 and self.begun is not None:
+                self.begun += time.monotonic() - since
 
 
 class _Part:
@@ -166,8 +179,7 @@ def slowing(steps: float) -> float:
 def hidden() -> Iterator[None]:
     """Without the line on the terminal, for what is printed meanwhile."""
     part = _current.get()
-    line = None if part is None else part.work.line
-    with nullcontext() if line is None else line.hidden():
+    with nullcontext() if part is None else part.work.hidden():
         yield
 
 

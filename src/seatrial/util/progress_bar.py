@@ -42,7 +42,9 @@ class Words(ProgressColumn):
 class Bar(Progress):
     """Stage, bar, percentage, time left; the latest status at every drawing."""
 
-    def __init__(self, stream: TextIO, status: Callable[[], Status], begun: float) -> None:
+    def __init__(
+        self, stream: TextIO, status: Callable[[], Status], begun: Callable[[], float | None]
+    ) -> None:
         self.status = status
         console = SteadyConsole(file=stream, highlight=False, markup=False, emoji=False)
         bar = [wide for least, wide in BARS if console.width >= least][:1]
@@ -59,7 +61,7 @@ class Bar(Progress):
                 "bold",
                 Column(no_wrap=True, justify="right", min_width=PERCENT),
             ),
-            Words(lambda: left_text(status(), begun), "dim", Column(no_wrap=True, min_width=LEFT)),
+            Words(lambda: left_text(status(), begun()), "dim", Column(no_wrap=True, min_width=LEFT)),
             console=console, transient=True, refresh_per_second=PER_SECOND, expand=True,
             redirect_stdout=False, redirect_stderr=False,
         )  # fmt: skip
@@ -86,7 +88,7 @@ def percent_text(status: Status) -> str:
     return f"{100 * status.share:.0f} %"
 
 
-def left_text(status: Status, begun: float) -> str:
+def left_text(status: Status, begun: float | None) -> str:
     """Time left, of work that began at `begun` [s] on the monotonic clock."""
-    left = time_left(begun, status.share)
+    left = None if begun is None else time_left(begun, status.share)
     return "" if left is None else f"{duration_text(left)} left"

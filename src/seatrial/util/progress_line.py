@@ -53,13 +53,15 @@ class ProgressLine:
     def hidden(self) -> Iterator[None]:
         """Remove the line, and do not draw it meanwhile."""
         with self.lock:
-            self.covers += 1
+            since, self.covers = time.monotonic(), self.covers + 1
             if self.bar is not None and self.covers == 1:
                 self.bar.stop()
             try:
                 yield
             finally:
                 self.covers -= 1
+                if self.begun is not None and self.covers == 0:  # no time of the work
+                    self.begun += time.monotonic() - since
                 if self.bar is not None and self.covers == 0:  # a question prints within
                     self.bar.start()
 
@@ -69,8 +71,7 @@ class ProgressLine:
             return
         from seatrial.util.progress_bar import Bar
 
-        begun = time.monotonic() if self.begun is None else self.begun
         with self.lock:
             if not self.ended.is_set():
-                self.bar = Bar(self.stream, lambda: self.status, begun)
+                self.bar = Bar(self.stream, lambda: self.status, lambda: self.begun)
                 self.bar.start()

@@ -5,7 +5,10 @@ import time
 from typing import NamedTuple
 
 TIME_LEFT_AFTER = 1.0  # [s] before, the time left is not estimated
-TIME_LEFT_FROM = 0.05  # share done from which on the time left is estimated
+TIME_LEFT_FROM = (
+    0.2  # share done from which on the time left is estimated: stages are not exactly their shares
+)
+LONG, LONG_FROM = 20.0, 0.05  # [s] of work that lasts so long it is estimated from this share on
 
 
 class Status(NamedTuple):
@@ -19,7 +22,7 @@ class Status(NamedTuple):
 def time_left(begun: float, share: float) -> float | None:
     """[s] Estimated from the share done since `begun` [s] on the monotonic clock; None: too early."""
     elapsed = time.monotonic() - begun
-    if elapsed < TIME_LEFT_AFTER or share < TIME_LEFT_FROM:
+    if elapsed < TIME_LEFT_AFTER or share < (TIME_LEFT_FROM if elapsed < LONG else LONG_FROM):
         return None
     return elapsed * (1.0 - share) / share
 
