@@ -114,12 +114,12 @@ def test_a_brief_summary_has_what_matters_most_and_counts_the_rest():
     model = model_with(AT_BOUND, DISTURBED, MISSING, CURRENT, warnings=["poses are rounded"])
     said, whole = summary(model, brief=True), summary(model)
     shown = [line for line in said.splitlines() if line.startswith("  - ")]
-    assert len(shown) == MOST_FINDINGS and "(and 2 more: -v shows all)" in said
+    assert len(shown) == MOST_FINDINGS and "(2 further remarks: -v shows them)" in said
     assert "doubt: poses are rounded" in shown[0] and "a current of up to" in shown[1]
     assert all(finding_text(f) in whole for f in (AT_BOUND, DISTURBED, MISSING, CURRENT))
     assert "What matters most" not in summary(model_with(), brief=True)
     calm = summary(model_with(AT_BOUND), brief=True)
-    assert "No finding asks for an action (and 1 more: -v shows all)." in calm
+    assert "No finding asks for an action (1 further remark: -v shows it)." in calm
 
 
 def scores(ratio, *, seen=False, findings=()):

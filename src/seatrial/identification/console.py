@@ -90,10 +90,17 @@ def _important(model: Model) -> list[str]:
     asking = [finding_text(f) for f in findings if f.kind in ASK_FOR_ACTION]
     said = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
     rest = len(model.warnings) + len(findings) - len(said)
-    more = f" (and {rest} more: -v shows all)" if rest > 0 else ""
+    more = f" ({_further(rest)})" if rest > 0 else ""
     if not said:
         return [*used, f"No finding asks for an action{more}."] if rest else used
     return [*used, f"What matters most{more}:", *(f"  - {text}" for text in said)]
+
+
+def _further(count: int) -> str:
+    """How many doubts and findings are not shown, and where they are."""
+    return (
+        "1 further remark: -v shows it" if count == 1 else f"{count} further remarks: -v shows them"
+    )
 
 
 def _effects(model: Model) -> list[str]:
