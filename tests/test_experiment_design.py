@@ -162,12 +162,16 @@ def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(mode
         known,
         [made("X_u", 28.0), made("Y_v", 31.0), made("N_r", 1e9), made("N_ud", 200.0, "turns")],
     )
-    assert said[0] == "3.5 min more of turns would halve the 95 % interval of N_ud (1 ± 0.59)."
+    assert (
+        said[0]
+        == "3.5 min more of turns would halve the 95 % interval of N_ud (0.412 to 1.59 rad/m)."
+    )
     assert said[1] == (
-        "35 s more of sway pulses would halve the 95 % intervals of X_u (1 ± 0.59) and Y_v (1 ± 0.59)."
+        "35 s more of sway pulses would halve the 95 % intervals of X_u (0.412 to 1.59 1/s) and "
+        "Y_v (0.412 to 1.59 1/s)."
     )
     assert said[2].startswith(
-        "No manoeuvre that was tried halves within 30 minutes the interval of N_r (1 ± 0.59): fix"
+        "No manoeuvre that was tried halves within 30 minutes the interval of N_r (0.412 to 1.59 1/s): fix"
     )
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Expected Fisher information of simulated manoeuvres: the time in which each halves an error, and sentences."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -193,6 +193,7 @@ def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[
         g for g in gained if found[g.parameter].verdict in loose and g.parameter not in helped
     ]
     wanted.sort(key=lambda g: -found[g.parameter].relative)
+    units = {gain.parameter: found[gain.parameter].unit for gain in wanted}
     sentences: list[str] = []
     never: list[ManoeuvreGain] = []
     done: set[str] = set()
@@ -208,25 +209,25 @@ def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[
             and g.seconds <= SIMILAR_TIME * gain.seconds
         ]  # fmt: skip
         done |= {g.parameter for g in same}
-        sentences.append(_halves(gain.manoeuvre, same))
+        sentences.append(_halves(gain.manoeuvre, same, units))
     if never:
         sentences.append(
             f"No manoeuvre that was tried halves within {LONGEST_DRIVE / 60:.0f} minutes the "
-            f"interval{'s' * (len(never) > 1)} of {_listed(never)}: fix a value that you know "
+            f"interval{'s' * (len(never) > 1)} of {_listed(never, units)}: fix a value that you know "
             "otherwise, or take a term out that is not distinguishable from zero."
         )
     return sentences
 
 
-def _halves(manoeuvre: str, gains: Sequence[ManoeuvreGain]) -> str:
+def _halves(manoeuvre: str, gains: Sequence[ManoeuvreGain], units: Mapping[str, str]) -> str:
     """One manoeuvre for one or more parameters."""
     time = drive_time(max(g.seconds for g in gains))
     many = "s" if len(gains) > 1 else ""
-    return f"{time} more of {manoeuvre} would halve the 95 % interval{many} of {_listed(gains)}."
+    return f"{time} more of {manoeuvre} would halve the 95 % interval{many} of {_listed(gains, units)}."
 
 
-def _listed(found: Sequence[ManoeuvreGain]) -> str:
-    return joined([f"{g.parameter} ({_interval(g)})" for g in found])
+def _listed(found: Sequence[ManoeuvreGain], units: Mapping[str, str]) -> str:
+    return joined([f"{g.parameter} ({_interval(g, units.get(g.parameter, ''))})" for g in found])
 
 
 def drive_time(seconds: float) -> str:
@@ -240,5 +241,8 @@ def drive_time(seconds: float) -> str:
     return f"{seconds / 3600:.1f} h"
 
 
-def _interval(gain: ManoeuvreGain) -> str:
-    return f"{gain.value:.3g} ± {NORMAL_95 * gain.error:.2g}"
+def _interval(gain: ManoeuvreGain, unit: str) -> str:
+    """The 95 % interval by its ends, as ± is one standard error elsewhere."""
+    half = NORMAL_95 * gain.error
+    text = f"{gain.value - half:.3g} to {gain.value + half:.3g}"
+    return f"{text} {unit}" if unit not in ("", "-") else text
