@@ -5,6 +5,7 @@ import json
 import shlex
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ from seatrial.guide.answers import (
     TEST_QUESTION,
     contradicting_names,
 )
+from seatrial.guide.model import too_short_text
 from seatrial.guide.steps import Steps, Task
 from seatrial.guide.vehicle_file import vehicle_of
 from seatrial.inspection.proposal.sources import Choices, lever_of, one_each, thrusters_of
@@ -501,3 +503,19 @@ def test_data_that_is_there_is_used_before_more_is_driven(tmp_path):
     )
     assert make_parser().parse_args(words[1:])
     assert "lacks the last quarter of each log. If that is not enough: " in step.why
+
+
+@pytest.mark.parametrize(
+    ("held", "name", "said"),
+    [
+        (90.0, "pool-held-out", "record 70 s more, or give another drive with --test"),
+        (10.0, "pool-held-out", "record 70 s more"),
+        (90.0, "other", "record 50 s more"),
+    ],
+)
+def test_too_short_says_what_there_is_what_it_takes_and_how_to_get_there(held, name, said):
+    """270 s of 320 s for 16 parameters; a quarter of what is recorded further is held out, too."""
+    found = SimpleNamespace(solution=SimpleNamespace(problem=SimpleNamespace(free=range(16))))
+    training = [SimpleNamespace(duration=270.0)]
+    text = too_short_text(found, training, [SimpleNamespace(duration=held, name=name)])
+    assert text == f"270 s identify the model, choosing terms takes 320 s: {said}"

@@ -8,8 +8,9 @@ from seatrial.boat.model import Model
 from seatrial.boat.model_file import load, save
 from seatrial.boat.vehicle import Vehicle
 from seatrial.guide.answers import AT_ORIGIN, effect_answered
-from seatrial.guide.held_out import HELD_OUT_SUFFIX
+from seatrial.guide.held_out import HELD_OUT_SHARE, HELD_OUT_SUFFIX
 from seatrial.guide.steps import Task
+from seatrial.identification.experiment_design.gain import drive_time
 from seatrial.identification.guided import Guided, identify_guided
 from seatrial.identification.selection.significance import least_length
 from seatrial.recording.recording import Recording
@@ -17,7 +18,13 @@ from seatrial.util.format import joined
 from seatrial.workflow.next_step import identify_line
 
 
-def model_of(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_from: str) -> Model:
+def model_of(
+    here: Task,
+    training: Sequence[Recording],
+    held_out: Sequence[Recording],
+    vehicle: Vehicle,
+    made_from: str,
+) -> Model:
     """Identify, with the effects that the model lacks; or the model that is there."""
     path = here.file("model.yaml")
     if here.steps.done("model", made_from, [path]):
@@ -37,27 +44,44 @@ def model_of(here: Task, training: Sequence[Recording], vehicle: Vehicle, made_f
         here.assumed += [
             f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
         ]
-    here.say(f"identify  {_made_of(found, training, vehicle, accepted)}  -> {path}")
+    here.say(f"identify  {_made_of(found, training, held_out, vehicle, accepted)}  -> {path}")
     _lever_stated_wrong(here, found.model, vehicle)
     return found.model
 
 
 def _made_of(
-    found: Guided, training: Sequence[Recording], vehicle: Vehicle, accepted: Sequence[str]
+    found: Guided,
+    training: Sequence[Recording],
+    held_out: Sequence[Recording],
+    vehicle: Vehicle,
+    accepted: Sequence[str],
 ) -> str:
     """Coefficients, effects, and effects that were accepted and are not in the model."""
     text = f"{len(found.model.values)} coefficients"
     if found.chosen is not None:
         text += ", terms chosen by the recordings"
     elif vehicle.automatic:
-        least = least_length(training, len(found.solution.problem.free))
-        text += (
-            ", those that every boat has: the recordings are too short to choose terms "
-            f"({least:.0f} s or more, beside what tests the model)"
-        )
+        text += f", those that every boat has: {too_short_text(found, training, held_out)}"
     dropped = [kind for kind in accepted if kind not in found.effects]
     text += f"; with {joined(found.effects)}" if found.effects else ""
     return text + (f"; without {joined(dropped)}, which the other parts explain" if dropped else "")
+
+
+def too_short_text(
+    found: Guided, training: Sequence[Recording], held_out: Sequence[Recording]
+) -> str:
+    """What identifies and what choosing terms takes, in s, and how to get there."""
+    used = sum(one.duration for one in training)
+    least = least_length(training, len(found.solution.problem.free))
+    # the last quarter of what is recorded further is held out, too
+    quarters = any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out)
+    lacking = (least - used) / ((1.0 - HELD_OUT_SHARE) if quarters else 1.0)
+    whole = used + sum(one.duration for one in held_out)
+    other = ", or give another drive with --test" if quarters and whole >= least else ""
+    return (
+        f"{used:.0f} s identify the model, choosing terms takes {least:.0f} s: record {drive_time(lacking)} "
+        f"more{other}"
+    )
 
 
 def _lever_stated_wrong(here: Task, model: Model, vehicle: Vehicle) -> None:

@@ -67,7 +67,7 @@ def auto(
     training, held_out = hold_out(here, recordings, vehicle, test)
     made_from = here.made_from(recordings, training)
     with stage("identifying", 0.55):
-        model = model_of(here, training, vehicle, made_from)
+        model = model_of(here, training, held_out, vehicle, made_from)
     whole = whole_command(here, model, held_out)
     # 4. scores on what was held out
     with stage("validating", 0.1):
