@@ -11,6 +11,7 @@ from conftest import TABLE_II, make_model
 from seatrial.boat.physics import axis_physics
 from seatrial.boat.schema import ChainGroup, EnvelopeEntry
 from seatrial.evaluation.scores import AxisScore, PooledScore, RecordingScore, Scores
+from seatrial.report.evidence.verdict import use_text
 from seatrial.util.statistics import NORMAL_95
 from seatrial.workflow.fitness import Criterion, Level, Reason, Use, fitness, resolved_excess
 
@@ -191,9 +192,44 @@ def test_thrust_that_is_backwards_is_not_fit_for_control(good):
         (Criterion.GROWTH, 0.0034, "surge: error grows to 0.0034 of constant velocity's 5 s ahead (fit: up to 0.25)"),
         (Criterion.GROWTH, 0.357, "surge: error grows to 0.36 of constant velocity's 5 s ahead (fit: up to 0.25)"),
         (Criterion.GROWTH, 0.0, "surge: the error 5 s ahead is pose noise alone; a perfect model has the same"),
-        (Criterion.GAIN, 0.0034, "surge is known to ± 0.34 % (fit: up to 25 %)"),
-        (Criterion.GAIN, 0.357, "surge is known to ± 36 % (fit: up to 25 %)"),
+        (Criterion.GAIN, 0.0034, "surge is known to ± 0.34 % (95 %; fit: up to 25 %)"),
+        (Criterion.GAIN, 0.357, "surge is known to ± 36 % (95 %; fit: up to 25 %)"),
     ],
 )  # fmt: skip
 def test_only_what_is_0_is_shown_as_0(criterion, value, words):
     assert Reason(criterion, "surge", value, 0.25, 5.0).text() == words
+
+
+def test_what_is_not_fit_says_what_lifts_it(good):
+    """Errors 1.3 times the stated ones are covered by a covariance of 1.3² times; the use that is fit asks nothing."""
+    one = of(Use.ODOMETRY, good, scores(near={"r": axis(0.2, expected=1.3)}))
+    assert one.action == (
+        "identify also from recordings like this one, so that the process noise covers such errors, or "
+        "multiply the covariance that the filter states by 1.7"
+    )
+    assert of(Use.SIMULATION, good, scores()).action == ""
+    for criterion in Criterion:
+        said = Reason(criterion, "sway", 1.5, 1.0, 1.0).action()
+        assert said and "{" not in said and not said.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("ratio", "expected"),
+    [(1.0, "Use it within the speeds"), (1.3, "For odometry (limited): identify also"),
+     (2.5, "For odometry (not fit): identify also")],
+)  # fmt: skip
+def test_a_model_is_to_be_used_only_for_what_it_is_fit_for(delayed, ratio, expected):
+    good = known(delayed, {})
+    covariance = good.covariance.copy()
+    covariance[-2:, -2:] = np.diag([1e-10, 1e-10])
+    good = replace(good, covariance=covariance)
+    found = fitness(good, scores(near={"r": axis(0.2, expected=ratio)}))
+    said = use_text(found)
+    assert expected in said
+    assert ("Use it for simulation and control within the speeds" in said) == (ratio > 1.25)
+
+
+def test_a_model_that_is_fit_for_nothing_is_not_to_be_used(mp):
+    unstable = make_model(mp, TABLE_II["MP"] | {"X_u": 2.0, "X_uu": 5.0})
+    said = use_text(fitness(unstable, scores(near={"r": axis(0.2, expected=2.5)})))
+    assert "se it" not in said and said.startswith("For simulation (not fit): check the vehicle")

@@ -28,6 +28,7 @@ from seatrial.report.figures.dials import part_dial, share_dial
 from seatrial.report.html import page
 from seatrial.report.sections import all_sections, effects
 from seatrial.report.sections.verdict import dials
+from seatrial.util.frames import AXES
 from seatrial.util.statistics import NORMAL_95
 
 
@@ -92,6 +93,9 @@ def test_the_way_to_the_floor(evidence):
     assert found.over_floor[0] == pytest.approx(
         run.score.scores["u"].rms / run.score.scores["u"].floor, rel=1e-6
     )
+    assert found.still_over_floor[0] == pytest.approx(
+        run.score.scores["u"].stays_constant / run.score.scores["u"].floor, rel=1e-6
+    )
     assert found.worst == int(np.argmin(found.share))
 
 
@@ -104,8 +108,12 @@ def test_the_share_of_known_parameters(evidence):
 
 def test_the_dials_say_in_text_what_they_draw(evidence):
     floor, known, uses = (dial.html() for dial in dials(evidence))
-    assert re.search(
-        r'role="img" aria-label="Prediction: \d+ %, of the way to the noise floor', floor
+    found = floor_score(evidence.runs)
+    worst = found.worst
+    assert found.still_over_floor[worst] > 1000.0 > found.over_floor[worst]
+    assert (
+        f"%, of the way from constant velocity (&gt; 1000 × noise floor) to the floor; {AXES[worst]} is at "
+        f'{found.over_floor[worst]:.2g} ×"' in floor
     )
     assert (
         'aria-label="What is known: 100 %, of 10 parameters are sharp (0) or usable (10)"' in known

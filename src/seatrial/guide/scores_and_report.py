@@ -13,9 +13,10 @@ from seatrial.guide.steps import Task
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.advice import wants_more_data
 from seatrial.report.evidence.model_evidence import evidence_of
-from seatrial.report.evidence.verdict import USE_WITHIN_ENVELOPE, following, predicted
+from seatrial.report.evidence.verdict import following, predicted, wished
 from seatrial.report.model_report import write_evidence
 from seatrial.util.files import dump_json, write_text
+from seatrial.workflow.fitness import Level, Use
 from seatrial.workflow.next_step import NextStep, asked_for, command
 
 
@@ -44,12 +45,12 @@ def report(
     wanted = asked_for(model, here.logs, vehicle, further, effect_options(model))
     if wanted is not None:
         return wanted
-    step = following(evidence)
-    if step.endswith(USE_WITHIN_ENVELOPE):
+    odometry = next(one for one in evidence.fitness if one.use is Use.ODOMETRY)
+    if not wished(evidence) and odometry.level is not Level.NOT_FIT:
         out = here.file("odometry.csv")
         use = command("predict", here.file("model.yaml"), here.logs[0], "-o", out)
         return NextStep(use, "velocity and odometry as on board; other uses: docs/uses.md")
-    wish = step.removeprefix("Next: ")
+    wish = following(evidence).removeprefix("Next: ")
     # what is held out may have the driving that the model lacks
     if whole is not None and wants_more_data(evidence):
         return NextStep(

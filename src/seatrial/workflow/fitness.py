@@ -64,9 +64,9 @@ class Criterion(Enum):
         "{subject}: error grows to {value} of constant velocity's {horizon:g} s ahead "
         "(fit: up to {limit})"
     )
-    GAIN = "{subject} is known to ± {percent} (fit: up to {most})"
+    GAIN = "{subject} is known to ± {percent} (95 %; fit: up to {most})"
     NO_GAIN = "{subject} has no standard error"
-    DELAY = "latency and lag are known to ± {percent} of the rise time (fit: up to {most})"
+    DELAY = "latency and lag are known to ± {percent} of the rise time (95 %; fit: up to {most})"
     NO_DELAY = "the model has no latency and no lag"
     BACKWARD = "{subject} is negative: signs, thruster angles or axes are wrong"
     NO_INPUT = "no command drives any axis"
@@ -81,6 +81,26 @@ class Criterion(Enum):
 AT_FLOOR = (
     "{subject}: the error {horizon:g} s ahead is pose noise alone; a perfect model has the same"
 )
+
+MORE_DRIVING = "identify from more driving in {subject}, at the speeds of use"
+NEXT_DRIVE = "drive what the report's next drive says, which narrows it"
+# what lifts a level that is not `FIT`
+ACTIONS = {
+    Criterion.UNSTABLE: "check the vehicle file's signs with inspect, then identify again",
+    Criterion.NOT_PREDICTED: "give a recording whose poses and commands have no gaps for a minute",
+    Criterion.SEEN: "validate on a recording that it has not seen",
+    Criterion.GROWTH: MORE_DRIVING,
+    Criterion.GAIN: NEXT_DRIVE,
+    Criterion.NO_GAIN: "identify it, rather than state it",
+    Criterion.DELAY: NEXT_DRIVE,
+    Criterion.NO_DELAY: "identify with the default method, output-error, which finds latency and lag",
+    Criterion.BACKWARD: "correct the vehicle file: inspect checks its signs, angles and axes",
+    Criterion.NO_INPUT: "give thrusters and commands in the vehicle file",
+    Criterion.BASELINE: MORE_DRIVING,
+    Criterion.CONSISTENCY: "identify also from recordings like this one, so that the process noise covers such "
+    "errors, or multiply the covariance that the filter states by {squared}",
+    Criterion.NO_EXPECTED: "identify with the default method, output-error, which estimates it",
+}
 
 
 @dataclass(frozen=True)
@@ -102,6 +122,12 @@ class Reason:
             percent=f"{_shown(100.0 * self.value, 0)} %", most=f"{100.0 * self.limit:.0f} %",
         )  # fmt: skip
 
+    def action(self) -> str:
+        """What lifts the level, as a clause."""
+        return ACTIONS[self.criterion].format(
+            subject=self.subject, squared=_shown(self.value**2, 1)
+        )
+
 
 def _shown(value: float, digits: int) -> str:
     """With so many digits behind the point, or two significant ones where that is more: only 0 is shown as 0."""
@@ -117,6 +143,11 @@ class Fitness:
     use: Use
     level: Level
     reason: Reason
+
+    @property
+    def action(self) -> str:
+        """What would make it fit, as a clause; empty where it is."""
+        return "" if self.level is Level.FIT else self.reason.action()
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ class FloorScore:
 
     share: Array  # (3,)
     over_floor: Array  # (3,) RMS error over the noise floor; infinite where that is 0
+    still_over_floor: Array  # (3,) the same of constant velocity
 
     @property
     def worst(self) -> int:
@@ -30,10 +31,11 @@ def floor_score(runs: tuple[Run, ...]) -> FloorScore | None:
     chosen = judged(runs)
     if not chosen:
         return None
-    floor, rms = floors(chosen), rms_and_ratio(chosen)[0]
+    floor, (rms, ratio) = floors(chosen), rms_and_ratio(chosen)
     over = np.divide(rms, floor, out=np.full(3, np.inf), where=floor > 0.0)
+    still = np.divide(over, ratio, out=np.full(3, np.inf), where=ratio > 0.0)
     share = np.clip(1.0 - resolved_ratio(chosen), 0.0, 1.0)
-    return FloorScore(share, over)
+    return FloorScore(share, over, still)
 
 
 @dataclass(frozen=True)

@@ -28,10 +28,10 @@ from seatrial.report.text.numbers import (
 )
 from seatrial.util.format import joined, shortened
 from seatrial.util.frames import AXES, Array
-from seatrial.workflow.fitness import Level
+from seatrial.workflow.fitness import Fitness, Level
 
 CAUTIOUS = 0.8  # of the expected RMS: below, the stated errors are larger than needed
-USE_WITHIN_ENVELOPE = "use it within the speeds and commands of its identification data."
+USE_WITHIN_ENVELOPE = "within the speeds and commands of its identification data"
 
 
 def verdict(evidence: Evidence) -> list[str]:
@@ -163,16 +163,31 @@ def _over_expected(model: Model, runs: Sequence[Run], rms: Array) -> str:
 
 def following(evidence: Evidence) -> str:
     """The most important thing to do next."""
+    first = wished(evidence) or use_text(evidence.fitness)
+    start = first[0].lower() if first[1:2].islower() else first[0]
+    return f"Next: {start}{first[1:]}"
+
+
+def wished(evidence: Evidence) -> str:
+    """What coefficients, findings and scores ask for first; empty where there is no open issue."""
     odd = [] if evidence.physics.unstable else implausible_coefficients(evidence.model)
     asking = [
         finding_text(finding)
         for finding in most_important(evidence.model.estimator.findings)
         if finding.kind in ASK_FOR_ACTION and not evidence.physics.unstable
     ]
-    found = [*odd, *asking, *advice(evidence)]
-    first = found[0] if found else USE_WITHIN_ENVELOPE
-    start = first[0].lower() if first[1:2].islower() else first[0]
-    return f"Next: {start}{first[1:]}"
+    return next(iter([*odd, *asking, *advice(evidence)]), "")
+
+
+def use_text(found: Sequence[Fitness]) -> str:
+    """For what to use a model without an open issue, and what its worst use lacks."""
+    fit = [one.use.value for one in found if one.level is Level.FIT]
+    lacking = [one for one in found if one.level is not Level.FIT]
+    if not lacking:
+        return f"Use it {USE_WITHIN_ENVELOPE}."
+    worst = max(lacking, key=lambda one: list(Level).index(one.level))
+    lack = f"{worst.use.value} ({worst.level.value}): {worst.action}."
+    return f"Use it for {joined(fit)} {USE_WITHIN_ENVELOPE}. For {lack}" if fit else f"For {lack}"
 
 
 def _count(n: int, word: str) -> str:

@@ -10,14 +10,22 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
 from seatrial.report.evidence.verdict import headline, verdict
 from seatrial.report.figures import prediction as draw
-from seatrial.report.figures.base import RED
+from seatrial.report.figures.base import RED, driven_axes
 from seatrial.report.figures.dials import Dial, Grade, part_dial, share_dial
-from seatrial.report.sections.base import ALL, Section, first_of, first_screen, plot
+from seatrial.report.sections.base import (
+    ALL,
+    PANEL_HEIGHT,
+    PANELS_HEAD,
+    Section,
+    first_of,
+    first_screen,
+    plot,
+)
 from seatrial.report.sections.effects import in_short
 from seatrial.report.text import prose
 from seatrial.report.text.names import names_in, sentence
 from seatrial.util.frames import AXES
-from seatrial.workflow.fitness import Level
+from seatrial.workflow.fitness import Fitness, Level
 
 # the share of the way to the floor: 0.8 is `very well`, 0.5 is `well`, see `ratio_word`
 FLOOR_LIMITS = (0.5, 0.2)
@@ -62,7 +70,14 @@ def _picture(evidence: Evidence, run: Run) -> str:
     kind = "not seen" if run.unseen else "seen"
     ahead = f" and predicted {evidence.horizon:g}\u00a0s ahead" if run.tested else "; no prediction"
     caption = f"{run.name} ({kind}): measured{ahead}"
-    return plot(ALL, "picture", f"{caption}, the busiest minute", "picture", caption)
+    return plot(
+        ALL,
+        "picture",
+        f"{caption}, the busiest minute",
+        "picture",
+        caption,
+        low=PANELS_HEAD + PANEL_HEIGHT * len(driven_axes(evidence.model)),
+    )
 
 
 def dials(evidence: Evidence) -> list[Dial]:
@@ -88,17 +103,28 @@ def _floor_dial(evidence: Evidence) -> Dial:
     if found is None:
         return Dial("floor", title, "none", "no recording could be predicted", ())
     worst = found.worst
-    over = found.over_floor[worst]
-    times = f"{AXES[worst]} at {over:.2g} × floor" if over < MUCH else f"worst: {AXES[worst]}"
-    told = f"of the way to the noise floor; {times}"
+    over, still = found.over_floor[worst], found.still_over_floor[worst]
+    told = f"of the way from constant velocity ({_times(still)} noise floor) to the floor; "
+    told += f"{AXES[worst]} is at {_times(over)}"
     return share_dial("floor", title, float(found.share[worst]), told, FLOOR_LIMITS)
+
+
+def _times(value: float) -> str:
+    """`4.3 ×`; how far beyond `MUCH` does not matter."""
+    return f"{value:.2g} ×" if value < MUCH else f"> {MUCH:.0f} ×"
 
 
 def _uses(evidence: Evidence) -> str:
     """Every use with its level and the reason."""
     rows: Sequence[str] = [
         f'<li><span class="mark {GRADES[one.level]}" aria-hidden="true">{MARKS[one.level]}</span> '
-        f"<b>{one.use.value}: {one.level.value}.</b> {escape(one.reason.text())}</li>"
+        f"<b>{one.use.value}: {one.level.value}.</b> {escape(one.reason.text())}{_action(one)}</li>"
         for one in evidence.fitness
     ]
     return f'<ul class="uses" aria-label="{prose.USES}">{"".join(rows)}</ul>'
+
+
+def _action(one: Fitness) -> str:
+    """What would make it fit; not on a phone, whose first screen has no room for it."""
+    told = f"{one.action[:1].upper()}{one.action[1:]}"
+    return f'<span class="do">. {escape(told)}.</span>' if told else ""
