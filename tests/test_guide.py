@@ -20,7 +20,7 @@ from seatrial.commands import make_parser
 from seatrial.commands.cli import main
 from seatrial.evaluation.scores import load_scores
 from seatrial.evaluation.through_water import known_current
-from seatrial.guide import answers, held_out
+from seatrial.guide import answers, held_out, scores_and_report
 from seatrial.guide import model as guided_model
 from seatrial.guide.answers import (
     BOW,
@@ -39,7 +39,9 @@ from seatrial.inspection.proposal.sources import Choices, lever_of, one_each, th
 from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
 from seatrial.recording.excitation import find_roles
+from seatrial.report.evidence import verdict
 from seatrial.util.errors import RecordingError, SeatrialError
+from seatrial.workflow.fitness import Criterion, Fitness, Level, Reason, Use
 
 LEVER, CURRENT = (0.30, -0.12), (0.05, -0.04)  # [m], [m/s]
 SECONDS = 480.0
@@ -519,3 +521,18 @@ def test_too_short_says_what_there_is_what_it_takes_and_how_to_get_there(held, n
     training = [SimpleNamespace(duration=270.0)]
     text = too_short_text(found, training, [SimpleNamespace(duration=held, name=name)])
     assert text == f"270 s identify the model, choosing terms takes 320 s: {said}"
+
+
+@pytest.mark.parametrize(("level", "used"), [(Level.LIMITED, True), (Level.NOT_FIT, False)])
+def test_a_model_that_is_not_fit_for_odometry_is_not_to_be_used_for_it(level, used, monkeypatch):
+    for module in (scores_and_report, verdict):
+        monkeypatch.setattr(module, "wished", lambda _: "")
+    ratio = Reason(Criterion.CONSISTENCY, "surge", 2.5, 1.25, 1.0)
+    fit = [Fitness(use, Level.FIT, ratio) for use in (Use.SIMULATION, Use.CONTROL)]
+    evidence = SimpleNamespace(fitness=(*fit, Fitness(Use.ODOMETRY, level, ratio)))
+    here = Task((Path("pool"),), Path("out"), None, print, False, None)
+    step = scores_and_report.after_report(here, evidence, None)
+    assert step.do.startswith("seatrial predict") == used
+    if not used:
+        assert "use it for simulation and control" in step.do
+        assert "For odometry (not fit): identify also" in step.do

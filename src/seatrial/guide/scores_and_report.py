@@ -12,7 +12,7 @@ from seatrial.guide.model import effect_options
 from seatrial.guide.steps import Task
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.advice import wants_more_data
-from seatrial.report.evidence.model_evidence import evidence_of
+from seatrial.report.evidence.model_evidence import Evidence, evidence_of
 from seatrial.report.evidence.verdict import following, predicted, wished
 from seatrial.report.model_report import write_evidence
 from seatrial.util.files import dump_json, write_text
@@ -45,6 +45,11 @@ def report(
     wanted = asked_for(model, here.logs, vehicle, further, effect_options(model))
     if wanted is not None:
         return wanted
+    return after_report(here, evidence, whole)
+
+
+def after_report(here: Task, evidence: Evidence, whole: str | None) -> NextStep:
+    """What no finding's command does: odometry where the model is fit for it, else what the evidence asks for."""
     odometry = next(one for one in evidence.fitness if one.use is Use.ODOMETRY)
     if not wished(evidence) and odometry.level is not Level.NOT_FIT:
         out = here.file("odometry.csv")
