@@ -190,12 +190,15 @@ class Vehicle:
 
     @cached_property
     def full_forces(self) -> dict[str, float]:
-        """The largest of each force, by name: that of a full stick, or of its actuators at commands of 1."""
+        """The largest of each force, by name: that of a full stick, or of its actuators at commands of 1.
+
+        1 where no actuator has a weight.
+        """
         names = [force.name for force in self.forces]
         if self.scheme is not Scheme.DIRECT:
             return dict.fromkeys(names, 1.0)
-        weights = np.abs(self.mix) + np.abs(self.deflection)
-        return dict(zip(names, weights.sum(axis=1).tolist(), strict=True))
+        most = (np.abs(self.mix) + np.abs(self.deflection)).sum(axis=1)
+        return dict(zip(names, np.where(most > 0.0, most, 1.0).tolist(), strict=True))
 
     @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:
