@@ -184,19 +184,19 @@ def test_what_a_ramp_would_make_of_the_estimates_is_in_their_errors(boat):
 
 
 @pytest.mark.system
-def test_the_lag_of_sticks_that_ramp_is_within_its_interval(monkeypatch):
+def test_the_lag_of_sticks_that_ramp_is_within_its_interval():
     """A stick takes 0.2 s from rest to its end."""
-    steps = hulls.sticks
 
     def ramps(rng, seconds):
-        wanted, most = steps(rng, seconds), 5.0 * hulls.TICK
+        wanted, most = hulls.sticks(rng, seconds), 5.0 * hulls.TICK
         out = np.zeros_like(wanted)
         for i in range(1, len(out)):
             out[i] = out[i - 1] + np.clip(wanted[i] - out[i - 1], -most, most)
         return out
 
-    monkeypatch.setattr(hulls, "sticks", ramps)
-    vehicle, recordings = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, seconds=600.0)
+    vehicle, recordings = driven(
+        MIDDLE, {"lag": LAG}, seed=3, white=0.003, seconds=600.0, pattern=ramps
+    )
     found = fit([sampled(r) for r in recordings], vehicle)
     place = found.names.index("lag")
     off = found.theta[found.problem.names.index("lag")] - LAG
