@@ -121,12 +121,12 @@ def driven(
     drives: int = 2,
     late: tuple[float, float] = (0.0, 0.0),
     wind: tuple[float, float] = (0.0, 0.0),
-    pattern: Callable[[np.random.Generator, float], Array] = sticks,
+    pattern: Callable[[np.random.Generator, float], Array] | None = None,
 ) -> tuple[Vehicle, list[Recording]]:
     """Its vehicle without a chain, and recordings; `white` [m, rad], `lasting`: size [m, rad] and memory [s].
 
-    late: [s] by which positions and headings are older than their stamps, whole ticks; wind: [m/s^2] steady
-    and earth-fixed, beside the push.
+    pattern: the commands, by default `sticks`; late: [s] by which positions and headings are older than their
+    stamps, whole ticks; wind: [m/s^2] steady and earth-fixed, beside the push.
     """
     true = hull.vehicle([chain] if isinstance(chain, dict) else chain)
     names, values = true.structure.coefficients, hull.coefficients
@@ -139,7 +139,7 @@ def driven(
     found = []
     for k in range(drives):
         rng = np.random.default_rng([seed, k])
-        command = pattern(rng, seconds)
+        command = (pattern or sticks)(rng, seconds)
         plant = DisturbedPlant(boat, push, np.random.default_rng([seed, k, 1]))
         plant.state = np.array([0.0, 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0])
         states = np.zeros((len(command), 6))
