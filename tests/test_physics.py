@@ -9,6 +9,7 @@ from conftest import TABLE_II, make_model
 
 from seatrial.boat.physics import (
     axis_physics,
+    full_forces,
     implausible_coefficients,
     negative_latencies,
     physics_line,
@@ -129,8 +130,8 @@ def recorded(model, size):
 
 
 def test_full_command_is_what_all_thrusters_together_give(mp):
-    assert mp.full_forces == dict.fromkeys(WRENCH, 1.0)
-    assert of_thrusters(mp).full_forces == pytest.approx(dict.fromkeys(WRENCH, 2.0))
+    assert full_forces(mp) == dict.fromkeys(WRENCH, 1.0)
+    assert full_forces(of_thrusters(mp)) == pytest.approx(dict.fromkeys(WRENCH, 2.0))
     c = TABLE_II["MP"]
     model = make_model(of_thrusters(mp), c)
     for seen, command in ((1.99, 1.99), (2.7, 2.0)):  # 2.7: raw commands out of their range

@@ -8,9 +8,10 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES, USES
+from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import INTEGRATORS, Model
 from seatrial.boat.structure import Structure, Term
-from seatrial.boat.vehicle import WRENCH
+from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
@@ -33,7 +34,7 @@ class AxisPhysics:
 
     axis: int
     command: float  # of that force: full, or the largest recorded if that is smaller
-    full_command: float  # of that force, as `Vehicle.full_forces`
+    full_command: float  # of that force, as `full_forces`
     top_speed: float  # [m/s] or [rad/s]
     rise_time: float  # [s] to 63 % of it
     coast: float  # [m] or [rad] until 2 % of the top speed is left
@@ -184,7 +185,7 @@ def _first_force(model: Model, axis: int) -> int | None:
 
 def _drive(model: Model, axis: int) -> AxisPhysics:
     driving, force, t = _step_profile(model, axis)
-    command, full = float(force[0].max()), model.vehicle.full_forces[driving]
+    command, full = float(force[0].max()), full_forces(model.vehicle)[driving]
     _refuse_unstable(model, axis, command, t, _run(model, model.structure, force, t))
     states = _single_axis_states(model, axis, force, t)
     _refuse_unstable(model, axis, command, t, states)
@@ -219,9 +220,21 @@ def driven(model: Model, axis: int) -> tuple[Array, Array]:
     return t, np.asarray(_single_axis_states(model, axis, force, t)[:, 3 + axis])
 
 
+def full_forces(vehicle: Vehicle) -> dict[str, float]:
+    """The largest of each force, by name: that of a full stick, or of its actuators at commands of 1.
+
+    1 where no actuator has a weight.
+    """
+    names = [force.name for force in vehicle.forces]
+    if vehicle.scheme is not Scheme.DIRECT:
+        return dict.fromkeys(names, 1.0)
+    most = (np.abs(vehicle.mix) + np.abs(vehicle.deflection)).sum(axis=1)
+    return dict(zip(names, np.where(most > 0.0, most, 1.0).tolist(), strict=True))
+
+
 def largest_forces(model: Model) -> dict[str, float]:
     """The largest recorded size of each force, at most full; full where none is recorded."""
-    recorded, full = model.envelope.forces, model.vehicle.full_forces
+    recorded, full = model.envelope.forces, full_forces(model.vehicle)
     return {
         name: min(most, max(map(abs, recorded.get(name, (most,))))) for name, most in full.items()
     }

@@ -189,18 +189,6 @@ class Vehicle:
         return self._weights.deflection(angle_names(self.file.chain))
 
     @cached_property
-    def full_forces(self) -> dict[str, float]:
-        """The largest of each force, by name: that of a full stick, or of its actuators at commands of 1.
-
-        1 where no actuator has a weight.
-        """
-        names = [force.name for force in self.forces]
-        if self.scheme is not Scheme.DIRECT:
-            return dict.fromkeys(names, 1.0)
-        most = (np.abs(self.mix) + np.abs(self.deflection)).sum(axis=1)
-        return dict(zip(names, np.where(most > 0.0, most, 1.0).tolist(), strict=True))
-
-    @cached_property
     def thrusters(self) -> tuple[Thruster, ...]:
         """Thrusters in forward-left-up axes, in the order of `actuators`."""
         given = self.file.thrusters

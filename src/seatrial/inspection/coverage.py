@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.model import thrust_trace
+from seatrial.boat.physics import full_forces
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.excitation import Excitation, even_times, excitation
 from seatrial.recording.faults.pose_faults import GAP_FACTOR
@@ -59,7 +60,7 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     period = float(times[1] - times[0]) if len(times) > 1 else recording.duration
     t = _with_poses(recording, times)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
-    shares = forces / list(vehicle.full_forces.values())  # of full command
+    shares = forces / list(full_forces(vehicle).values())  # of full command
     signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
     axes = []
     for axis, name in enumerate(AXES):

@@ -7,6 +7,7 @@ from collections import deque
 
 import numpy as np
 
+from seatrial.boat.physics import full_forces
 from seatrial.boat.static_forces import static_forces
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import AT_REST_COMMAND
@@ -99,7 +100,7 @@ def axis_commands(vehicle: Vehicle, commands: Array) -> Array:
 
     By the chain's start values.
     """
-    forces = static_forces(vehicle, commands) / list(vehicle.full_forces.values())
+    forces = static_forces(vehicle, commands) / list(full_forces(vehicle).values())
     out = np.zeros((len(commands), 3))
     for axis in range(3):
         own = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]

@@ -134,5 +134,5 @@ def _spread(values: Array, covariance: Array) -> Repeats:
     scale = weight.sum() - (weight**2).sum() / weight.sum()
     excess = max(0.0, q - (k - 1))
     # a fold without information about it leaves no scale
-    between = float(np.sqrt(excess / scale)) if excess > 0.0 < scale else 0.0
+    between = float(np.sqrt(excess / scale)) if excess > 0.0 and scale > 0.0 else 0.0
     return Repeats(values, errors, chi2_sf(q, k - 1), between, float(np.sqrt(q / (k - 1))))

@@ -16,6 +16,7 @@ CLEAR_T = 5.0  # least t of an effect that is stated with its direction
 LEAST_COMBINATION = (
     0.01  # of the largest singular value; below, a combination of inputs is unexcited
 )
+UNCLEAR = "moves no axis clearly"
 DIRECTIONS = (  # of a positive and of a negative gain, by axis
     ("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"),
 )  # fmt: skip
@@ -38,7 +39,7 @@ def effects_of(
     largest = np.abs(t).max(axis=0)
     effects = {n: _effect(t[:, i]) for i, n in enumerate(names) if largest[i] >= CLEAR_T}
     said = [
-        f"{n} {effects[n]}" if n in effects else f"{n} moves no axis clearly (t {largest[i]:.0f})"
+        f"{n} {effects[n]}" if n in effects else f"{n} {UNCLEAR} (t {largest[i]:.0f})"
         for i, n in enumerate(names)
     ]
     return effects, said

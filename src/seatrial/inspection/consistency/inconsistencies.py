@@ -12,6 +12,7 @@ from seatrial.boat.schema import Column, as_column
 from seatrial.boat.steering import steered_entries
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import ASSIGN_T
+from seatrial.inspection.consistency.effects import UNCLEAR
 from seatrial.inspection.consistency.repair import POSE, Repair, cycles, repaired_heading
 from seatrial.util.format import joined
 
@@ -22,7 +23,6 @@ UNIT_NAMES = {
     "rad": "radians",
     "deg": "degrees",
 }
-UNCLEAR = "moves no axis clearly"
 
 
 class InconsistencyKind(str, Enum):
@@ -152,8 +152,8 @@ def _oblique(column: Column, repair: Repair) -> Inconsistency:
     """A zero of the heading that is off by any angle."""
     return Inconsistency(
         InconsistencyKind.HEADING,
-        f"the heading's zero is off by {-repair.angle:.0f} deg: the inputs drive the boat that far aside of it, "
-        "as where the axes of a tracker's body were not set along the boat; "
+        f"the heading's zero is off by {-repair.angle:.0f} deg: the inputs drive the boat in a direction that "
+        "far from its heading, as where the axes of a tracker's rigid body do not lie along the boat; "
         f"set offset: {repaired_heading(column, repair).offset:.4g} at pose: psi",
     )
 
@@ -202,7 +202,7 @@ def _orders(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> lis
         )
         clear = "; ".join(f"{name} {effects[name]}" for name in labels if name in effects)
         text = (
-            f"{joined(labels)} are {what}: {clear or 'the other way round the boat moves as they say'}; "
+            f"{joined(labels)} are {what}: {clear or 'exchanged, the boat moves as the vehicle file says'}; "
             f"exchange their entries at commands: inputs ({entries})"
         )
         found.append(Inconsistency(InconsistencyKind.PERMUTED, text))
@@ -221,7 +221,7 @@ def _signs(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list
         text = (
             f"commands and poses have opposite axes: F_v {effects.get('F_v', UNCLEAR)}, "
             f"F_r {effects.get('F_r', UNCLEAR)}; one is "
-            " forward-right-down, the other forward-left-up: "
+            "forward-right-down, the other forward-left-up: "
             f"set sign: {signs['F_v']} at commands: inputs: F_v, sign: {signs['F_r']} at commands: "
             "inputs: F_r; or, if the poses are wrong, negate y and psi"
         )

@@ -46,7 +46,7 @@ class CaptureTable(Table):
         self.path, self.name = rows.path, body
         self._parts = header.bodies[body]
         self.remarks = list(rows.remarks)
-        self._zone = ""  # what is said of it
+        self._zone = ""  # a remark on the time zone
         self._begun = self._first_frame()
         error = [MARKER_ERROR] if ERROR in self._parts else []
         clock = [] if self._begun is None else [CLOCK]
