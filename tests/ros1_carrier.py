@@ -27,10 +27,10 @@ PATIENCE = 100.0  # [s]
 
 
 class Mimic:
-    """What it sends: the velocity, and of what time that is."""
+    """What it sends: the velocity, of what time that is, and whether it knows where the carrier is."""
 
     def __init__(self) -> None:
-        self.wanted, self.at = [0.0, 0.0, 0.0], 0.0
+        self.wanted, self.at, self.placed = [0.0, 0.0, 0.0], 0.0, False
         near = {"queue_size": 10, "tcp_nodelay": True}
         rospy.Subscriber("/cmd_vel", Twist, self.hear, **near)
         rospy.Subscriber("/virtual_boat", Odometry, self.see, **near)
@@ -40,6 +40,7 @@ class Mimic:
 
     def see(self, message: Odometry) -> None:
         self.at = message.header.stamp.to_sec()
+        self.placed = message.pose.pose.position.x != 0.0  # it begins at the carrier's first pose
 
     def wait(self, now: float) -> None:
         """Until it has answered a time that is not long ago."""
@@ -80,7 +81,7 @@ def main(drives: list[list[float]]) -> None:
         time.sleep(0.001)  # a message comes by another connection than the time
         if k % 4 == 0:
             outlet.publish(odometry(now, eta))
-        if k % 5 == 2:
+        if k % 5 == 2 and mimic.placed:
             message = Joy(axes=drives[int(k / (EACH * RATE))])
             message.header.stamp = now
             joypad.publish(message)
