@@ -8,13 +8,15 @@
 
 Velocities to compare with come from one Savitzky-Golay filter (Anal. Chem. 36, 1627, 1964), the
 local cubic through 21 poses. It gives the starts, too, for the model and for "stays constant"
-alike; then both start from the past alone, a parabola through the last poses.
+alike; so it does where the disturbance of the model's filter goes on and fades, the k-step
+predictor with the noise model (Ljung, System Identification, section 3.2). Last, both start from
+the past alone, a parabola through the last poses.
 """
 
 import csv
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,6 +26,8 @@ from numpy.typing import NDArray
 import seatrial
 from benchmarks.harness import command
 from seatrial.boat.schema import as_column
+from seatrial.evaluation.filtering import run_filter
+from seatrial.evaluation.prediction import Lookahead
 from seatrial.identification.methods import METHODS
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import UNEVEN, Motion
@@ -70,10 +74,18 @@ def past(recording: Recording) -> Motion:
 
 
 def ratios(
-    model: seatrial.Model, recording: Recording, start: Motion, truth: Motion, horizon: float
+    model: seatrial.Model,
+    recording: Recording,
+    start: Motion,
+    truth: Motion,
+    horizon: float,
+    *,
+    disturbed: bool = False,
 ) -> Array:
     """RMS error over that of a velocity that stays as it was at the start, for u, v, r."""
-    ahead = seatrial.predict(model, recording, horizon, velocities=start)
+    filtered = run_filter(model, recording) if disturbed else None
+    look = Lookahead(model, recording, start, filtered)
+    ahead = look.predict(horizon, disturbed=disturbed)
     known = truth.valid[ahead.index]
     measured = truth.nu[ahead.index][known]
     wrong = np.sqrt(np.mean((measured - ahead.nu[known]) ** 2, axis=0))
@@ -103,7 +115,8 @@ def leave_one_out(
     horizon: float,
     power: float | None = None,
 ) -> None:
-    """One line for every run, predicted by a model of the others."""
+    """One line for every run, predicted by a model of the others, and their mean."""
+    rows: list[list[Array]] = []
     for name, run in runs.items():
         others = [r for other, r in runs.items() if other != name]
         begin = time.perf_counter()
@@ -115,11 +128,20 @@ def leave_one_out(
         seconds = time.perf_counter() - begin
         model = model if power is None else with_power(model, power)
         truth = reference(run)
-        centred, causal = (
-            "  ".join(f"{x:4.2f}" for x in ratios(model, run, start, truth, horizon))
-            for start in (truth, past(run))
-        )
-        print(f"  {name:<14} {centred}     {causal}     {seconds:5.1f} s")
+        found = [
+            ratios(model, run, truth, truth, horizon),
+            ratios(model, run, truth, truth, horizon, disturbed=True),
+            ratios(model, run, past(run), truth, horizon),
+        ]
+        rows.append(found)
+        print(f"  {name:<14} {_columns(found)}    {seconds:5.1f} s")
+    if len(rows) == len(runs):
+        print(f"  {'mean':<14} {_columns(np.mean(rows, axis=0))}")
+
+
+def _columns(found: Iterable[Array]) -> str:
+    """Numbers of u, v, r for each kind of prediction."""
+    return "    ".join(" ".join(f"{x:5.3f}" for x in row) for row in found)
 
 
 def towing(group: str) -> tuple[Array, Array]:
@@ -246,7 +268,10 @@ def main(arguments: Sequence[str]) -> None:
         vehicle = vehicle.with_automatic_structure() if chosen.auto else vehicle
         for method in chosen.method or METHODS:
             print(f"{path.name}, {method}: error {chosen.horizon:g} s ahead / stays constant")
-            print("  left out       u     v     r  (smoothed)  u     v     r  (past only)  fit in")
+            print(
+                "  left out       starts: smoothed     and disturbance      past only            fit in"
+            )
+            print("                 u     v     r    " + "    u     v     r    " * 2)
             leave_one_out(runs, vehicle, method, chosen.horizon, chosen.power)
             if not chosen.no_ratios:
                 model = identified(list(runs.values()), vehicle, method)

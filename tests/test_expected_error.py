@@ -17,6 +17,7 @@ from seatrial.evaluation.expected_error import (
     process_noise_variance,
     variance_of,
 )
+from seatrial.evaluation.filtering import filter_pass, filter_series, run_filter
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.evaluation.validation import validate
@@ -120,6 +121,41 @@ def test_a_model_that_is_right_scores_what_it_foresees(drive):
     assert not of_kinds(row.findings, BEYOND)
 
 
+@pytest.mark.parametrize("earth", [False, True])
+def test_with_the_disturbance_it_predicts_as_the_filter_does_without_poses(drive, earth):
+    model, recording = drive
+    process = msgspec.structs.replace(model.noise.process, earth_fixed=earth)
+    model = replace(model, noise=msgspec.structs.replace(model.noise, process=process))
+    filtered = run_filter(model, recording)
+    found = Lookahead(model, recording, filtered=filtered).predict(
+        2.0, 600, filtered.motion, disturbed=True
+    )
+    for begun, index, nu in zip(found.begun, found.index, found.nu, strict=True):
+        blind = replace(recording, valid=recording.valid & (np.arange(len(recording.t)) <= begun))
+        blind = filter_pass(model, blind, filter_series(blind), filtered.noise)
+        # with sensitivities steps end elsewhere: their error is the difference
+        np.testing.assert_allclose(nu, blind.state[index][3:6], rtol=1e-6)
+    assert len(found.nu) > 3
+
+
+@pytest.mark.system
+def test_odometry_scores_what_the_model_foresees_and_less_than_the_model_alone(drive):
+    """The force stays for 2 s: what the filter knows of it is worth most 1 s ahead.
+
+    Process noise has one force for surge and sway, which is a tenth too large in one and too small in the other.
+    """
+    model, recording = drive
+    (row,) = validate(model, [recording]).recordings
+    of = {(h.horizon, h.start): h.scores for h in row.horizons}
+    for horizon in (0.5, 1.0, 2.0, 5.0):
+        for symbol, score in of[horizon, "odometry"].items():
+            off = 0.1 if symbol == "r" else 0.2
+            assert score.rms == pytest.approx(score.foreseen, rel=off), (horizon, symbol)
+            assert score.rms < 1.02 * of[horizon, "filter"][symbol].rms
+    for symbol, score in of[1.0, "odometry"].items():
+        assert score.rms < 0.9 * of[1.0, "filter"][symbol].rms, symbol
+
+
 @pytest.mark.system
 def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
     model, _ = drive
@@ -204,7 +240,8 @@ def test_a_filter_that_has_seen_the_references_poses_is_not_held_against_the_boa
 
 
 @pytest.mark.parametrize(
-    ("start", "steps", "said"), [("filter", 2, False), ("filter", 3, True), ("stencil", 2, True)]
+    ("start", "steps", "said"),
+    [("filter", 2, False), ("filter", 3, True), ("stencil", 2, True), ("odometry", 3, False)],
 )
 def test_of_errors_that_filter_and_reference_share_no_word_is_said(drive, start, steps, said):
     model, recording = drive

@@ -32,7 +32,7 @@ def scores(near=None, far=None, *, seen=False):
     rows = [(1.0, good | (near or {})), (5.0, good | (far or {}))]
     one = RecordingScore("S7", 100.0, 9, 1.0, seen, None, rows[0][1])
     pooled = [PooledScore(h, 10, "filter", 1, 9, s) for h, s in rows]
-    return Scores("scores 5", "boat", "output-error", 1.0, [one], None, pooled, "", "smoothed")
+    return Scores("scores 6", "boat", "output-error", 1.0, [one], None, pooled, "", "smoothed")
 
 
 def known(vehicle, errors):
@@ -139,6 +139,19 @@ def test_odometry_needs_a_filter_that_is_consistent(good, ratio, level):
     if level is not Level.FIT:
         assert (one.reason.criterion, one.reason.subject) == (Criterion.CONSISTENCY, "yaw")
     assert one.reason.limit == (1.25 if one.reason.criterion is Criterion.CONSISTENCY else 0.8)
+
+
+def test_odometry_is_judged_by_predictions_with_the_disturbance(good):
+    found = scores(near={"r": axis(0.2, expected=2.5)})
+    with_disturbance = [
+        msgspec.structs.replace(one, start="odometry", scores=dict.fromkeys("uvr", axis(0.1)))
+        for one in found.pooled
+    ]
+    found = msgspec.structs.replace(found, pooled=[*found.pooled, *with_disturbance])
+    assert of(Use.ODOMETRY, good, found).level is Level.FIT
+    far = scores(far={"u": axis(0.9)})
+    far = msgspec.structs.replace(far, pooled=[*far.pooled, *with_disturbance])
+    assert of(Use.SIMULATION, good, far).level is Level.NOT_FIT
 
 
 def test_odometry_needs_a_prediction_that_beats_constant_velocity(good):

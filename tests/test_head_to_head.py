@@ -94,7 +94,7 @@ def test_scores_come_back_from_json(truth, wrong, trial):  # noqa: F811
     scores = validate(truth, [trial.recording], other=wrong)
     content = msgspec.json.encode(scores_json(scores))
     assert msgspec.json.decode(content, type=Scores) == scores
-    assert scores.seatrial == "scores 5"
+    assert scores.seatrial == "scores 6"
     assert "worse" in head_to_head_text(scores.against) or "better" in head_to_head_text(
         scores.against
     )

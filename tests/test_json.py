@@ -70,8 +70,8 @@ def test_paths_numbers_of_numpy_and_what_json_lacks(tmp_path):
 
 def test_content_with_a_kind_of_its_own_keeps_it(tmp_path):
     args = Namespace(json=tmp_path / "out.json")
-    write_json(args, "test 1", {"seatrial": "scores 5"})
-    assert json.loads(args.json.read_text()) == {"seatrial": "scores 5"}
+    write_json(args, "test 1", {"seatrial": "scores 6"})
+    assert json.loads(args.json.read_text()) == {"seatrial": "scores 6"}
     write_json(Namespace(json=None), "test 1", {"x": object()})  # not asked for
 
 

@@ -128,7 +128,7 @@ def scores(ratio, *, seen=False, findings=()):
     row = RecordingScore(
         "S7", 100.0, 50, 1.0, seen, None, dict.fromkeys("uvr", one), findings=list(findings)
     )
-    return Scores("scores 5", "boat", "output-error", 1.0, [row])
+    return Scores("scores 6", "boat", "output-error", 1.0, [row])
 
 
 @pytest.mark.parametrize(

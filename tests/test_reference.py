@@ -230,7 +230,7 @@ def test_a_right_model_expects_the_error_of_its_filters_start(af, sensor):
     boat, trial = driven(af, sensor)
     model = replace(boat, noise=noise_entry(recording_noise(boat, [trial.recording])))
     (row,) = validate(model, [trial.recording]).recordings
-    assert [(h.horizon, h.start) for h in row.horizons][-1] == (5.0, "filter")
+    assert [(h.horizon, h.start) for h in row.horizons][-1] == (5.0, "odometry")
     for found in row.horizons:
         for symbol, own in found.scores.items():
             assert own.rms == pytest.approx(own.foreseen, rel=0.25), (found.horizon, symbol)

@@ -84,8 +84,8 @@ def test_scores_of_other_recordings_are_refused(model, drives, scores):
     [
         ("{", "is not JSON"),
         ("[1]", "expected a JSON object, got list"),
-        ('{"seatrial": "scores 9"}', "expected 'seatrial: scores 5'"),
-        ('{"seatrial": "scores 5", "recordings": [3]}', "scores.json: "),
+        ('{"seatrial": "scores 9"}', "expected 'seatrial: scores 6'"),
+        ('{"seatrial": "scores 6", "recordings": [3]}', "scores.json: "),
         ("[" * 100_000, "is not JSON"),
     ],
 )
@@ -120,6 +120,14 @@ def test_scores_without_a_reference_are_the_stencils(stencil_scores, tmp_path):
     found = load_scores(path)
     assert found == msgspec.structs.replace(stencil_scores, seatrial="scores 4")
     assert found.reference == "stencil"
+
+
+def test_scores_without_odometry_are_read(scores, tmp_path):
+    path = tmp_path / "scores.json"
+    path.write_text(
+        json.dumps(json.loads(dump_json(scores_json(scores))) | {"seatrial": "scores 5"})
+    )
+    assert load_scores(path) == msgspec.structs.replace(scores, seatrial="scores 5")
 
 
 @pytest.mark.system

@@ -83,7 +83,7 @@ def test_the_picture_of_the_flow_is_drawn_by_its_tool():
 
 def test_the_page_on_json_is_what_the_program_writes():
     assert (DOCS / "json.md").read_text() == json_page.short(), "run tools/json_page.py"
-    assert "`scores 5`, `report 1`" in json_page.short()
+    assert "`scores 6`, `report 1`" in json_page.short()
     assert "## seatrial validate" in json_page.sections(["validate"])
     assert "| `written` | text | path |" in json_page.page()
     assert "| `rms` | number |" in json_page.page()

@@ -39,7 +39,7 @@ def test_the_commands_run(tmp_path, monkeypatch, capsys):
     assert "model (equation-error) against other (truth)" in shown[3]
     assert "worse" in shown[3]
     scores = json.loads((tmp_path / "scores.json").read_text())
-    assert scores["seatrial"] == "scores 5"
+    assert scores["seatrial"] == "scores 6"
     horizons = scores["recordings"][0]["horizons"]
     assert {h["start"] for h in horizons} == {"filter"}
     assert (scores["reference"], scores["recordings"][0]["reference"]) == ("smoothed", "smoothed")

@@ -129,7 +129,7 @@ std::tuple<Out2, Out2> run_smoothed(const FilterRun& first, const Series& series
 }
 
 Out2 run_lookahead_variance(const FilterRun& first, const Series& series, Vector noise,
-                            double outlier, Places from, Places to) {
+                            double outlier, Places from, Places to, bool disturbed) {
   step_of(first, series, std::nullopt);
   require(from.shape(0) == to.shape(0), "from, to: one each for a prediction");
   const std::vector<int> begin(from.data(), from.data() + from.shape(0));
@@ -143,7 +143,8 @@ Out2 run_lookahead_variance(const FilterRun& first, const Series& series, Vector
   std::vector<double> found;
   {
     nb::gil_scoped_release released;
-    found = lookahead_variance(first, series.poses, other, outlier, series.start, begin, end);
+    found = lookahead_variance(first, series.poses, other, outlier, series.start, begin, end,
+                               disturbed);
   }
   return moved2(found, kAxes);
 }
@@ -257,8 +258,9 @@ void bind_filter(nb::module_& m) {
         "States (n x 9) from the poses before and after each, and standard deviations (n x 3) of "
         "the velocity.");
   m.def("lookahead_variance", &run_lookahead_variance, "first"_a, "series"_a, "noise"_a,
-        "outlier"_a, "from_pose"_a, "to_pose"_a,
-        "Variances (m x 3) of predictions that start from the filter, without the disturbance.");
+        "outlier"_a, "from_pose"_a, "to_pose"_a, "disturbed"_a = false,
+        "Variances (m x 3) of predictions that start from the filter, with or without its "
+        "disturbance.");
 }
 
 }  // namespace

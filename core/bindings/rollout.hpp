@@ -7,7 +7,7 @@
 
 #include "arrays.hpp"
 #include "filter.hpp"
-#include "seatrial/integration/rollout.hpp"
+#include "seatrial/filter/lookahead.hpp"
 
 namespace {
 
@@ -42,18 +42,24 @@ std::pair<Out2, Out3> run_simulate(const Boat& boat, const ThrustTrace& trace, V
   return {to.states, to.jacobian};
 }
 
+/// Starts and stops are among the times, and each start has a state of `width`.
+void check_starts(const Indices& start, const Indices& stop, std::size_t times, const Matrix& x0,
+                  std::size_t width) {
+  const std::size_t m = start.shape(0);
+  require(x0.shape(0) == m && x0.shape(1) == width, "x0: one state for each start");
+  require(stop.shape(0) == m, "stop: one for each start");
+  for (std::size_t j = 0; j < m; ++j) {
+    require(start(j) >= 0 && stop(j) >= start(j) && static_cast<std::size_t>(stop(j)) < times,
+            "a start's stop is not among the times after it");
+  }
+}
+
 std::pair<Out2, Out3> run_predict(const Boat& boat, const ThrustTrace& trace, Vector time,
                                   Indices start, Indices stop, Matrix x0, int threads,
                                   bool sensitivities) {
   check_trace(boat, trace);
   const std::size_t m = start.shape(0);
-  require(x0.shape(0) == m && x0.shape(1) == kStates, "x0: one row of 6 for each start");
-  require(stop.shape(0) == m, "stop: one for each start");
-  for (std::size_t j = 0; j < m; ++j) {
-    require(
-        start(j) >= 0 && stop(j) >= start(j) && static_cast<std::size_t>(stop(j)) < time.shape(0),
-        "a start's stop is not among the times after it");
-  }
+  check_starts(start, stop, time.shape(0), x0, kStates);
   const Rollout to(trace, m, sensitivities);
   {
     nb::gil_scoped_release released;
@@ -61,6 +67,23 @@ std::pair<Out2, Out3> run_predict(const Boat& boat, const ThrustTrace& trace, Ve
             threads, to.out, to.slopes);
   }
   return {to.states, to.jacobian};
+}
+
+Out2 run_lookahead(const Boat& boat, const ThrustTrace& trace, Vector time, Indices start,
+                   Indices stop, Matrix x0, Vector noise, bool earth_fixed, int threads) {
+  check_trace(boat, trace);
+  require(boat.structure.n_coefficients >= kAxes, "boat: its last coefficients: disturbance");
+  const std::size_t m = start.shape(0);
+  check_starts(start, stop, time.shape(0), x0, kFilterStates);
+  const NoiseParameters own = make_noise(noise);
+  double* out = nullptr;
+  auto found = fresh<Out2>({m, std::size_t{kStates}}, &out);
+  {
+    nb::gil_scoped_release released;
+    lookahead(boat, trace, time.data(), start.data(), stop.data(), x0.data(), static_cast<int>(m),
+              own, earth_fixed, threads, out);
+  }
+  return found;
 }
 
 /// Levels of all actuators h [s] after these, with constant targets: lag and rate limit, exact.
@@ -86,6 +109,10 @@ void bind_rollout(nb::module_& m) {
   m.def("predict", &run_predict, "boat"_a, "trace"_a, "time"_a, "start"_a, "stop"_a, "x0"_a,
         "threads"_a = 1, "sensitivities"_a = false,
         "State at the stop of every start (m x 6), and its sensitivities.");
+  m.def(
+      "lookahead", &run_lookahead, "boat"_a, "trace"_a, "time"_a, "start"_a, "stop"_a, "x0"_a,
+      "noise"_a, "earth_fixed"_a = false, "threads"_a = 1,
+      "State at the stop of every start (m x 6), from the filter's (m x 9) with its disturbance.");
   m.def("levels_after", &levels_after, "chain"_a, "q"_a, "level"_a, "target"_a, "h"_a,
         "Levels of all actuators h [s] after these, with constant targets.");
 }

@@ -74,6 +74,11 @@ def simulate(boat: Boat, trace: ThrustTrace, x0: Annotated[NDArray[numpy.float64
 def predict(boat: Boat, trace: ThrustTrace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], stop: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], threads: int = 1, sensitivities: bool = False) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]]:
     """State at the stop of every start (m x 6), and its sensitivities."""
 
+def lookahead(boat: Boat, trace: ThrustTrace, time: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], start: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], stop: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], x0: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], earth_fixed: bool = False, threads: int = 1) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """
+    State at the stop of every start (m x 6), from the filter's (m x 9) with its disturbance.
+    """
+
 def levels_after(chain: Chain, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], level: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], target: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], h: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
     """Levels of all actuators h [s] after these, with constant targets."""
 
@@ -172,9 +177,9 @@ def smoothed(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.fl
     States (n x 9) from the poses before and after each, and standard deviations (n x 3) of the velocity.
     """
 
-def lookahead_variance(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, from_pose: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], to_pose: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+def lookahead_variance(first: FilterRun, series: Series, noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], outlier: float, from_pose: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], to_pose: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], disturbed: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
     """
-    Variances (m x 3) of predictions that start from the filter, without the disturbance.
+    Variances (m x 3) of predictions that start from the filter, with or without its disturbance.
     """
 
 def health_words() -> list[tuple[int, str, str]]: ...

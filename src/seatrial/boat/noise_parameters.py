@@ -45,6 +45,12 @@ def earth_fixed(entry: NoiseEntry) -> bool:
     return entry.process is not None and entry.process.earth_fixed
 
 
+def disturbance_estimated(entry: NoiseEntry) -> bool:
+    """Whether the process noise has a Gauss-Markov disturbance."""
+    noise = noise_vector(entry)
+    return noise is not None and bool((noise[DISTURBANCES] > NOISE_LEAST[DISTURBANCES]).any())
+
+
 def correlated_vector(entry: CorrelatedEntry) -> list[float]:
     """Gauss-Markov pose noise in the order of the noise vector."""
     turn = 0.0 if entry.period is None else float(2.0 * np.pi / entry.period)

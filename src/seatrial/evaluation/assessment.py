@@ -11,7 +11,7 @@ import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import loosened, noise_vector
+from seatrial.boat.noise_parameters import disturbance_estimated, loosened, noise_vector
 from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
 from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
 from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
@@ -225,13 +225,15 @@ def _all_horizons(
 ) -> tuple[list[Ahead], list[Finding]]:
     """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
 
-    From the filter's starts where there are any, and beside the stencil's velocities from these, too; and
-    what could not be had. `known`: what is predicted already.
+    From the filter's starts where there are any, and what could not be had. Beside the stencil's velocities from
+    these, too; beside smoothed ones with the filter's disturbance, too. `known`: what is predicted already.
     """
     period = look.recording.period
     found: list[Ahead] = []
     kinds: list[tuple[Start, Motion | None]] = [("stencil", None)] if look.smoothed is None else []
     kinds += [("filter", filtered)] if filtered is not None else []
+    if look.smoothed is not None and disturbance_estimated(look.model.noise):
+        kinds.append(("odometry", filtered))
     for horizon, (name, starts) in over(list(product(sorted({*HORIZONS, chosen}), kinds))):
         if horizon < period:
             continue
@@ -240,7 +242,8 @@ def _all_horizons(
             continue
         every = 1 if horizon == chosen else max(1, round(horizon / period) // STARTS_PER_HORIZON)
         try:
-            found.append((horizon, name, look.predict(horizon, every, starts)))
+            ahead = look.predict(horizon, every, starts, disturbed=name == "odometry")
+            found.append((horizon, name, ahead))
         except RecordingError:  # no stretch is as long
             continue
         except ModelError as error:

@@ -103,9 +103,13 @@ def horizons_text(scores: Scores) -> str:
         for s in get_args(Start)
         if any(x.start == s for r in scores.recordings for x in r.horizons)
     ]
-    kinds = {"stencil": "the stencil's", "filter": "the model's own filter's"}
+    kinds = {
+        "stencil": "the stencil's starts",
+        "filter": "the model's own filter's starts",
+        "odometry": "the same with the filter's disturbance, which fades",
+    }
     lines = [
-        f"RMS error ahead, from {' and from '.join(kinds[start] for start in starts)} starts",
+        f"RMS error ahead, from {' and from '.join(kinds[start] for start in starts)}",
         f"  {'recording':<{width}}  start      unit  {head}",
     ]
     for row in scores.recordings:
@@ -113,9 +117,7 @@ def horizons_text(scores: Scores) -> str:
             scale, unit = UNITS[axis]
             cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
             name = row.recording if i == 0 else ""
-            lines.append(
-                f"  {name:<{width}}  {SYMBOLS[axis]} {start:<7}  {unit:<6}{''.join(cells)}"
-            )
+            lines.append(f"  {name:<{width}}  {SYMBOLS[axis]} {start:<8} {unit:<6}{''.join(cells)}")
     for row in scores.recordings:
         lines += [
             f"  note: {row.recording}: {text}"

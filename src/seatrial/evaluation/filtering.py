@@ -67,14 +67,24 @@ class Filtered:
     run: _core.FilterRun
     series: _core.Series  # what it ran along
 
-    def prediction_variance(self, start: NDArray[np.int64], end: NDArray[np.int64]) -> Array:
+    @property
+    def state(self) -> Array:
+        """Pose, velocity and disturbance (n, 9) after each pose."""
+        return np.asarray(self.run.state)
+
+    def prediction_variance(
+        self, start: NDArray[np.int64], end: NDArray[np.int64], *, disturbed: bool = False
+    ) -> Array:
         """Variances (m, 3) [m/s, m/s, rad/s]^2 of predictions between poses (m,), `start` rising.
 
-        They start from the filter's velocity and leave out the disturbance.
+        They start from the filter's velocity, with its disturbance or without.
         """
         begin, to = start.astype(np.int32), end.astype(np.int32)
-        found = _core.lookahead_variance(self.run, self.series, self.noise, OUTLIER, begin, to)
-        return np.asarray(found)
+        return np.asarray(
+            _core.lookahead_variance(
+                self.run, self.series, self.noise, OUTLIER, begin, to, disturbed=disturbed
+            )
+        )
 
 
 def filter_series(recording: Recording, errors: InputErrors | None = None) -> _core.Series:
@@ -190,6 +200,13 @@ def with_disturbance(vehicle: Vehicle) -> _core.Structure:
     return _core.Structure([*vehicle.structure.rows, *own], size + 3, len(vehicle.forces))
 
 
+def disturbed_boat(model: Model) -> _core.Boat:
+    """The model's boat with a disturbance in every axis, of which the last three coefficients hold none."""
+    code = INTEGRATORS.index(model.integration.scheme)
+    coefficients = np.concatenate([model.coefficients, np.zeros(3)])
+    return _core.Boat(with_disturbance(model.vehicle), coefficients, code, model.integration.step)
+
+
 def filter_pass(
     model: Model, recording: Recording, poses: _core.Series, noise: Array
 ) -> _core.FilterRun:
@@ -198,12 +215,9 @@ def filter_pass(
     Raises ModelError where the model diverges.
     """
     size = len(model.coefficients)
-    code = INTEGRATORS.index(model.integration.scheme)
-    coefficients = np.concatenate([model.coefficients, np.zeros(3)])
-    boat = _core.Boat(with_disturbance(model.vehicle), coefficients, code, model.integration.step)
     trace = model.trace(recording, initial=True, coefficients=range(size, size + 3))
     found = _core.innovations(
-        boat, trace, poses, noise, OUTLIER, earth_fixed=earth_fixed(model.noise)
+        disturbed_boat(model), trace, poses, noise, OUTLIER, earth_fixed=earth_fixed(model.noise)
     )
     if not found.good:
         raise ModelError(

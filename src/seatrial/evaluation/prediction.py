@@ -8,9 +8,9 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import noise_vector
+from seatrial.boat.noise_parameters import earth_fixed, noise_vector
 from seatrial.evaluation.expected_error import Poses, process_noise_variance, variance_of
-from seatrial.evaluation.filtering import Filtered
+from seatrial.evaluation.filtering import Filtered, disturbed_boat
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
@@ -170,12 +170,21 @@ class Lookahead:
             found[whole] = apart[whole]
         return found
 
-    def predict(self, horizon: float, every: int = 1, starts: Motion | None = None) -> Prediction:
+    def predict(
+        self,
+        horizon: float,
+        every: int = 1,
+        starts: Motion | None = None,
+        *,
+        disturbed: bool = False,
+    ) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`.
 
-        Beside a smoothed reference from the filter.
+        Beside a smoothed reference from the filter. `disturbed`: the filter's disturbance goes on and fades: the
+        k-step predictor with the noise model (Ljung, System Identification, section 3.2), which is what the filter
+        on board predicts between poses and while there are none.
         """
-        if self.smoothed is not None and self.filtered is not None:
+        if self.filtered is not None and self.smoothed is not None:
             starts = self.filtered.motion
         recording, begin = self.recording, self.reference if starts is None else starts
         self._check(horizon)
@@ -184,7 +193,10 @@ class Lookahead:
         kept = start % every == start[0] % every
         start, end = start[kept], end[kept]
         # the commands drive the model from each start
-        states, _ = self._run(begin, start, end)
+        if disturbed:
+            states = self._run_disturbed(begin, start, end)
+        else:
+            states, _ = self._run(begin, start, end)
         lost = int((~np.isfinite(states).all(axis=1)).sum())
         if lost:
             raise ModelError(
@@ -196,7 +208,7 @@ class Lookahead:
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
         slopes = self._run(begin, start[few], end[few], tangents=True)[1][:, 3:]
         floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
-        noise = self._noise_variance(floor, begin, start, end, few)
+        noise = self._noise_variance(floor, begin, start, end, few, disturbed=disturbed)
         foreseen, unsure = self._expected(noise, slopes[:, :, 6:])
         floor, foreseen, variance = self._resolved(floor, foreseen, end)
         return Prediction(
@@ -234,8 +246,20 @@ class Lookahead:
             threads=cores(), sensitivities=tangents,
         )  # fmt: skip
 
+    def _run_disturbed(self, begin: Motion, start: Poses, end: Poses) -> Array:
+        """States (m, 6) at the ends of predictions with the filter's disturbance."""
+        if self.filtered is None:
+            raise ModelError("the disturbance is the filter's: give `filtered`")
+        x0 = np.column_stack([begin.eta[start], begin.nu[start], self.filtered.state[start, 6:]])
+        return _core.lookahead(
+            disturbed_boat(self.model), self.trace, self.recording.t,
+            start.astype(np.int32), end.astype(np.int32),
+            np.ascontiguousarray(x0), self.filtered.noise,
+            earth_fixed=earth_fixed(self.model.noise), threads=cores(),
+        )  # fmt: skip
+
     def _noise_variance(
-        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice
+        self, floor: Array, begin: Motion, start: Poses, end: Poses, few: slice, *, disturbed: bool
     ) -> Array | None:
         """Variance (3,) from the noise of start (and reference), and process noise; None without the latter.
 
@@ -246,7 +270,11 @@ class Lookahead:
             return None if force is None else np.asarray(floor**2 + force)
         if noise_vector(self.model.noise) is None:
             return None
-        return np.asarray(self.filtered.prediction_variance(start[few], end[few]).mean(axis=0))
+        return np.asarray(
+            self.filtered.prediction_variance(start[few], end[few], disturbed=disturbed).mean(
+                axis=0
+            )
+        )
 
     def _expected(self, noise: Array | None, slopes: Array) -> tuple[Array | None, Array | None]:
         """Expected RMS^2 = variance by noise + parameter errors'^2; and the latter.

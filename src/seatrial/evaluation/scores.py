@@ -22,14 +22,17 @@ from seatrial.util.files import convert, expect_format, finite_or_none, read_jso
 if TYPE_CHECKING:
     from seatrial.util.above import Figure
 
-SCORES_FORMAT = "scores 5"
+SCORES_FORMAT = "scores 6"
+WITHOUT_ODOMETRY = "scores 5"  # no predictions with the disturbance
 WITHOUT_REFERENCE = "scores 4"  # all of it relative to the stencil's velocities
 # without pooled scores and fingerprint, and with sentences in place of findings
 WITH_SENTENCES = "scores 3"
 OFF = 2.0  # standard errors of coefficients that are nothing to speak of
 POSE_NOISE_ERROR = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
 NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
-Start = Literal["stencil", "filter"]
+# what predictions start from: the stencil's velocity; the model's own causal filter's; the same with the filter's
+# disturbance, which goes on and fades: what odometry on board predicts without poses
+Start = Literal["stencil", "filter", "odometry"]
 Interval = tuple[float, float]
 
 
@@ -91,7 +94,7 @@ class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
     horizon: float  # [s] the chosen one
     steps: int  # poses
-    start: Start  # of the predictions: the stencil's velocity, or the model's own causal filter's
+    start: Start
     predictions: int
     scores: dict[str, AxisScore]  # by u, v, r
 
@@ -191,7 +194,7 @@ def scores_json(scores: Scores) -> dict[str, object]:
 
 def load_scores(path: Path) -> Scores:
     """Scores from their file. Raises FileError."""
-    earlier = (WITHOUT_REFERENCE, WITH_SENTENCES)
+    earlier = (WITHOUT_ODOMETRY, WITHOUT_REFERENCE, WITH_SENTENCES)
     content = expect_format(read_json(path), SCORES_FORMAT, path, earlier=earlier)
     if content["seatrial"] == WITH_SENTENCES:
         content = {**content, "recordings": _with_findings(content.get("recordings"), path)}

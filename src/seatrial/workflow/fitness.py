@@ -10,7 +10,7 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.physics import AxisPhysics, axis_physics, backward_thrust
 from seatrial.boat.structure import Term
-from seatrial.evaluation.scores import AxisScore, PooledScore, Scores
+from seatrial.evaluation.scores import AxisScore, PooledScore, Scores, Start
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.statistics import NORMAL_95
@@ -232,7 +232,7 @@ def _simulation(model: Model, scores: Scores) -> Iterator[Graded]:
 
 
 def _odometry(scores: Scores) -> Iterator[Graded]:
-    rows = _rows(scores)
+    rows = _rows(scores, "odometry") or _rows(scores)
     if not rows:
         yield Level.NOT_FIT, Reason(Criterion.NOT_PREDICTED)
         return
@@ -251,10 +251,12 @@ def _odometry(scores: Scores) -> Iterator[Graded]:
         yield _grade(Criterion.CONSISTENCY, axis, ratio, limits, ahead)
 
 
-def _rows(scores: Scores) -> list[PooledScore]:
-    """The pooled scores that count: from the filter's start beside smoothed velocities."""
-    main = "filter" if any(row.start == "filter" for row in scores.pooled) else "stencil"
-    return [row for row in scores.pooled if row.start == main]
+def _rows(scores: Scores, start: Start = "filter") -> list[PooledScore]:
+    """The pooled scores that count, by default from the filter's start; without one, from the stencil's."""
+    own = [row for row in scores.pooled if row.start == start]
+    if own or start != "filter":
+        return own
+    return [row for row in scores.pooled if row.start == "stencil"]
 
 
 def _seen(scores: Scores) -> Iterator[Graded]:

@@ -68,12 +68,14 @@ inline int simulate(const Boat& boat, const ThrustTrace& trace, const double* x0
   return reached;
 }
 
-/// From j in [begin, end): state x0[j] at time[start[j]], carried to time[stop[j]]. Returns the
-/// state there (out, m rows of 6) and, optionally, its sensitivities.
-inline void predict_range(const Boat& boat, const ThrustTrace& trace, const double* time,
-                          const int* start, const int* stop, const double* x0, int begin, int end,
-                          double* out, double* sensitivities) {
-  const int width = trace.columns().size();
+namespace detail {
+
+/// From j in [begin, end): `begun(j)`, carried from time[start[j]] to time[stop[j]], writes row j
+/// of the results. `carry(state, schedule, k)` carries a state over the interval k.
+template <class Begun, class Carry, class Write>
+void predict_range(const Boat& boat, const ThrustTrace& trace, const double* time, const int* start,
+                   const int* stop, int begin, int end, bool sensitivities, Begun begun,
+                   Carry carry, Write write) {
   for (int j = begin; j < end;) {
     int next = j + 1;  // starts that lie close together share a schedule, without a gap in it
     int low = start[j];
@@ -87,35 +89,51 @@ inline void predict_range(const Boat& boat, const ThrustTrace& trace, const doub
       high = next_high;
       last = std::max(last, stop[next]);
     }
-    const StepSchedule schedule(boat, trace, time, low, last, sensitivities != nullptr);
+    const StepSchedule schedule(boat, trace, time, low, last, sensitivities);
     for (; j < next; ++j) {
-      const double* from = x0 + static_cast<std::ptrdiff_t>(j) * kStates;
-      detail::Traveller boat_state(trace.columns(), from, sensitivities != nullptr);
-      for (int k = start[j]; k < stop[j]; ++k) boat_state.cross(schedule, k);
-      boat_state.write(j, width, out, sensitivities);
+      auto state = begun(j);
+      for (int k = start[j]; k < stop[j]; ++k) carry(state, schedule, k);
+      write(j, state);
     }
   }
 }
 
-/// All m starts, spread over threads. Every start writes only its own rows, so that the result
-/// does not depend on the number of threads.
-inline void predict(const Boat& boat, const ThrustTrace& trace, const double* time,
-                    const int* start, const int* stop, const double* x0, int m, int threads,
-                    double* out, double* sensitivities) {
+/// `range(begin, end)` of all m starts, spread over threads. Every start writes only its own rows,
+/// so that the result does not depend on the number of threads.
+template <class Range>
+void spread_starts(int m, int threads, Range range) {
   const int n = std::max(1, std::min(threads, m / 64));
-  if (n == 1) {
-    predict_range(boat, trace, time, start, stop, x0, 0, m, out, sensitivities);
-    return;
-  }
+  if (n == 1) return range(0, m);
   std::vector<std::thread> pool;
   for (int i = 0; i < n; ++i) {
     const int begin = static_cast<int>(static_cast<long long>(m) * i / n);
     const int end = static_cast<int>(static_cast<long long>(m) * (i + 1) / n);
-    pool.emplace_back([&, begin, end] {
-      predict_range(boat, trace, time, start, stop, x0, begin, end, out, sensitivities);
-    });
+    pool.emplace_back(range, begin, end);
   }
   for (auto& thread : pool) thread.join();
+}
+
+}  // namespace detail
+
+/// All m starts: state x0[j] at time[start[j]], carried to time[stop[j]]. Returns the state there
+/// (out, m rows of 6) and, optionally, its sensitivities.
+inline void predict(const Boat& boat, const ThrustTrace& trace, const double* time,
+                    const int* start, const int* stop, const double* x0, int m, int threads,
+                    double* out, double* sensitivities) {
+  const int width = trace.columns().size();
+  const bool with = sensitivities != nullptr;
+  detail::spread_starts(m, threads, [=, &boat, &trace](int begin, int end) {
+    detail::predict_range(
+        boat, trace, time, start, stop, begin, end, with,
+        [&](int j) {
+          const double* from = x0 + static_cast<std::ptrdiff_t>(j) * kStates;
+          return detail::Traveller(trace.columns(), from, with);
+        },
+        [](detail::Traveller& state, const StepSchedule& schedule, int k) {
+          state.cross(schedule, k);
+        },
+        [&](int j, const detail::Traveller& state) { state.write(j, width, out, sensitivities); });
+  });
 }
 
 }  // namespace seatrial

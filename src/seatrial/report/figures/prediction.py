@@ -13,6 +13,7 @@ from seatrial.report.figures.base import (
     BLUE,
     COMMAND,
     FORCE_COLOURS,
+    GREEN,
     ORANGE,
     RED,
     SPEED_UNITS,
@@ -34,6 +35,7 @@ PANEL_GAP = 0.05  # [share of the height] between panels of a picture
 START_KINDS = (
     ("stencil", "measured start", BLUE, "square"),
     ("filter", "filter start", RED, "circle"),
+    ("odometry", "odometry", GREEN, "diamond"),
 )
 
 
@@ -123,6 +125,8 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
             | {"marker": {"color": colour, "symbol": sign, "size": 8},
                "error_y": whiskers(rms, low, high, colour)}
         )  # fmt: skip
+        if start == "odometry":  # nearly the filter's floor
+            continue
         floor = scale * np.array([s.floor for s in scores])
         traces.append(line("noise floor", x, floor, colour, dash="dot") | {"showlegend": first})
         expected = [s.foreseen for s in scores if s.foreseen is not None]
