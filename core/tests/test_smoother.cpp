@@ -85,12 +85,19 @@ TEST_CASE("a prediction that has just begun is as uncertain as the filter, and t
   const FilterRun first = run.pass(kWhite);
   const std::vector<int> from{10, 10, 10, 30};
   const std::vector<int> to{10, 15, 25, 31};
-  const std::vector<double> found =
-      lookahead_variance(first, run.poses(), kWhite, kNever, run.start, from, to);
-  REQUIRE(found.size() == from.size() * kAxes);
+  const auto variance = [&](bool disturbed) {
+    return lookahead_variance(first, run.poses(), kWhite, kNever, run.start, from, to, disturbed);
+  };
+  constexpr std::size_t kFar = std::size_t{2} * kAxes;  // the third prediction
+  const std::vector<double> alone = variance(false);
+  const std::vector<double> with = variance(true);
+  REQUIRE(alone.size() == from.size() * kAxes);
   for (std::size_t axis = 0; axis < kAxes; ++axis) {
     const double own = first.deviation[std::size_t{10} * kAxes + axis];
-    CHECK(found[axis] == doctest::Approx(own * own).epsilon(1e-4));
-    CHECK(found[kAxes + axis] > found[axis]);
+    for (const std::vector<double>& found : {alone, with}) {
+      CHECK(found[axis] == doctest::Approx(own * own).epsilon(1e-4));
+      CHECK(found[kAxes + axis] > found[axis]);
+    }
+    CHECK(with[kFar + axis] < alone[kFar + axis]);  // what is known of the disturbance
   }
 }
