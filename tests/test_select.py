@@ -34,6 +34,7 @@ from seatrial.identification.selection.terms import (
     selection_text,
 )
 from seatrial.identification.selection.terms import term_fit as term_fit_module
+from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import aliases, is_essential
 from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
@@ -282,6 +283,10 @@ class Elsewhere(Farm):
             yield place, pickle.loads(pickle.dumps(does(shared, item)))
 
 
+def blocks_of(fit):
+    return partial(BlockPrediction.of, fit.model(), fit.problem, 1.0)
+
+
 def test_tests_of_terms_are_the_same_to_the_bit_wherever_they_are_computed(six, solved, mp):
     search = TermSearch(mp, (tuple(named(mp, *TRIED)),), 1.0)
 
@@ -289,7 +294,7 @@ def test_tests_of_terms_are_the_same_to_the_bit_wherever_they_are_computed(six, 
         tests = TermTests(search, solved, folds(mp, six))
         evidence = {**tests.kept, **tests.others(search.candidates)}
         looked = dict(candidate_information(solved, search.candidates))
-        gains = predicted(solved, looked, 1.0)
+        gains = predicted(solved, looked, blocks_of(solved))
         return [
             (n, e.estimate, e.change, e.repeats.values.tolist(), e.repeats.p) for n, e in evidence.items()
         ], [(t, gain, ratio.tolist()) for t, (gain, ratio) in gains.items()]  # fmt: skip
@@ -309,7 +314,7 @@ def test_predictions_of_blocks_pass_over_seconds_without_a_usable_pose(solved, m
     problem = replace(solved.problem, recordings=(replace(first, valid=there), *others))
     fitted = replace(solved, at=full_pass(problem, solved.at.theta, solved.at.noise))
     looked = dict(candidate_information(fitted, named(mp, "Y_r * r")))
-    ((gain, ratio),) = predicted(fitted, looked, 1.0).values()
+    ((gain, ratio),) = predicted(fitted, looked, blocks_of(fitted)).values()
     assert gain.log == pytest.approx(0.0, abs=1e-3)  # the boat has no such term
     assert ratio == pytest.approx(np.ones(3), abs=1e-2)
 

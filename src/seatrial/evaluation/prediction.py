@@ -15,7 +15,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
 from seatrial.util.errors import ModelError, RecordingError
-from seatrial.util.frames import Array, Mask, Stamps, body_velocity
+from seatrial.util.frames import Array, Stamps, body_velocity
 from seatrial.util.parallel import cores
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
@@ -187,11 +187,8 @@ class Lookahead:
         if self.filtered is not None and self.smoothed is not None:
             starts = self.filtered.motion
         recording, begin = self.recording, self.reference if starts is None else starts
-        self._check(horizon)
         # pairs of poses, one horizon apart
-        start, end = _starts(recording, begin.valid, self.reference.valid, horizon)
-        kept = start % every == start[0] % every
-        start, end = start[kept], end[kept]
+        start, end = starts_and_ends(recording, begin, self.reference, horizon, every)
         # the commands drive the model from each start
         if disturbed:
             states = self._run_disturbed(begin, start, end)
@@ -215,15 +212,6 @@ class Lookahead:
             recording.stamps[end], recording.t[end], states[:, 3:], self.reference.nu[end], begin.nu[start],
             start, end, steps, floor, foreseen, unsure, variance,
         )  # fmt: skip
-
-    def _check(self, horizon: float) -> None:
-        """Raise RecordingError for a horizon that is none, or is shorter than the time between poses."""
-        check_horizon(horizon)
-        if round(horizon / self.recording.period) < 1:
-            raise RecordingError(
-                f"{self.recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
-                f"{self.recording.period:.3f} s; choose a longer one"
-            )
 
     def _resolved(
         self, floor: Array, foreseen: Array | None, end: Poses
@@ -316,14 +304,26 @@ class Lookahead:
         return np.asarray(np.sqrt(variance.mean(axis=0)))
 
 
-def _starts(recording: Recording, begins: Mask, ends: Mask, horizon: float) -> tuple[Poses, Poses]:
-    """Poses to start from, and for each the one that is nearest to `horizon` [s] later."""
+def starts_and_ends(
+    recording: Recording, begins: Motion, ends: Motion, horizon: float, every: int = 1
+) -> tuple[Poses, Poses]:
+    """Poses to start from, every so many, and for each the one that is nearest to `horizon` [s] later.
+
+    Raises RecordingError for a horizon that is none, or for which the poses are too far apart or the intervals too
+    short.
+    """
+    check_horizon(horizon)
+    if round(horizon / recording.period) < 1:
+        raise RecordingError(
+            f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
+            f"{recording.period:.3f} s; choose a longer one"
+        )
     t = recording.t
     start = np.flatnonzero(t <= t[-1] - horizon + 0.5 * recording.period)
     after = np.clip(np.searchsorted(t, t[start] + horizon), 1, len(t) - 1)
     before = 2.0 * (t[start] + horizon) < t[after - 1] + t[after]
     end = after - before
-    usable = (end > start) & begins[start] & ends[end]
+    usable = (end > start) & begins.valid[start] & ends.valid[end]
     off = np.abs(t[end] - t[start] - horizon)
     usable &= off < max(OFF * recording.period, OFF_SHARE * horizon)
     for begin, over in recording.unknown:
@@ -334,7 +334,9 @@ def _starts(recording: Recording, begins: Mask, ends: Mask, horizon: float) -> t
             f"{recording.duration:.1f} s with {int(recording.valid.sum())} usable poses; "
             "record longer, or take a shorter --horizon"
         )
-    return start[usable], end[usable]
+    start, end = start[usable], end[usable]
+    kept = start % every == start[0] % every
+    return start[kept], end[kept]
 
 
 def _deviation(moving: Motion | None, index: Poses, otherwise: Array) -> Array:

@@ -17,6 +17,7 @@ from seatrial.identification.selection.score_information import ScoreInformation
 from seatrial.identification.selection.terms.held_out import Targets, at_parameters, targets_of
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
+from seatrial.util.parallel import spread
 
 BLOCK_FOLDS = 4
 FOLD_BLOCKS = 6  # in a row
@@ -49,7 +50,7 @@ class BlockPrediction:
     def of(model: Model, problem: Problem, horizon: float) -> "BlockPrediction":
         """Predictions `horizon` [s] ahead, from the model's filter."""
         recordings = problem.recordings
-        targets = [targets_of(model, r, horizon) for r in recordings]
+        targets = spread(lambda r: targets_of(model, r, horizon), recordings)
         return BlockPrediction(recordings, problem.blocks, targets)
 
     def squares(self, models: Sequence[Model]) -> Array:

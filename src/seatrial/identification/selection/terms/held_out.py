@@ -16,10 +16,11 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import run_filter
-from seatrial.evaluation.prediction import predict
+from seatrial.evaluation.prediction import starts_and_ends
 from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.excitation import effort, excitation, least_share
 from seatrial.recording.recording import Recording
+from seatrial.recording.velocity import motion
 from seatrial.util.frames import Array
 from seatrial.util.parallel import cores, farmed
 from seatrial.util.statistics import BLOCK
@@ -192,15 +193,13 @@ class Targets:
 
 def targets_of(model: Model, recording: Recording, horizon: float) -> Targets:
     """Starts from the model's filter: noise of the stencil would bias quadratic drag."""
-    begin = run_filter(model, recording).motion
+    begin, seen = run_filter(model, recording).motion, motion(recording)
     every = max(1, round(START_SPACING / recording.period))
-    found = predict(model, recording, horizon, starts=begin, every=every)
-    start = found.begun
+    start, end = starts_and_ends(recording, begin, seen, horizon, every)
     x0 = np.ascontiguousarray(np.column_stack([begin.eta[start], begin.nu[start]]))
-    blocks = np.flatnonzero(np.diff((found.t // BLOCK).astype(np.int64), prepend=-1))
+    blocks = np.flatnonzero(np.diff((recording.t[end] // BLOCK).astype(np.int64), prepend=-1))
     sizes = np.diff(np.append(blocks, len(start)))
-    end = found.index.astype(np.int32)
-    return Targets(start.astype(np.int32), x0, end, found.measured, blocks, sizes)
+    return Targets(start.astype(np.int32), x0, end.astype(np.int32), seen.nu[end], blocks, sizes)
 
 
 def retrained(information: ScoreInformation, rest: Sequence[int], removed: str | None) -> Array:

@@ -2,6 +2,7 @@
 """The term that a given structure lacks most: score tests of the physical library in one filter pass."""
 
 import math
+from functools import partial
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.physical_library import library_tiers
@@ -10,6 +11,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.significance import enough_blocks, estimate
+from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import aliases, new_to
 from seatrial.identification.selection.terms.stepwise import (
     candidate_information,
@@ -46,7 +48,8 @@ def missing_term_findings(found: Fit) -> list[Finding]:
     if not best:
         return []
     # the one that predicts left-out blocks best
-    gains = predicted(fit, {t: looked[t] for t in best}, DEFAULT_HORIZON)
+    blocks = partial(BlockPrediction.of, fit.model(), fit.problem, DEFAULT_HORIZON)
+    gains = predicted(fit, {t: looked[t] for t in best}, blocks)
     most = max(best, key=lambda t: gains[t][0].log)
     gain, ratios = gains[most]
     ratio = ratios[most.axis]

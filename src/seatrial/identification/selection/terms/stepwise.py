@@ -5,8 +5,9 @@ Under model mismatch the likelihood overfits short times. There a candidate must
 that were left out as well.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 
@@ -76,13 +77,8 @@ def forward_and_back(search: TermSearch, fit: TermFit, refused: Sequence[str]) -
             with stage(""):
                 fit = fit.refitted((*fit.terms, *added))
             continue
-        removed = weakest_newcomer(search, fit)
-        if removed is not None:
-            latest = f"without {removed}"
-            refused.append(removed)
-            with stage(""):
-                fit = fit.refitted([t for t in fit.terms if t.coefficient != removed])
-            continue
+        before, fit = fit, without_loose_newcomers(search, fit)
+        refused += [name for name in before.values if name not in fit.values]
         if fit.settled:
             return fit
         step(search.usual_sweeps, latest := "noise of these terms")
@@ -104,6 +100,7 @@ def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) ->
     everything = [t for tier in tried for t in tier]
     hidden = {a.coefficient for a in search.aliased(fit.terms, everything)}
     tests = len(everything) - len(hidden)
+    blocks = cache(partial(BlockPrediction.of, fit.model(), fit.problem, search.ahead))
     for tier in tried if room else ():
         looked = dict(candidate_information(fit, [t for t in tier if t.coefficient not in hidden]))
         tested = {t: estimate(s, str(t.coefficient)) for t, s in looked.items()}
@@ -111,7 +108,9 @@ def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) ->
         if fit.horizon and search.vehicle.automatic:  # the prediction of blocks guards instead
             passed = [t for t in looked if tested[t].p < SIGNIFICANCE_LEVEL]
         if fit.horizon:
-            passed = _that_predict(search, fit, {t: looked[t] for t in passed})
+            gains = predicted(fit, {t: looked[t] for t in passed}, blocks)
+            passed = sorted(gains, key=lambda t: -gains[t][0].log)
+            passed = [t for t in passed if gains[t][0].clear]
         best: dict[int, Term] = {}
         for term in passed:
             best.setdefault(term.axis, term)
@@ -131,31 +130,33 @@ def significant(tested: Mapping[Term, Estimate], tests: int) -> list[Term]:
 
 
 def predicted(
-    fit: TermFit, looked: Mapping[Term, ScoreInformation], ahead: float
+    fit: TermFit, looked: Mapping[Term, ScoreInformation], blocks: Callable[[], BlockPrediction]
 ) -> dict[Term, tuple[Gain, Array]]:
     """Of terms that the model lacks: the gain in predicting left-out blocks, and the ratio (3,) of RMS errors.
 
-    looked: the information about the model and the term alone; ahead: [s].
+    looked: the information about the model and the term alone; blocks: of the model without the terms, made where
+    they are needed.
     """
     if not looked:
         return {}
-    blocks = BlockPrediction.of(fit.model(), fit.problem, ahead)
     first = next(iter(looked))
     own = [n for n in looked[first].names if n != first.coefficient]
     models = [trained(fit.model(), looked[first].only(own))]
     models += [trained(fit.model((*fit.terms, term)), looked[term]) for term in looked]
-    before, *each = farmed(BlockPrediction.squares, blocks, models)
+    there = blocks()
+    before, *each = farmed(BlockPrediction.squares, there, models)
     ratios = [np.sqrt(after.mean(axis=0) / before.mean(axis=0)) for after in each]
-    gains = [blocks.gain(before, after) for after in each]
+    gains = [there.gain(before, after) for after in each]
     return dict(zip(looked, zip(gains, ratios, strict=True), strict=True))
 
 
-def _that_predict(
-    search: TermSearch, fit: TermFit, looked: Mapping[Term, ScoreInformation]
-) -> list[Term]:
-    """Terms that improve the prediction of left-out blocks, the best first."""
-    gains = {t: gain for t, (gain, _) in predicted(fit, looked, search.ahead).items() if gain.clear}
-    return sorted(gains, key=lambda t: -gains[t].log)
+def without_loose_newcomers(search: TermSearch, fit: TermFit) -> TermFit:
+    """Without the added terms that are not distinguishable from zero any more; the same if all are."""
+    while (name := weakest_newcomer(search, fit)) is not None:
+        step(search.usual_sweeps, f"without {name}")
+        with stage(""):
+            fit = fit.refitted([t for t in fit.terms if t.coefficient != name])
+    return fit
 
 
 def weakest_newcomer(search: TermSearch, fit: TermFit) -> str | None:

@@ -25,6 +25,10 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
+PASSES_TO_WHITENESS = (
+    3  # from a solution at a fit horizon: of the right terms innovations are white then
+)
+
 
 @dataclass(frozen=True)
 class TermFit:
@@ -70,7 +74,11 @@ class TermFit:
         if self.settled:
             return self
         if self.horizon:
-            at, outcome = search(self.problem, self.at.theta, self.likely)
+            at, outcome = search(
+                self.problem, self.at.theta, self.likely, passes=PASSES_TO_WHITENESS
+            )
+            if outcome is Outcome.OUT_OF_STEPS and is_white(at):
+                at, outcome = search(self.problem, at.theta, at.noise)
             if outcome is Outcome.CONVERGED and is_white(at):
                 return TermFit(at, 0.0, at.noise)
         least = noise_floor(self.problem, self.horizon)
