@@ -11,6 +11,11 @@ from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scor
 from seatrial.util.frames import AXES, SYMBOLS
 
 UNITS = ((100.0, "cm/s"), (100.0, "cm/s"), (1.0, "rad/s"))  # of u, v, r, from SI
+STARTS: dict[Start, str] = {
+    "stencil": "from the five-point stencil's velocity",
+    "filter": "from the velocity of the model's own filter; the model alone predicts",
+    "odometry": "as filter; the disturbance force that it estimates goes on and fades, as on board without poses",
+}
 MOST_SAID = 2  # sentences on the residuals of a recording
 
 
@@ -103,13 +108,8 @@ def horizons_text(scores: Scores) -> str:
         for s in get_args(Start)
         if any(x.start == s for r in scores.recordings for x in r.horizons)
     ]
-    kinds = {
-        "stencil": "the stencil's starts",
-        "filter": "the model's own filter's starts",
-        "odometry": "the same with the filter's disturbance, which fades",
-    }
     lines = [
-        f"RMS error ahead, from {' and from '.join(kinds[start] for start in starts)}",
+        "RMS error ahead",
         f"  {'recording':<{width}}  start      unit  {head}",
     ]
     for row in scores.recordings:
@@ -118,6 +118,7 @@ def horizons_text(scores: Scores) -> str:
             cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
             name = row.recording if i == 0 else ""
             lines.append(f"  {name:<{width}}  {SYMBOLS[axis]} {start:<8} {unit:<6}{''.join(cells)}")
+    lines += [f"  {start}: {STARTS[start]}" for start in starts]
     for row in scores.recordings:
         lines += [
             f"  note: {row.recording}: {text}"

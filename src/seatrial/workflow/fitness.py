@@ -219,7 +219,7 @@ def _simulation(model: Model, scores: Scores) -> Iterator[Graded]:
         axis_physics(model)
     except ModelError:
         yield Level.NOT_FIT, Reason(Criterion.UNSTABLE)
-    rows = _rows(scores)
+    rows = _rows(scores, "filter", "stencil")
     if not rows:
         yield Level.NOT_FIT, Reason(Criterion.NOT_PREDICTED)
         return
@@ -232,7 +232,7 @@ def _simulation(model: Model, scores: Scores) -> Iterator[Graded]:
 
 
 def _odometry(scores: Scores) -> Iterator[Graded]:
-    rows = _rows(scores, "odometry") or _rows(scores)
+    rows = _rows(scores, "odometry", "filter", "stencil")
     if not rows:
         yield Level.NOT_FIT, Reason(Criterion.NOT_PREDICTED)
         return
@@ -251,12 +251,10 @@ def _odometry(scores: Scores) -> Iterator[Graded]:
         yield _grade(Criterion.CONSISTENCY, axis, ratio, limits, ahead)
 
 
-def _rows(scores: Scores, start: Start = "filter") -> list[PooledScore]:
-    """The pooled scores that count, by default from the filter's start; without one, from the stencil's."""
-    own = [row for row in scores.pooled if row.start == start]
-    if own or start != "filter":
-        return own
-    return [row for row in scores.pooled if row.start == "stencil"]
+def _rows(scores: Scores, *starts: Start) -> list[PooledScore]:
+    """The pooled scores from the first of these starts that there are scores of."""
+    every = ([row for row in scores.pooled if row.start == start] for start in starts)
+    return next((rows for rows in every if rows), [])
 
 
 def _seen(scores: Scores) -> Iterator[Graded]:

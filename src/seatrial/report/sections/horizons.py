@@ -30,8 +30,11 @@ def section(evidence: Evidence) -> Section | None:
     )  # fmt: skip
     kind = "not seen" if chosen[0].unseen else "seen: identified from"
     notes = "".join(f"<p>{escape(note)}</p>" for note in _findings(evidence.runs))
+    said = [prose.HORIZONS_NOTE]
+    if any(row.start == "odometry" for row in rows):
+        said.append(prose.ODOMETRY_NOTE)
     html = f"""<section id="horizons"><h2>Prediction error against horizon</h2>
-<p class="note">{escape(names_of(chosen))} ({kind}), pooled. {prose.HORIZONS_NOTE}</p>
+<p class="note">{escape(names_of(chosen))} ({kind}), pooled. {" ".join(said)}</p>
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
 {notes}{fine("as a table", table.html())}{fine("by recording", every.html())}</section>"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}

@@ -47,9 +47,11 @@ $scatter instants."""
 
 HORIZONS_NOTE = """RMS error with 95 % intervals (block bootstrap), from the state of the model's own filter, as on
 board, to the velocity smoothed over all poses; in scores by the stencil from the velocity of five poses,
-too. Odometry: the filter's disturbance goes on and fades, as on board while there are no poses; otherwise the
-model alone predicts. Dotted: noise floor of the poses. Dash-dotted: expected RMS of the model. Dashed: constant
-velocity, the baseline without a model."""
+too. Dotted: noise floor of the poses. Dash-dotted: expected RMS of the model. Dashed: constant velocity, the
+baseline without a model."""
+
+ODOMETRY_NOTE = """Odometry: the disturbance force that the filter estimates goes on and fades, as on board while
+there are no poses. The other lines are of the model alone."""
 
 PREDICTION = """From every usable pose the recorded commands drive the model open-loop for $horizon s, from the
 velocity of the model's own filter. The predicted velocity is drawn beside the measured one at that later

@@ -109,8 +109,8 @@ def best_candidates(search: TermSearch, fit: TermFit, refused: Sequence[str]) ->
             passed = [t for t in looked if tested[t].p < SIGNIFICANCE_LEVEL]
         if fit.horizon:
             gains = predicted(fit, {t: looked[t] for t in passed}, blocks)
-            passed = sorted(gains, key=lambda t: -gains[t][0].log)
-            passed = [t for t in passed if gains[t][0].clear]
+            clear = [t for t, (gain, _) in gains.items() if gain.clear]
+            passed = sorted(clear, key=lambda t: -gains[t][0].log)
         best: dict[int, Term] = {}
         for term in passed:
             best.setdefault(term.axis, term)

@@ -25,9 +25,8 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
-PASSES_TO_WHITENESS = (
-    3  # from a solution at a fit horizon: of the right terms innovations are white then
-)
+# full passes from a solution at a fit horizon, after which the innovations of the right terms are white
+PASSES_TO_WHITENESS = 3
 
 
 @dataclass(frozen=True)
