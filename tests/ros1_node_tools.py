@@ -1,16 +1,23 @@
 # SPDX-License-Identifier: MIT
-"""The nodes for ROS 1, built by catkin_make from an empty workspace; what they published, out of a bag."""
+"""The nodes for ROS 1: built by catkin_make from an empty workspace, started, and what they published, out of a bag."""
 
 import fcntl
 import os
 import shutil
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import pytest
 from cpp_tools import clone_into, optimisation_option
+from ros1_tools import PARTS, Ros1
 from rosbags.highlevel import AnyReader
+from waiting import PATIENCE
+
+import seatrial
+from seatrial import _core
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build" / "ros1"
@@ -19,6 +26,14 @@ SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
 COMMAND = "catkin_make --pkg seatrial_core seatrial_odometry"  # as docs/ros.md has it
 NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
 LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
+
+needed = [
+    pytest.mark.system,
+    pytest.mark.skipif(
+        not all(part.exists() for part in (*PARTS, CATKIN)),
+        reason="Debian's ROS 1 is not installed",
+    ),
+]
 
 
 def build(*, quick: bool = True) -> Path:
@@ -45,6 +60,48 @@ def _make(option: str) -> None:
         command, cwd=BUILD, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+
+
+class Nodes(Ros1):
+    """A private ROS 1 with this package's nodes."""
+
+    def node(
+        self,
+        program: str,
+        *,
+        name: str | None = None,
+        hears: str | None = None,
+        **parameters: object,
+    ) -> subprocess.Popen:
+        """A node with parameters, that `name` renames; with `hears`, once it has subscribed to that topic."""
+        own = [f"_{parameter}:={value}" for parameter, value in parameters.items()]
+        if name is not None:
+            own.append(f"__name:={name}")
+        process = self.start(str(NODE.parent / program), *own)
+        if hears is not None:
+            node = f"/{name or f'seatrial_{program}'}"
+            self.until(lambda: node in self.subscribers(hears), f"{node} to hear {hears}")
+        return process
+
+    def complaint(self, program: str, *arguments: object) -> str:
+        """What a node says of a mistake, in one line, before it ends with code 1."""
+        process = self.start(str(NODE.parent / program), *arguments)
+        code = process.wait(PATIENCE)
+        process.stdin.close()
+        said = process.said.read_text().strip()
+        assert code == 1, (code, said)
+        assert said.count("\n") == 0, said
+        return said
+
+
+@pytest.fixture(scope="module")
+def nodes(tmp_path_factory) -> Iterator[Nodes]:
+    """Built nodes in simulated time, of which nothing is left at the end: a fixture of modules that name it `ros`."""
+    build()
+    with Nodes(tmp_path_factory.mktemp("ros1")) as ros:
+        ros.run("rosparam", "set", "use_sim_time", "true")
+        yield ros
+    assert ros.processes() == []
 
 
 @dataclass(frozen=True)
@@ -89,6 +146,36 @@ def odometry(bag: Path) -> Published:
         )  # fmt: skip
     arrival, stamp, pose, velocity, spread = zip(*rows, strict=True)
     return Published(*map(np.array, (arrival, stamp, pose, velocity, spread)))
+
+
+def track(bag: Path, topic: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Stamps (n,) [ns], poses (n, 3) without a jump of 2 pi, body velocities (n, 3): 0 of a topic that has none."""
+    stamps, rows = [], []
+    for _, m in messages(bag, topic):
+        p, v = m.pose.pose, m.twist.twist if hasattr(m, "twist") else None
+        motion = (v.linear.x, v.linear.y, v.angular.z) if v else (0.0, 0.0, 0.0)
+        stamps.append(stamp_of(m.header))
+        rows.append((p.position.x, p.position.y, heading(p.orientation), *motion))
+    found = np.array(rows)
+    found[:, 2] = np.unwrap(found[:, 2])
+    return np.array(stamps), found[:, :3], found[:, 3:]
+
+
+def plant_states(
+    boat: seatrial.Model, pose: tuple[float, float, float], commands: list, t: np.ndarray
+) -> np.ndarray:
+    """The model itself at t [s] (n, 6), from rest at a pose: commands are times [s] and values, rising."""
+    plant, coming = _core.Plant(boat.boat, boat.vehicle.chain, boat.constants), list(commands)
+    plant.state = np.array([*pose, 0.0, 0.0, 0.0])
+    states = []
+    for now in t:
+        while coming and coming[0][0] <= now:
+            at, values = coming.pop(0)
+            plant.advance_to(at)
+            plant.command(at, np.ascontiguousarray(values))
+        plant.advance_to(now)
+        states.append(plant.state)
+    return np.array(states)
 
 
 def script(bag: Path, played: Path) -> list[str]:

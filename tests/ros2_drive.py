@@ -47,17 +47,22 @@ class Recorded:
         return found[:, 0], found[:, 1:4], found[:, 4:]
 
 
+def connected(peer: Peer) -> dict[str, Publisher]:
+    """Publishers of what is played, by topic, once a node hears them all."""
+    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
+    until(lambda: all(o.connected() for o in outlets.values()), "a node hears all that is played")
+    return outlets
+
+
 def play(ros: Ros2, peer: Peer, trial: Trial, model: Path, **parameters: object) -> Recorded:
     """By a simulated clock that waits for the node; the model is reloaded on the way, by service and by signal."""
     node = ros.node(
         "odometry", model=model, publish_map_to_odom="true", rate=RATE, use_sim_time="true", **parameters
     )  # fmt: skip
     heard = {topic: peer.listen(topic, kind) for topic, kind in LISTENED.items()}
-    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
     clock = peer.publisher("/clock", "rosgraph_msgs/msg/Clock")
-    until(
-        lambda: all(o.connected() for o in (*outlets.values(), clock)), "the node hears all topics"
-    )
+    outlets = connected(peer)
+    until(clock.connected, "the node hears the clock")
     found, reload, now = Recorded(time.time_ns(), heard), None, 0
     for arrival, topic, values, stamp in events(trial):
         # the clock's next tick is that of the node's timer: its odometry is waited for

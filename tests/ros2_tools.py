@@ -14,7 +14,7 @@ import signal
 import socket
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -305,3 +305,27 @@ def status(heard: Heard, name: str) -> Any:
     heard.take()
     found: Sequence[Any] = [s for m in heard.messages for s in m.status if s.name == name]
     return found[-1] if found else None
+
+
+@pytest.fixture(scope="module")
+def ros(tmp_path_factory) -> Iterator[Ros2]:
+    """The nodes, built."""
+    build()
+    with Ros2(tmp_path_factory.mktemp("ros2")) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def peer(ros: Ros2) -> Peer:
+    """In the nodes' domain."""
+    return Peer(ros.domain)
+
+
+@pytest.fixture(autouse=True)
+def alone(ros: Ros2) -> Iterator[None]:
+    """No node of a test runs on into the next."""
+    yield
+    ros.end()
+
+
+FIXTURES = ros, peer, alone  # of modules that test the nodes, which name them

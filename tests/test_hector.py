@@ -8,8 +8,7 @@ from pathlib import Path
 import hector_tools
 import numpy as np
 import pytest
-from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
-from ros1_tools import PARTS, Ros1
+from ros1_node_tools import NODE, heading, messages, needed, nodes, stamp_of
 
 import seatrial
 from seatrial.boat.model_file import save
@@ -27,12 +26,9 @@ from benchmarks.studies.slam.study import driven, error
 ROOT = Path(__file__).resolve().parents[1]
 LAUNCH = ROOT / "ros" / "ros1" / "launch" / "slam.launch"
 SEED = 51
+ros = nodes
 system = [
-    pytest.mark.system,
-    pytest.mark.skipif(
-        not all(part.exists() for part in (*PARTS, CATKIN)),
-        reason="Debian's ROS 1 is not installed",
-    ),
+    *needed,
     pytest.mark.skipif(
         hector_tools.program() is None,
         reason=f"{hector_tools.VARIABLE} names no hector_mapping, or its build folder",
@@ -103,15 +99,6 @@ def test_the_launch_file_of_ros_2_gives_the_odometry_node_parameters_that_it_has
     given = {"model", "pose_topic", "command_topic", "publish_map_to_odom"}
     assert given <= words
     assert all(f'Parameter{{"{name}"' in text for name in given)
-
-
-@pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
-        ros.run("rosparam", "set", "use_sim_time", "true")
-        yield ros
-    assert ros.processes() == []
 
 
 def played(ros, folder, case, seconds, **more):
@@ -187,12 +174,7 @@ def test_the_launch_file_runs_hector_on_the_simulator_s_scans(ros, tmp_path, mp)
     ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/joy"), "odometry node")
     ros.until(lambda: hector_tools.NODE in ros.subscribers("/scan"), "hector")
     recorder = ros.record("-O", bag, topics=(hector_tools.POSE, "/truth", "/scan", "/tf"))
-    simulator = ros.start(
-        str(NODE.parent / "simulator"),
-        f"_models:={model}",
-        f"_scene:={scene}",
-        "_real_time_factor:=0.5",
-    )
+    simulator = ros.node("simulator", models=model, scene=scene, real_time_factor=0.5)
     ros.until(lambda: ros.connected("/scan"), "simulator")
     ros.finish(
         ros.joypad(3.0, 0.0, 0.0, 0.0, 0.0)

@@ -7,23 +7,13 @@ import signal
 import numpy as np
 import pytest
 from conftest import ROOT
-from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
-from ros1_tools import PARTS, Ros1
-from waiting import PATIENCE
+from ros1_node_tools import messages, needed, nodes, plant_states, track
 
 import seatrial
-from seatrial import _core
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(
-        not all(part.exists() for part in (*PARTS, CATKIN)),
-        reason="Debian's ROS 1 is not installed",
-    ),
-]
-MIMIC = NODE.parent / "mimic"
+pytestmark, ros = needed, nodes
 RECORDED = ("/cmd_vel", "/virtual_boat", "/odom", "/joy", "/diagnostics")
 DRIVES = ([0.1, 0.6, 0.0, 0.2], [-0.3, 0.2, 0.0, -0.5])  # axes of the joypad
 
@@ -41,22 +31,12 @@ def path(boat, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
-        ros.run("rosparam", "set", "use_sim_time", "true")
-        yield ros
-    assert ros.processes() == []
-
-
-@pytest.fixture(scope="module")
 def recorded(ros, path, tmp_path_factory):
     out = tmp_path_factory.mktemp("recorded") / "out.bag"
     recorder = ros.record("-O", out, topics=RECORDED)
     words = [",".join(map(str, axes)) for axes in DRIVES]
     carrier = ros.start("python3", ROOT / "tests" / "ros1_carrier.py", *words)
-    mimic = ros.start(str(MIMIC), f"_model:={path}", "_lag:=0.1", "_speed:=0.3")
-    ros.until(lambda: "/seatrial_mimic" in ros.subscribers("/joy"), "mimic")
+    mimic = ros.node("mimic", hears="/joy", model=path, lag=0.1, speed=0.3)
     ros.finish(carrier)
     ros.finish(mimic, signal.SIGINT)
     ros.finish(recorder, signal.SIGINT)
@@ -65,14 +45,8 @@ def recorded(ros, path, tmp_path_factory):
 
 def poses(bag, topic):
     """Stamps [s] and poses (n, 3)."""
-    rows = [
-        (stamp_of(m.header) * 1e-9, m.pose.pose.position.x, m.pose.pose.position.y,
-         heading(m.pose.pose.orientation))
-        for _, m in messages(bag, topic)
-    ]  # fmt: skip
-    found = np.array(rows)
-    found[:, 3] = np.unwrap(found[:, 3])
-    return found[:, 0], found[:, 1:]
+    stamps, poses, _ = track(bag, topic)
+    return stamps * 1e-9, poses
 
 
 def test_the_carrier_follows_the_virtual_boat(recorded):
@@ -91,21 +65,12 @@ def test_the_virtual_boat_begins_at_the_carrier_and_moves_as_the_plant_does(reco
         i for i in range(len(t)) if abs(seen[i, 0] - 1.0) < 0.01
     )  # placed by the first pose
     np.testing.assert_allclose(seen[later], [1.0, 2.0, 0.5], atol=1e-9)
-    plant = _core.Plant(boat.boat, boat.vehicle.chain, boat.constants)
-    plant.state = np.array([1.0, 2.0, 0.5, 0.0, 0.0, 0.0])
     commands = [
         (arrival * 1e-9 - t[later], np.array([m.axes[1], m.axes[0], m.axes[3]]))
         for arrival, m in messages(recorded, "/joy")
     ]
-    want = []
-    for now in (t - t[later])[later:]:
-        while commands and commands[0][0] <= now:
-            at, values = commands.pop(0)
-            plant.advance_to(at)
-            plant.command(at, values)
-        plant.advance_to(now)
-        want.append(plant.state[:3])
-    assert np.all(np.abs(np.array(want) - seen[later:]).max(axis=0) < [0.02, 0.02, 0.05])
+    want = plant_states(boat, (1.0, 2.0, 0.5), commands, (t - t[later])[later:])[:, :3]
+    assert np.all(np.abs(want - seen[later:]).max(axis=0) < [0.02, 0.02, 0.05])
 
 
 def test_the_limit_is_kept_and_the_carrier_is_left_standing(recorded):
@@ -128,8 +93,7 @@ def test_diagnostics_say_how_far_it_is_off(recorded, path):
 
 def test_at_its_limit_it_says_what_was_asked_and_what_is_allowed(ros, path):
     ros.run("rosparam", "set", "use_sim_time", "false")
-    mimic = ros.start(str(MIMIC), f"_model:={path}", "_speed:=0.02")
-    ros.until(lambda: "/seatrial_mimic" in ros.subscribers("/joy"), "mimic")
+    mimic = ros.node("mimic", hears="/joy", model=path, speed=0.02)
     joypad = ros.joypad(3600.0, 0.0, 0.8, 0.0, 0.0)
     words = r"exceeds the carrier.s speed limit.*\(commanded ([\d.]+) m/s, \S+ rad/s; at most 0\.02, 2\)"
     said = []
@@ -157,9 +121,4 @@ def test_at_its_limit_it_says_what_was_asked_and_what_is_allowed(ros, path):
     ],
 )
 def test_a_mistake_is_one_line(ros, path, arguments, words):
-    process = ros.start(str(MIMIC), *(a.format(model=path) for a in arguments))
-    assert process.wait(PATIENCE) == 1
-    process.stdin.close()
-    said = process.said.read_text().strip()
-    assert words in said
-    assert said.count("\n") == 0
+    assert words in ros.complaint("mimic", *(a.format(model=path) for a in arguments))

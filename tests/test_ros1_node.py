@@ -13,18 +13,16 @@ import yaml
 from conftest import ROOT
 from cpp_tools import built
 from ros1_node_tools import (
-    CATKIN,
     LATENCY,
-    NODE,
     SYSTEM_PYTHON,
-    build,
     heading,
     messages,
+    needed,
+    nodes,
     odometry,
     script,
     stamp_of,
 )
-from ros1_tools import PARTS, Ros1
 from ros_drive import OVER, SETTLED, WORST, s7, save_model
 from ros_drive import truth_at as truth
 from test_live_command import until as shown
@@ -33,13 +31,7 @@ from waiting import PATIENCE, free_port
 import seatrial
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(
-        not all(part.exists() for part in (*PARTS, CATKIN)),
-        reason="Debian's ROS 1 is not installed",
-    ),
-]
+pytestmark, ros = needed, nodes
 RECORDED = ("/odom", "/map_pose", "/tf", "/diagnostics", "/joy", "/slam/pose")
 
 
@@ -58,15 +50,6 @@ def known(tmp_path_factory):
     return save_model(tmp_path_factory.mktemp("model"))
 
 
-@pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
-        ros.run("rosparam", "set", "use_sim_time", "true")
-        yield ros
-    assert ros.processes() == []
-
-
 class Run:
     """Node and recorder, while a bag is played: in lock-step to `stop` [s] and from `go_on`, or by rosbag at a rate."""
 
@@ -74,14 +57,8 @@ class Run:
         self.ros, self.bag, self.out, self.stop, self.rate = ros, bag, out, stop, rate
         self.parameters = {"model": model, "publish_map_to_odom": "true", **parameters}
 
-    def node(self):
-        own = [f"_{name}:={value}" for name, value in self.parameters.items()]
-        node = self.ros.start(str(NODE), *own)
-        self.ros.until(lambda: "/seatrial_odometry" in self.ros.subscribers("/joy"), "node")
-        return node
-
     def __enter__(self):
-        self.process = self.node()
+        self.process = self.ros.node("odometry", hears="/joy", **self.parameters)
         self.recorder = self.ros.record("-O", self.out, topics=RECORDED)
         lockstep = ("python3", ROOT / "tests" / "ros1_lockstep.py", self.bag, *self.stop)
         options = ("--clock", "--hz=500", f"--rate={self.rate}", "--delay=1", "--queue=100000")
@@ -207,7 +184,7 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
         os.kill(going.process.pid, signal.SIGKILL)
         going.process.wait(PATIENCE)
         going.process.stdin.close()
-        going.process = ros.start(str(NODE), f"_model:={known}")
+        going.process = ros.node("odometry", model=known)
     got = odometry(tmp_path / "out.bag")
     at = int(np.argmax(np.diff(got.stamp)))
     assert np.diff(got.stamp)[at] < 1e9
@@ -235,12 +212,7 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
     ],
 )
 def test_a_mistake_is_one_line(ros, known, arguments, words):
-    process = ros.start(str(NODE), *(a.format(model=known) for a in arguments))
-    assert process.wait(PATIENCE) == 1
-    process.stdin.close()
-    said = process.said.read_text().strip()
-    assert words in said
-    assert said.count("\n") == 0
+    assert words in ros.complaint("odometry", *(a.format(model=known) for a in arguments))
 
 
 def test_the_packages_configure_alone_as_bloom_exports_them(tmp_path):
@@ -281,8 +253,9 @@ def test_the_launch_file_passes_on_what_is_given(ros, known, tmp_path):
 def test_a_topic_of_another_type_is_said(ros, known):
     ros.run("rosparam", "set", "use_sim_time", "false")
     # a name of its own, as the master keeps a node's parameters
-    node = ros.start(str(NODE), "__name:=of_words", f"_model:={known}", "_command_topic:=/words")
-    ros.until(lambda: "/of_words" in ros.subscribers("/words"), "node")
+    node = ros.node(
+        "odometry", name="of_words", hears="/words", model=known, command_topic="/words"
+    )
     other = ros.start("rostopic", "pub", "-r", "10", "/words", "std_msgs/String", "data: hello")
     ros.until(lambda: "std_msgs/String; expected one of" in node.said.read_text(), "complaint")
     for process in (other, node):
@@ -295,7 +268,7 @@ def test_a_topic_of_another_type_is_said(ros, known):
 def answered(ros, known, rate, commands):
     """How many commands, and how many odometries came after the first of them, in 3 s of system time."""
     ros.run("rosparam", "set", "use_sim_time", "false")
-    node = ros.start(str(NODE), f"_model:={known}", f"_rate:={rate}")
+    node = ros.node("odometry", model=known, rate=rate)
     sent, heard, *_ = map(
         float, ros.run(str(LATENCY), "_seconds:=3", f"_commands:={commands}").split()
     )

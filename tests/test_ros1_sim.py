@@ -7,23 +7,23 @@ import time
 
 import numpy as np
 import pytest
-from ros1_node_tools import CATKIN, NODE, build, heading, messages, odometry, stamp_of
-from ros1_tools import PARTS, Ros1
-from waiting import PATIENCE
+from ros1_node_tools import (
+    heading,
+    messages,
+    needed,
+    nodes,
+    odometry,
+    plant_states,
+    stamp_of,
+    track,
+)
 
 import seatrial
 from seatrial import _core
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(
-        not all(part.exists() for part in (*PARTS, CATKIN)),
-        reason="Debian's ROS 1 is not installed",
-    ),
-]
-SIMULATOR = NODE.parent / "simulator"
+pytestmark, ros = needed, nodes
 SCENE = """seatrial: scene 1
 pool: {length: 12, width: 8}
 boxes: [{x: 4, y: 1, length: 1, width: 0.5, turn_deg: 30}]
@@ -65,27 +65,15 @@ def files(boat, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
-        ros.run("rosparam", "set", "use_sim_time", "true")
-        yield ros
-    assert ros.processes() == []
-
-
-@pytest.fixture(scope="module")
 def recorded(ros, files, tmp_path_factory):
     """Twenty seconds of simulated time at twice real time; and how long [s] that was at most."""
     begin, out = time.monotonic(), tmp_path_factory.mktemp("recorded") / "out.bag"
     model = files / "model.yaml"
     recorder = ros.record("-O", out, topics=RECORDED)
-    odometer = ros.start(str(NODE), f"_model:={model}", "_current_x:=0.02", "_current_y:=-0.01")
-    ros.until(lambda: "/seatrial_odometry" in ros.subscribers("/joy"), "odometry node")
-    simulator = ros.start(
-        str(SIMULATOR), f"_models:={model}", f"_scene:={files / 'scene.yaml'}",
-        "_real_time_factor:=2",
-    )  # fmt: skip
-    ros.until(lambda: "/seatrial_simulator" in ros.subscribers("/joy"), "simulator")
+    odometer = ros.node("odometry", hears="/joy", model=model, current_x=0.02, current_y=-0.01)
+    simulator = ros.node(
+        "simulator", hears="/joy", models=model, scene=files / "scene.yaml", real_time_factor=2
+    )
     ros.until(lambda: ros.connected("/scan"), "recorder")
     ros.run("rostopic", "echo", "-n2", "/scan")  # a scan or two at rest
     for axes in DRIVES:
@@ -98,16 +86,8 @@ def recorded(ros, files, tmp_path_factory):
 
 def truth_of(bag):
     """Stamps [ns] and states (n, 6)."""
-    rows = [
-        (stamp_of(m.header), m.pose.pose.position.x, m.pose.pose.position.y,
-         heading(m.pose.pose.orientation), m.twist.twist.linear.x, m.twist.twist.linear.y,
-         m.twist.twist.angular.z)
-        for _, m in messages(bag, "/truth")
-    ]  # fmt: skip
-    stamps = np.array([row[0] for row in rows])
-    states = np.array([row[1:] for row in rows])
-    states[:, 2] = np.unwrap(states[:, 2])
-    return stamps, states
+    stamps, poses, velocities = track(bag, "/truth")
+    return stamps, np.hstack([poses, velocities])
 
 
 def begin_of(bag):
@@ -125,17 +105,7 @@ def test_it_moves_as_the_plant_does_by_the_recorded_commands(recorded, boat):
     commands = [((stamp_of(m.header) - begin) * 1e-9, m.position) for m in taken]
     asked = {(m.axes[1], m.axes[0], m.axes[3]) for _, m in messages(recorded, "/joy")}
     assert {tuple(np.float32(values)) for _, values in commands} == asked
-    plant = _core.Plant(boat.boat, boat.vehicle.chain, boat.constants)
-    plant.state = np.array([*START, 0.0, 0.0, 0.0])
-    want = []
-    for now in t:
-        while commands and commands[0][0] <= now:
-            at, values = commands.pop(0)
-            plant.advance_to(at)
-            plant.command(at, np.ascontiguousarray(values))
-        plant.advance_to(now)
-        want.append(plant.state)
-    want = np.array(want)
+    want = plant_states(boat, START, commands, t)
     want[:, :2] += np.outer(t, CURRENT)  # the water carries it
     flow = np.tile([*CURRENT, 0.0], (len(t), 1))
     want[:, 3:] += _core.rotate(np.ascontiguousarray(want[:, 2]), flow, True)
@@ -211,10 +181,10 @@ def test_the_clock_keeps_to_twice_real_time_and_the_odometry_node_lives_on_it(re
 
 def test_two_boats_have_names_of_their_own(ros, files):
     model = files / "model.yaml"
-    node = ros.start(
-        str(SIMULATOR), "__name:=fleet", f"_models:={model}, {model}", "_publish_clock:=false"
-    )
-    ros.until(lambda: "/fleet" in ros.subscribers("/mallard_2/joy"), "the second boat")
+    node = ros.node(
+        "simulator", name="fleet", hears="/mallard_2/joy", models=f"{model}, {model}",
+        publish_clock="false",
+    )  # fmt: skip
     assert "/fleet" in ros.subscribers("/mallard/joy")
     topics = ros.run("rostopic", "list")
     for topic in ("slam/pose", "truth", "scan", "imu"):
@@ -246,9 +216,4 @@ def test_a_mistake_is_one_line(ros, files, arguments, words):
     (files / "odd.yaml").write_text("seatrial: scene 1\nwals: []\n")
     (files / "named.yaml").write_text("seatrial: scene 1\nboats: [{name: tug}, {name: 2nd}]\n")
     names = {name: files / f"{name}.yaml" for name in ("model", "bad", "odd", "named")}
-    process = ros.start(str(SIMULATOR), *(a.format(**names) for a in arguments))
-    assert process.wait(PATIENCE) == 1
-    process.stdin.close()
-    said = process.said.read_text().strip()
-    assert words in said
-    assert said.count("\n") == 0
+    assert words in ros.complaint("simulator", *(a.format(**names) for a in arguments))

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 import yaml
 from conftest import ROOT, TABLE_II, make_model
-from ros1_node_tools import CATKIN, NODE, build, heading, messages, stamp_of
-from ros1_tools import PARTS, Ros1
-from waiting import PATIENCE
+from ros1_node_tools import messages, needed, nodes, stamp_of, track
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -20,14 +18,7 @@ from seatrial.control import Circle, Course, Reference, save_gains, save_ros, tu
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(
-        not all(part.exists() for part in (*PARTS, CATKIN)),
-        reason="Debian's ROS 1 is not installed",
-    ),
-]
-SIMULATOR, TRACKING = NODE.parent / "simulator", NODE.parent / "tracking"
+pytestmark, ros = needed, nodes
 RECORDED = ("/truth", "/odom", "/map_pose", "/reference", "/goal", "/joy", "/diagnostics")
 HOLD = 4.0  # [s] at the first goal
 COURSE = Course(Circle(0.3), 14.0)
@@ -69,25 +60,15 @@ def files(boat, tuning, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros1(tmp_path_factory.mktemp("ros1")) as ros:
-        ros.run("rosparam", "set", "use_sim_time", "true")
-        yield ros
-    assert ros.processes() == []
-
-
-@pytest.fixture(scope="module")
 def recorded(ros, files, tmp_path_factory):
     """A goal, a course, a pause, another goal; then odometry ends, and then the controller."""
     out = tmp_path_factory.mktemp("recorded") / "out.bag"
     model = files / "model.yaml"
     recorder = ros.record("-O", out, topics=RECORDED)
-    odometer = ros.start(str(NODE), f"_model:={model}")
-    tracker = ros.start(str(TRACKING), f"_model:={model}", f"_gains:={files / 'gains.yaml'}")
-    ros.until(lambda: "/seatrial_tracking" in ros.subscribers("/goal"), "tracking node")
-    scene = f"_scene:={files / 'scene.yaml'}"
-    simulator = ros.start(str(SIMULATOR), f"_models:={model}", scene, f"_real_time_factor:={PACE}")
+    odometer = ros.node("odometry", model=model)
+    tracker = ros.node("tracking", hears="/goal", model=model, gains=files / "gains.yaml")
+    scene = files / "scene.yaml"
+    simulator = ros.node("simulator", models=model, scene=scene, real_time_factor=PACE)
     ros.until(lambda: ros.connected("/joy") and ros.connected("/map_pose"), "connections")
     ros.run("rostopic", "echo", "-n10", "/joy")  # without any reference
     ros.finish(ros.start("python3", ROOT / "tests" / "ros1_course.py", files / "course.txt"))
@@ -102,19 +83,8 @@ def recorded(ros, files, tmp_path_factory):
 
 def poses(bag, topic):
     """Stamps [s], poses (n, 3) and body velocities (n, 3)."""
-    rows = [
-        (stamp_of(m.header) * 1e-9, m.pose.pose.position.x, m.pose.pose.position.y,
-         heading(m.pose.pose.orientation),
-         *((w.linear.x, w.linear.y, w.angular.z) if (w := twist_of(m)) else (0.0, 0.0, 0.0)))
-        for _, m in messages(bag, topic)
-    ]  # fmt: skip
-    found = np.array(rows)
-    found[:, 3] = np.unwrap(found[:, 3])
-    return found[:, 0], found[:, 1:4], found[:, 4:]
-
-
-def twist_of(message):
-    return message.twist.twist if hasattr(message, "twist") else None
+    stamps, poses, velocities = track(bag, topic)
+    return stamps * 1e-9, poses, velocities
 
 
 def commands(bag):
@@ -319,8 +289,7 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
     ros.run("rosparam", "delete", "/seatrial_tracking")
     ros.run("rosparam", "set", "use_sim_time", "false")
     ros.run("rosparam", "load", parameters)
-    node = ros.start(str(TRACKING), f"_model:={model}")
-    ros.until(lambda: "/seatrial_tracking" in ros.subscribers("/goal"), "node")
+    node = ros.node("tracking", hears="/goal", model=model)
 
     def pulses():
         return yaml.safe_load(ros.run("rostopic", "echo", "-n1", "/pulses").split("---")[0])["data"]
@@ -392,9 +361,4 @@ def test_a_mistake_is_one_line(ros, files, arguments, words):
     }  # fmt: skip
     names["thrusters"] = files / "thrusters.yaml"
     names["thrusters"].write_text(yaml.safe_dump({**gains, "allocation": allocation}))
-    process = ros.start(str(TRACKING), *(a.format(**names) for a in arguments))
-    assert process.wait(PATIENCE) == 1
-    process.stdin.close()
-    said = process.said.read_text().strip()
-    assert words in said
-    assert said.count("\n") == 0
+    assert words in ros.complaint("tracking", *(a.format(**names) for a in arguments))

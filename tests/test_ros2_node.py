@@ -11,24 +11,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ros2_drive import PLAYED, RATE, play
-from ros2_tools import (
-    Peer,
-    Ros2,
-    build,
-    finish,
-    header,
-    needed,
-    said,
-    stamp_of,
-    status,
-)
+from ros2_drive import PLAYED, RATE, connected, play
+from ros2_tools import FIXTURES, finish, header, needed, said, stamp_of, status
 from ros_drive import CHANGE, OVER, SETTLED, WORST, s7, save_model, truth_at, wrong
 from waiting import PATIENCE, until
 
 import seatrial
 
 pytestmark = needed
+ros, peer, _alone = FIXTURES
 NAME = "seatrial_odometry: odometry"  # of its diagnosis
 
 
@@ -40,24 +31,6 @@ def trial():
 @pytest.fixture(scope="module")
 def known(tmp_path_factory):
     return save_model(tmp_path_factory.mktemp("model"))
-
-
-@pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros2(tmp_path_factory.mktemp("ros2")) as ros:
-        yield ros
-
-
-@pytest.fixture(scope="module")
-def peer(ros):
-    return Peer(ros.domain)
-
-
-@pytest.fixture(autouse=True)
-def _alone(ros):
-    yield
-    ros.end()
 
 
 @pytest.fixture(scope="module")
@@ -125,11 +98,6 @@ def test_nothing_is_said_that_is_not_asked_for(recorded):
     assert not [line for line in lines if "type hash" not in line], recorded.said
 
 
-def started(ros, peer, **parameters):
-    node = ros.node("odometry", **parameters)
-    return node, peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
-
-
 MISTAKES = [
     ({}, "parameter model is empty; expected the path of a model.yaml"),
     ({"model": "nowhere.yaml"}, "nowhere.yaml: no such file"),
@@ -176,8 +144,7 @@ def test_inputs_from_the_future_stop_odometry_and_are_diagnosed(ros, peer, known
     node = ros.node("odometry", name="ahead", model=known)
     diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
     odometry = peer.listen("odom", "nav_msgs/msg/Odometry")
-    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
-    until(lambda: all(o.connected() for o in outlets.values()), "node")
+    outlets = connected(peer)
 
     def many():
         odometry.take()
@@ -205,8 +172,7 @@ def test_inputs_from_the_future_stop_odometry_and_are_diagnosed(ros, peer, known
 def test_poses_later_than_the_window_are_told_by_how_much(ros, peer, known):
     node = ros.node("odometry", name="late", model=known)
     diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
-    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
-    until(lambda: all(o.connected() for o in outlets.values()), "node")
+    outlets = connected(peer)
 
     # less where the pose of a round was heard before its joypad
     def told():
@@ -285,8 +251,7 @@ def test_a_node_in_a_namespace_has_its_topics_there(ros, peer, known, tmp_path):
         "odometry", "--ros-args", "-r", "__ns:=/tug", "--params-file", tmp_path / "p.yaml"
     )
     odometry = peer.listen("tug/odom", "nav_msgs/msg/Odometry")
-    outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
-    until(lambda: all(o.connected() for o in outlets.values()), "node")
+    outlets = connected(peer)
 
     def steady():
         """By the stamps: ticks of a busy machine are late, or lost; half a second in which it was not."""
@@ -313,8 +278,7 @@ def test_a_live_session_hears_the_node_and_a_changed_boat_s_model_is_followed(
         )
         diagnosed = peer.listen("diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
         odometry = peer.listen("odom", "nav_msgs/msg/Odometry")
-        outlets = {topic: peer.publisher(topic, kind) for topic, kind in PLAYED.items()}
-        until(lambda: all(o.connected() for o in outlets.values()), "node")
+        outlets = connected(peer)
         lines, places, begin = [], [], time.time_ns()
 
         def sent():

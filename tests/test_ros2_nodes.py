@@ -10,18 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
-from ros2_tools import (
-    WORKSPACE,
-    Peer,
-    Ros2,
-    build,
-    finish,
-    header,
-    needed,
-    shell,
-    stamp_of,
-    status,
-)
+from ros2_tools import FIXTURES, WORKSPACE, finish, header, needed, shell, stamp_of, status
 from waiting import until
 
 import seatrial
@@ -30,6 +19,7 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
 pytestmark = needed
+ros, peer, _alone = FIXTURES
 ODOMETRY, JOY = "nav_msgs/msg/Odometry", "sensor_msgs/msg/Joy"
 GOAL = (0.6, 0.3, 0.5)  # x, y [m], psi [rad]
 SCENE = """seatrial: scene 1
@@ -50,24 +40,6 @@ def files(boat, tmp_path_factory):
     save_gains(tune(boat, 1.0, draws=5), folder / "gains.yaml")
     (folder / "scene.yaml").write_text(SCENE)
     return folder
-
-
-@pytest.fixture(scope="module")
-def ros(tmp_path_factory):
-    build()
-    with Ros2(tmp_path_factory.mktemp("ros2")) as ros:
-        yield ros
-
-
-@pytest.fixture(scope="module")
-def peer(ros):
-    return Peer(ros.domain)
-
-
-@pytest.fixture(autouse=True)
-def _alone(ros):
-    yield
-    ros.end()
 
 
 def turn(psi):
