@@ -13,6 +13,7 @@ namespace seatrial::ros {
 namespace {
 
 constexpr double kAbreast = 1.5;  // [m] to port of each other, where no scene says it
+constexpr double kBehind = 1.0;   // [s] that are made up for; what is more is lost
 
 Words split(const std::string& list) {
   Words found;
@@ -80,11 +81,28 @@ std::string SimNode::numbers(const NumbersMessage& in, const Accepted& accepted)
   return "";
 }
 
-std::vector<Reading> SimNode::advance_to(double t) {
+bool SimNode::follow(double passed, const Arrived& arrived, const Truth& truth) {
+  const double factor = settings_.real_time_factor;
+  const double behind = passed - lost_ - time() / factor;
+  if (behind > kBehind) {
+    lost_ += behind;
+    return false;
+  }
+  const auto due = [this] { return static_cast<double>(truths_) / settings_.rate; };
+  const double goal = (passed - lost_) * factor;
+  for (; due() <= goal; ++truths_) {
+    advance_to(due(), arrived);
+    for (int boat = 0; boat < n_boats(); ++boat) truth(boat);
+  }
+  advance_to(goal, arrived);
+  return true;
+}
+
+void SimNode::advance_to(double t, const Arrived& arrived) {
   if (!simulator_->advance_to(t)) {
     throw std::runtime_error("a boat diverges: its model is unstable under these commands");
   }
-  return simulator_->take();
+  for (const Reading& reading : simulator_->take()) arrived(reading);
 }
 
 void SimNode::as_message(int boat, const double* pose, double* raw) const {

@@ -6,11 +6,10 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
 
-#include <csignal>
-#include <cstdio>
-
 #include "diagnostics.hpp"
+#include "last_act.hpp"
 #include "numbers.hpp"
+#include "run.hpp"
 #include "seatrial_ros/mimic_node.hpp"
 #include "seatrial_ros/sim_messages.hpp"
 
@@ -18,10 +17,6 @@ namespace {
 
 namespace sr = seatrial::ros;
 using sr::nanoseconds;
-
-volatile std::sig_atomic_t end_asked = 0;
-
-void ask_end(int) { end_asked = 1; }
 
 class Shell {
  public:
@@ -42,9 +37,7 @@ class Shell {
                                         diagnostics_.publish(
                                             sr::diagnostics(node_.diagnose(), "mimic"));
                                       })),
-        quick_(public_.createWallTimer(ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) {
-          if (end_asked != 0) end();
-        })) {}
+        last_act_(public_, [this] { end(); }) {}
 
  private:
   static constexpr std::uint32_t kQueue = 10;
@@ -61,8 +54,6 @@ class Shell {
   void end() {
     timer_.stop();
     send(ros::Time::now(), geometry_msgs::Twist());
-    ros::WallDuration(0.1).sleep();  // for it to leave
-    ros::shutdown();
   }
 
   void send(const ros::Time& now, const geometry_msgs::Twist& velocity) {
@@ -99,24 +90,17 @@ class Shell {
   ros::Subscriber odometry_;
   ros::Timer timer_;
   ros::WallTimer slow_;
-  ros::WallTimer quick_;
   std::string frame_ = "odom";
   std::string carrier_ = "base_link";
+  sr::LastAct last_act_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // ROS's own handler would end it before it could stop the carrier
-  ros::init(argc, argv, "seatrial_mimic", ros::init_options::NoSigintHandler);
-  std::signal(SIGINT, ask_end);
-  std::signal(SIGTERM, ask_end);
-  try {
+  sr::init_with_last_act(argc, argv, "seatrial_mimic");
+  return sr::run("seatrial_mimic", [] {
     Shell shell;
     ros::spin();
-  } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "seatrial_mimic: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  });
 }

@@ -11,13 +11,13 @@
 
 #include <algorithm>
 #include <csignal>
-#include <cstdio>
 #include <memory>
 
 #include "diagnostics.hpp"
 #include "network_queue.hpp"
 #include "network_timer.hpp"
 #include "numbers.hpp"
+#include "run.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/node.hpp"
 
@@ -66,7 +66,7 @@ class Shell {
       if (reload_asked == 0) continue;
       reload_asked = 0;
       const auto held = messages_.hold();
-      reload();
+      sr::reload(node_, say);
     }
     ros::shutdown();  // joins the network's thread
   }
@@ -147,30 +147,21 @@ class Shell {
   }
 
   void diagnose() {
-    const std::string before = node_.model_path();
-    const std::string wrong = node_.adopt();
-    if (!wrong.empty()) {
-      ROS_ERROR("%s; the previous model stays in use", wrong.c_str());
-    } else if (node_.model_path() != before) {
-      ROS_INFO("%s: the model of the changed boat", node_.model_path().c_str());
-    }
+    sr::adopt(node_, say);
     diagnostics_.publish(sr::diagnostics(node_.diagnose(), "odometry"));
   }
 
-  std::string reload() {
-    const std::string wrong = node_.reload();
-    const std::string& path = node_.settings().model;
-    if (wrong.empty()) {
-      ROS_INFO("%s: reloaded", path.c_str());
+  static void say(bool failed, const std::string& what) {
+    if (failed) {
+      ROS_ERROR("%s", what.c_str());
     } else {
-      ROS_ERROR("%s; the previous model stays in use", wrong.c_str());
+      ROS_INFO("%s", what.c_str());
     }
-    return wrong;
   }
 
   bool on_reload(std_srvs::Trigger::Request&, std_srvs::Trigger::Response& response) {
     const auto held = messages_.hold();
-    response.message = reload();
+    response.message = sr::reload(node_, say);
     response.success = response.message.empty();
     return true;
   }
@@ -196,12 +187,8 @@ class Shell {
 int main(int argc, char** argv) {
   ros::init(argc, argv, "seatrial_odometry");
   std::signal(SIGHUP, ask_reload);
-  try {
+  return sr::run("seatrial_odometry", [] {
     Shell shell;
     shell.spin();
-  } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "seatrial_odometry: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  });
 }

@@ -10,9 +10,8 @@
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_ros/static_transform_broadcaster.h>
 
-#include <cstdio>
-
 #include "numbers.hpp"
+#include "run.hpp"
 #include "seatrial_ros/sim_messages.hpp"
 #include "seatrial_ros/sim_node.hpp"
 
@@ -23,7 +22,6 @@ using seatrial::Reading;
 using seatrial::ReadingKind;
 
 constexpr double kPeriod = 0.005;  // [s] of this machine's clock between steps
-constexpr double kBehind = 1.0;    // [s] that are made up for; what is more is lost
 
 class Shell {
  public:
@@ -35,7 +33,7 @@ class Shell {
     if (node_.settings().publish_clock) {
       clock_ = public_.advertise<rosgraph_msgs::Clock>("/clock", kQueue);
     }
-    start_ = began_ = ros::WallTime::now();
+    start_ = ros::WallTime::now();
     timer_ = public_.createWallTimer(ros::WallDuration(kPeriod),
                                      [this](const ros::WallTimerEvent&) { step(); });
   }
@@ -103,31 +101,18 @@ class Shell {
 
   /// On to where this machine's clock is.
   void step() {
-    const double factor = node_.settings().real_time_factor;
-    const double passed = (ros::WallTime::now() - began_).toSec();
-    if (passed - node_.time() / factor > kBehind) {
+    const bool in_time = node_.follow((ros::WallTime::now() - start_).toSec(),
+                                      [this](const Reading& r) { publish(r); },
+                                      [this](int boat) { publish_truth(boat); });
+    if (!in_time) {
       ROS_WARN_THROTTLE(
           5.0, "the machine is too slow for real time: simulated time continues from here");
-      began_ += ros::WallDuration(passed - node_.time() / factor);
       return;
     }
-    const double goal = passed * factor;
-    for (double due = truth_due(); due <= goal; due = truth_due()) {
-      advance_to(due);
-      ++truths_;
-      for (int boat = 0; boat < node_.n_boats(); ++boat) publish_truth(boat);
-    }
-    advance_to(goal);
     if (!clock_) return;
     rosgraph_msgs::Clock message;
     message.clock = stamp(node_.time());
     clock_.publish(message);
-  }
-
-  double truth_due() const { return static_cast<double>(truths_) / node_.settings().rate; }
-
-  void advance_to(double t) {
-    for (const Reading& reading : node_.advance_to(t)) publish(reading);
   }
 
   void publish_truth(int boat) {
@@ -174,8 +159,6 @@ class Shell {
   ros::Publisher clock_;
   tf2_ros::StaticTransformBroadcaster broadcaster_;
   ros::WallTime start_;  // that simulated time 0 is
-  ros::WallTime began_;  // the same, later by what was lost
-  long truths_ = 0;      // number of the next
   ros::WallTimer timer_;
 };
 
@@ -183,12 +166,8 @@ class Shell {
 
 int main(int argc, char** argv) {
   ros::init(argc, argv, "seatrial_simulator");
-  try {
+  return sr::run("seatrial_simulator", [] {
     Shell shell;
     ros::spin();
-  } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "seatrial_simulator: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  });
 }

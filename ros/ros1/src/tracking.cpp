@@ -6,12 +6,11 @@
 #include <nav_msgs/Odometry.h>
 #include <ros/ros.h>
 
-#include <csignal>
-#include <cstdio>
-
 #include "commands.hpp"
 #include "diagnostics.hpp"
+#include "last_act.hpp"
 #include "numbers.hpp"
+#include "run.hpp"
 #include "seatrial_ros/messages.hpp"
 #include "seatrial_ros/tracking_node.hpp"
 
@@ -19,10 +18,6 @@ namespace {
 
 namespace sr = seatrial::ros;
 using sr::nanoseconds;
-
-volatile std::sig_atomic_t end_asked = 0;
-
-void ask_end(int) { end_asked = 1; }
 
 class Shell {
  public:
@@ -37,9 +32,7 @@ class Shell {
                                    [this](const ros::TimerEvent&) { publish(); })),
         slow_(public_.createWallTimer(ros::WallDuration(1.0),
                                       [this](const ros::WallTimerEvent&) { diagnose(); })),
-        quick_(public_.createWallTimer(ros::WallDuration(0.02), [this](const ros::WallTimerEvent&) {
-          if (end_asked != 0) end();
-        })) {}
+        last_act_(public_, [this] { end(); }) {}
 
  private:
   static constexpr std::uint32_t kQueue = 10;
@@ -86,8 +79,6 @@ class Shell {
   void end() {
     timer_.stop();
     commands_.publish(ros::Time::now(), node_.zero());
-    ros::WallDuration(0.1).sleep();  // for it to leave
-    ros::shutdown();
   }
 
   void publish() {
@@ -109,22 +100,15 @@ class Shell {
   ros::Subscriber subscribers_[4];
   ros::Timer timer_;
   ros::WallTimer slow_;
-  ros::WallTimer quick_;
+  sr::LastAct last_act_;
 };
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  // ROS's own handler would end it before it could stop the boat
-  ros::init(argc, argv, "seatrial_tracking", ros::init_options::NoSigintHandler);
-  std::signal(SIGINT, ask_end);
-  std::signal(SIGTERM, ask_end);
-  try {
+  sr::init_with_last_act(argc, argv, "seatrial_tracking");
+  return sr::run("seatrial_tracking", [] {
     Shell shell;
     ros::spin();
-  } catch (const std::runtime_error& error) {
-    std::fprintf(stderr, "seatrial_tracking: %s\n", error.what());
-    return 1;
-  }
-  return 0;
+  });
 }

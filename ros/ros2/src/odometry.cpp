@@ -4,6 +4,7 @@
 #include <chrono>
 #include <csignal>
 #include <diagnostic_msgs/msg/diagnostic_array.hpp>
+#include <functional>
 #include <geometry_msgs/msg/pose_stamped.hpp>
 #include <geometry_msgs/msg/pose_with_covariance_stamped.hpp>
 #include <geometry_msgs/msg/transform_stamped.hpp>
@@ -64,14 +65,14 @@ class OdometryNode : public rclcpp::Node {
     reload_ =
         create_service<Trigger>("~/reload", [this](const std::shared_ptr<Trigger::Request>,
                                                    std::shared_ptr<Trigger::Response> response) {
-          response->message = reload();
+          response->message = sr::reload(node_, say_);
           response->success = response->message.empty();
         });
     slow_ = create_wall_timer(1s, [this] { diagnose(); });
     quick_ = create_wall_timer(100ms, [this] {
       if (hangups == answered_) return;
       answered_ = hangups;
-      reload();
+      sr::reload(node_, say_);
     });
     const double rate = node_.settings().rate;
     if (rate > 0.0) {
@@ -161,27 +162,18 @@ class OdometryNode : public rclcpp::Node {
   }
 
   void diagnose() {
-    const std::string before = node_.model_path();
-    const std::string wrong = node_.adopt();
-    if (!wrong.empty()) {
-      RCLCPP_ERROR(get_logger(), "%s; the previous model stays in use", wrong.c_str());
-    } else if (node_.model_path() != before) {
-      RCLCPP_INFO(get_logger(), "%s: the model of the changed boat", node_.model_path().c_str());
-    }
+    sr::adopt(node_, say_);
     diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(), "odometry"));
   }
 
-  std::string reload() {
-    const std::string wrong = node_.reload();
-    const char* path = node_.settings().model.c_str();
-    if (wrong.empty()) {
-      RCLCPP_INFO(get_logger(), "%s: reloaded", path);
-    } else {
-      RCLCPP_ERROR(get_logger(), "%s; the previous model stays in use", wrong.c_str());
-    }
-    return wrong;
-  }
-
+  const std::function<void(bool, const std::string&)> say_ =
+      [log = get_logger()](bool failed, const std::string& what) {
+        if (failed) {
+          RCLCPP_ERROR(log, "%s", what.c_str());
+        } else {
+          RCLCPP_INFO(log, "%s", what.c_str());
+        }
+      };
   sr::Node node_;
   rclcpp::Publisher<Odometry>::SharedPtr odometry_;
   rclcpp::Publisher<PoseWithCovarianceStamped>::SharedPtr map_pose_;

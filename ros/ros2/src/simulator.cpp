@@ -38,8 +38,7 @@ using sensor_msgs::msg::Imu;
 using sensor_msgs::msg::JointState;
 using sensor_msgs::msg::LaserScan;
 
-constexpr auto kPeriod = 5ms;    // of this machine's clock between steps
-constexpr double kBehind = 1.0;  // [s] that are made up for; what is more is lost
+constexpr auto kPeriod = 5ms;  // of this machine's clock between steps
 
 class SimulatorNode : public rclcpp::Node {
  public:
@@ -116,33 +115,19 @@ class SimulatorNode : public rclcpp::Node {
 
   /// On to where this machine's clock is.
   void step() {
-    const double factor = node_.settings().real_time_factor;
-    const double passed = Seconds(std::chrono::steady_clock::now() - began_).count() - lost_;
-    const double behind = passed - node_.time() / factor;
-    if (behind > kBehind) {
+    const bool in_time = node_.follow(
+        Seconds(std::chrono::steady_clock::now() - began_).count(),
+        [this](const Reading& r) { publish(r); }, [this](int boat) { publish_truth(boat); });
+    if (!in_time) {
       RCLCPP_WARN_THROTTLE(
           get_logger(), steady_, 5000,
           "the machine is too slow for real time: simulated time continues from here");
-      lost_ += behind;
       return;
     }
-    const double goal = passed * factor;
-    for (double due = truth_due(); due <= goal; due = truth_due()) {
-      advance_to(due);
-      ++truths_;
-      for (int boat = 0; boat < node_.n_boats(); ++boat) publish_truth(boat);
-    }
-    advance_to(goal);
     if (clock_ == nullptr) return;
     Clock message;
     message.clock = stamp(node_.time());
     clock_->publish(message);
-  }
-
-  double truth_due() const { return static_cast<double>(truths_) / node_.settings().rate; }
-
-  void advance_to(double t) {
-    for (const Reading& reading : node_.advance_to(t)) publish(reading);
   }
 
   void publish_truth(int boat) {
@@ -190,8 +175,6 @@ class SimulatorNode : public rclcpp::Node {
   // simulated time 0, by either clock of this machine
   const std::chrono::nanoseconds start_ = std::chrono::system_clock::now().time_since_epoch();
   const std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
-  double lost_ = 0.0;  // [s] of this machine's clock that were not made up for
-  long truths_ = 0;    // number of the next
   rclcpp::TimerBase::SharedPtr timer_;
 };
 

@@ -99,4 +99,25 @@ class Node {
   std::int64_t last_now_ = 0;  // [ns] of the last tick
 };
 
+/// Adopts the changed boat's model, if there is one, and says so: say(whether it failed, what).
+template <class Say>
+void adopt(Node& node, const Say& say) {
+  const std::string before = node.model_path();
+  const std::string wrong = node.adopt();
+  if (!wrong.empty()) {
+    say(true, wrong + "; the previous model stays in use");
+  } else if (node.model_path() != before) {
+    say(false, node.model_path() + ": the model of the changed boat");
+  }
+}
+
+/// Reloads the model file and says so, as `adopt`. Empty: done; else why not.
+template <class Say>
+std::string reload(Node& node, const Say& say) {
+  std::string wrong = node.reload();
+  say(!wrong.empty(), wrong.empty() ? node.settings().model + ": reloaded"
+                                    : wrong + "; the previous model stays in use");
+  return wrong;
+}
+
 }  // namespace seatrial::ros

@@ -16,6 +16,8 @@ namespace seatrial::ros {
 class SimNode {
  public:
   using Accepted = std::function<void(int boat, const Signal& command)>;
+  using Arrived = std::function<void(const Reading& reading)>;
+  using Truth = std::function<void(int boat)>;
 
   /// Throws std::runtime_error, with one line for whoever starts it.
   explicit SimNode(SimSettings settings);
@@ -41,8 +43,10 @@ class SimNode {
   /// it was left out.
   std::string numbers(const NumbersMessage& in, const Accepted& accepted);
 
-  /// On to t [s]; what arrives meanwhile. Throws std::runtime_error where a boat diverges.
-  std::vector<Reading> advance_to(double t);
+  /// On to where the machine's clock is, that had `passed` [s] since simulated time 0: what arrives
+  /// on the way, and every boat when its truth is due. False where the machine is too slow for real
+  /// time: what it is behind is lost. Throws std::runtime_error where a boat diverges.
+  bool follow(double passed, const Arrived& arrived, const Truth& truth);
 
   /// Truth: x, y [m], psi [rad], u, v [m/s], r [rad/s] over ground.
   void state(int boat, double* x) const { simulator_->state(boat, x); }
@@ -59,6 +63,7 @@ class SimNode {
     std::string under(const std::string& topic) const;
   };
 
+  void advance_to(double t, const Arrived& arrived);
   void add(const std::string& path, bool several, const SceneSetup& setup);
   std::string free_name(const std::string& given) const;
   const Boat& at(int boat) const { return boats_[static_cast<std::size_t>(boat)]; }
@@ -67,6 +72,8 @@ class SimNode {
   Sensors sensors_;
   std::unique_ptr<Simulator> simulator_;
   std::vector<Boat> boats_;
+  double lost_ = 0.0;  // [s] of the machine's clock that were not made up for
+  long truths_ = 0;    // number of the next
 };
 
 }  // namespace seatrial::ros
