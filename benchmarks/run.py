@@ -20,6 +20,7 @@ from seatrial import _core
 from seatrial.boat.schema import Integration
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
+from tests.boats.by_hand import rates
 from tests.boats.scenes import driven
 
 REPEATS = 7
@@ -125,18 +126,7 @@ def simulation(truth: seatrial.Model, recording: seatrial.Recording) -> None:
         return _core.simulate(truth.boat, truth.trace(recording), np.zeros(6), t)[0]
 
     def rate(now: float, x: np.ndarray) -> list[float]:
-        u, v, r = x[3:]
-        F = trace.forces(np.array([now]))[0]
-        du = v * r + (c["X_u"] + c["X_uu"] * abs(u)) * u + c["X_F"] * F[0]
-        dv = -u * r + (c["Y_v"] + c["Y_vv"] * abs(v)) * v + c["Y_F"] * F[1]
-        dr = (
-            c["N_ud"] * du
-            + (c["N_r"] + c["N_rr"] * abs(r)) * r
-            + c["N_uu"] * abs(u) * u
-            + c["N_F"] * F[2]
-        )
-        cos, sin = np.cos(x[2]), np.sin(x[2])
-        return [cos * u - sin * v, sin * u + cos * v, r, du, dv, dr]
+        return rates(c, x, trace.forces(np.array([now]))[0])
 
     def scipy() -> np.ndarray:
         return solve_ivp(rate, (0, t[-1]), np.zeros(6), t_eval=t, max_step=0.05, rtol=1e-6).y.T

@@ -38,6 +38,14 @@ COEFFICIENTS = {
     "N_v": -0.3, "N_r": -1.1, "N_F": 1.6,
     "Y_ud": 0.25, "N_ud": -0.5,
 }  # fmt: skip
+BOW_THRUSTER = {  # one beside: no single steered thruster
+    "commands": {"file": "log.csv", "stamp": "t", "inputs": {"motor": "m", "helm": "s", "bow": "b"}},
+    "forces": {
+        "F_u": {"axis": "surge", "of": {"motor": 1}},
+        "F_v": {"axis": "sway", "of": {"helm": 1, "bow": 1}},
+        "F_r": {"axis": "yaw", "of": {"helm": -0.6, "bow": 0.5}},
+    },
+}  # fmt: skip
 TRUTH = {"steer_angle": 35.0, "steer_offset": -4.0, "steer_rate": 40.0, "steer_dead_zone": 0.08}
 
 

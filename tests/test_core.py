@@ -18,6 +18,7 @@ from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Signal
+from tests.boats.by_hand import rates
 
 CHAIN = [
     ChainGroup(latency=0.037, dead_zone=DeadZone(0.08, 0.1), reverse_ratio=0.8, power=1.3, lag=0.09)
@@ -52,28 +53,10 @@ def thrust_targets(model, record):
 
 def reference(model, record, x0, times):
     """The same boat in plain Python: SciPy's integrator between command changes."""
-    c = model.values
     t_c, target, lag = thrust_targets(model, record)
 
     def rate(t, state, goal):
-        psi, u, v, r = state[2:6]
-        F = S @ state[6:] / 2
-        du = v * r + (c["X_u"] + c["X_uu"] * abs(u)) * u + c["X_F"] * F[0]
-        dv = -u * r + (c["Y_v"] + c["Y_vv"] * abs(v)) * v + c["Y_F"] * F[1]
-        dr = (
-            c["N_ud"] * du
-            + (c["N_r"] + c["N_rr"] * abs(r)) * r
-            + c["N_uu"] * abs(u) * u
-            + c["N_F"] * F[2]
-        )
-        motion = [
-            u * np.cos(psi) - v * np.sin(psi),
-            u * np.sin(psi) + v * np.cos(psi),
-            r,
-            du,
-            dv,
-            dr,
-        ]
+        motion = rates(model.values, state[:6], S @ state[6:] / 2)
         return np.concatenate([motion, (goal - state[6:]) / lag])
 
     edges = np.unique(np.concatenate([times, t_c[(t_c > times[0]) & (t_c < times[-1])]]))

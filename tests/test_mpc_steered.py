@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from conftest import at_length
-from steered_boat import known
+from steered_boat import BOW_THRUSTER, known
 from test_mpc_path import CURRENT, PERIOD, drive
 
 from seatrial import _core
@@ -127,14 +127,6 @@ def test_commands_stay_within_their_limit_and_jump_the_dead_band(controller):
 
 
 def test_what_is_no_single_steered_thruster_is_refused_in_one_line():
-    two = {
-        "commands": {"file": "log.csv", "stamp": "t", "inputs": {"motor": "m", "helm": "s", "bow": "b"}},
-        "forces": {
-            "F_u": {"axis": "surge", "of": {"motor": 1}},
-            "F_v": {"axis": "sway", "of": {"helm": 1, "bow": 1}},
-            "F_r": {"axis": "yaw", "of": {"helm": -0.6, "bow": 0.5}},
-        },
-    }  # fmt: skip
     with pytest.raises(ControlError, match="takes one thruster and one angle") as caught:
-        Nmpc(known(**two))
+        Nmpc(known(**BOW_THRUSTER))
     assert "\n" not in str(caught.value)

@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 from conftest import make_model
-from steered_boat import driven, known, outboard
+from steered_boat import BOW_THRUSTER, driven, known, outboard
 
 import seatrial
 from seatrial import _core
@@ -259,16 +259,8 @@ def test_the_command_shows_what_thrust_and_angle_can_do(found, tmp_path, capsys)
 
 
 def test_what_is_no_single_steered_thruster_is_refused_in_one_line():
-    two = {
-        "commands": {"file": "log.csv", "stamp": "t", "inputs": {"motor": "m", "helm": "s", "bow": "b"}},
-        "forces": {
-            "F_u": {"axis": "surge", "of": {"motor": 1}},
-            "F_v": {"axis": "sway", "of": {"helm": 1, "bow": 1}},
-            "F_r": {"axis": "yaw", "of": {"helm": -0.6, "bow": 0.5}},
-        },
-    }  # fmt: skip
     with pytest.raises(ControlError, match="takes one thruster and one angle") as caught:
-        tune(known(**two))
+        tune(known(**BOW_THRUSTER))
     assert "\n" not in str(caught.value)
     astern = known()
     values = {**astern.values, "X_F": -0.6}

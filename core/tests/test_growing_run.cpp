@@ -8,11 +8,7 @@
 #include "seatrial/filter/growing_run.hpp"
 
 using namespace seatrial;
-using problems::kColoured;
-using problems::kOscillating;
-using problems::kWhite;
-using problems::mallard_run;
-using problems::Run;
+using namespace problems;
 
 namespace {
 

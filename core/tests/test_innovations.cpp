@@ -8,15 +8,7 @@
 
 using namespace seatrial;
 using boats::Worst;
-using problems::disturbed;
-using problems::driven;
-using problems::kColoured;
-using problems::kNever;
-using problems::kOscillating;
-using problems::kWhite;
-using problems::mallard_run;
-using problems::Problem;
-using problems::Run;
+using namespace problems;
 
 namespace {
 

@@ -8,13 +8,7 @@
 #include "filter_run.hpp"
 
 using namespace seatrial;
-using problems::kColoured;
-using problems::kNever;
-using problems::kOscillating;
-using problems::kWhite;
-using problems::mallard_run;
-using problems::Problem;
-using problems::Run;
+using namespace problems;
 
 namespace {
 

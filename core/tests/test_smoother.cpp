@@ -6,12 +6,7 @@
 #include "seatrial/filter/smoother.hpp"
 
 using namespace seatrial;
-using problems::kColoured;
-using problems::kNever;
-using problems::kOscillating;
-using problems::kWhite;
-using problems::mallard_run;
-using problems::Run;
+using namespace problems;
 
 namespace {
 

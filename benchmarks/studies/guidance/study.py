@@ -18,6 +18,7 @@ from benchmarks.studies.guidance.boat import (
     truth,
 )
 from benchmarks.studies.guidance.pilots import ByHand, HandGains, Pilot, Tuned, Waiting, nearest
+from benchmarks.studies.still import Still
 from seatrial.boat.model import Model
 from seatrial.control import (
     KNOB,
@@ -140,21 +141,6 @@ def outcomes(
         run(truth(left), PILOTS[pilot](), course(shape, speed), WINDY if windy else CALM, seed)
         for seed in SEEDS
     )
-
-
-@dataclass(frozen=True)
-class Still(Shape):
-    """A point."""
-
-    @property
-    def length(self) -> float:
-        """There is nowhere to go."""
-        return 1.0
-
-    def at(self, s: float) -> Array:
-        """The origin, looking along x."""
-        del s
-        return np.zeros((3, 3))
 
 
 def keeping_station(weather: Weather, left: float = 1.0) -> tuple[float, float]:

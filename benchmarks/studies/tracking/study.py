@@ -2,19 +2,18 @@
 """What is run, and what comes out."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
+from benchmarks.studies.still import Still
 from benchmarks.studies.tracking.hand import by_hand
 from benchmarks.studies.tracking.loop import Outcome, run
 from benchmarks.studies.tracking.pilots import ByHand, Differences, Filtered, Pilot, Tuned
 from benchmarks.studies.tracking.scenes import CONDITIONS, Conditions, course, identified, truth
 from seatrial.boat.model import Model
-from seatrial.control import KNOB, Course, Shape, Tuning, tune
+from seatrial.control import KNOB, Course, Tuning, tune
 from seatrial.control.mpc import by_thrusters
-from seatrial.util.frames import Array
 
 SEEDS = (1, 2, 3)
 KNOBS = (0.35, 0.5, 1.0, 2.0, 4.0)  # [s]
@@ -78,21 +77,6 @@ def by_allocator(allocation: str, conditions: str, shape: str) -> tuple[Outcome,
         run(plant, Tuned(allocated(allocation, given.plan)), course(shape), given, seed)
         for seed in SEEDS
     )
-
-
-@dataclass(frozen=True)
-class Still(Shape):
-    """A point."""
-
-    @property
-    def length(self) -> float:
-        """There is nowhere to go."""
-        return 1.0
-
-    def at(self, s: float) -> Array:
-        """The origin, looking along x."""
-        del s
-        return np.zeros((3, 3))
 
 
 def keeping_still(
