@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: MIT
-"""Trials of simulated boats, and the logs that ArduPilot and MAVLink write of them; px4_logs.py has those of PX4.
+"""Trials of simulated boats, and the logs that ArduPilot writes of them.
+
+mavlink_logs.py has the telemetry of them, px4_logs.py the logs of PX4.
 
 Each writer follows its format's documents; what it writes is read back by pymavlink and pyulog in
 test_formats.py. The truth is integrated here from Newton's equations, apart from seatrial's core.
@@ -219,7 +221,28 @@ def _packed(characters: str) -> str:
     return "<" + "".join(STRUCT[c] for c in characters)
 
 
-def ardupilot(path: Path, run: Trial, *, text: bool = False, seed: int = 1) -> Path:  # noqa: PLR0912
+def servo_parameters(boat: Boat) -> dict[str, float]:
+    """Those of the channels that have a thruster."""
+    found: dict[str, float] = {}
+    for channel, (function, turned) in SERVOS[len(boat.thrusters)].items():
+        found |= {
+            f"SERVO{channel}_FUNCTION": function, f"SERVO{channel}_MIN": 1100, f"SERVO{channel}_MAX": 1900,
+            f"SERVO{channel}_TRIM": 1500, f"SERVO{channel}_REVERSED": turned,
+        }  # fmt: skip
+    return found
+
+
+def pulses(run: Trial, t: float, command: Sequence[float], channels: int) -> list[int]:
+    """[us] of each channel for commands at t [s]: 0 while disarmed."""
+    found = [0] * channels
+    if ARMED <= t < run.seconds - DISARMED:
+        servos = SERVOS[len(run.boat.thrusters)].items()
+        for (channel, (_, turned)), value in zip(servos, command, strict=True):
+            found[channel - 1] = round(1500 + 400 * value * (-1 if turned else 1))
+    return found
+
+
+def ardupilot(path: Path, run: Trial, *, text: bool = False, seed: int = 1) -> Path:
     """A DataFlash log of Rover in a boat's frame."""
     found, parts = sensed(run, seed=seed), []
     message = text_message if text else binary_message
@@ -236,13 +259,7 @@ def ardupilot(path: Path, run: Trial, *, text: bool = False, seed: int = 1) -> P
         write("MULT", BOOT, ord(key), factor)
     for name, (unit, factor) in UNITS.items():
         write("FMTU", BOOT, FORMATS[name][0], unit, factor)
-    servos = SERVOS[len(run.boat.thrusters)]
-    parameters = {"FRAME_CLASS": 2.0, "SERVO5_FUNCTION": 0.0}
-    for channel, (function, turned) in servos.items():
-        parameters |= {
-            f"SERVO{channel}_FUNCTION": function, f"SERVO{channel}_MIN": 1100, f"SERVO{channel}_MAX": 1900,
-            f"SERVO{channel}_TRIM": 1500, f"SERVO{channel}_REVERSED": turned,
-        }  # fmt: skip
+    parameters = {"FRAME_CLASS": 2.0, "SERVO5_FUNCTION": 0.0, **servo_parameters(run.boat)}
     for name, value in parameters.items():
         write("PARM", BOOT, name, float(value), 0.0)
     write("MSG", BOOT, "ArduRover V4.5.1 (simulated)")
@@ -281,82 +298,12 @@ def ardupilot(path: Path, run: Trial, *, text: bool = False, seed: int = 1) -> P
             row = ("IMU", us(t), i, 0.0, 0.0, rate, 0.0, 0.0, -9.81)
             events.append((t, partial(write, *row)))
     for t, *command in found.motors:
-        pwm = [0] * 14
-        if ARMED <= t < run.seconds - DISARMED:
-            for (channel, (_, turned)), value in zip(servos.items(), command, strict=True):
-                pwm[channel - 1] = round(1500 + 400 * value * (-1 if turned else 1))
-        row = ("RCOU", us(t), *pwm)
+        row = ("RCOU", us(t), *pulses(run, t, command, 14))
         events.append((t, partial(write, *row)))
     for t, volts in found.battery:
         events.append((t, partial(write, "BAT", us(t), 0, volts, 4.0)))
     for t, state in ((ARMED, 1), (run.seconds - DISARMED, 0)):
         events.append((t, partial(write, "ARM", us(t), state, 0)))
-    in_order(events)
-    path.write_bytes(b"".join(parts))
-    return path
-
-
-# MAVLink #
-
-
-def telemetry(
-    path: Path, run: Trial, *, version: int = 2, seed: int = 1, late: float = 0.03
-) -> Path:
-    """A `.tlog` as a ground station writes it: messages of the boat, `late` [s] on average, and its own."""
-    from pymavlink.dialects.v20 import ardupilotmega as dialect
-
-    found, parts = sensed(run, seed=seed), []
-    rng = np.random.default_rng([seed, 2])
-    boat = dialect.MAVLink(None, srcSystem=1, srcComponent=1)
-    ground = dialect.MAVLink(None, srcSystem=255, srcComponent=190)
-
-    def write(t: float, message: object, sender: object = boat) -> None:
-        arrival = EPOCH + round((t + rng.exponential(late)) * 1e6)
-        packed = message.pack(sender, force_mavlink1=version == 1)
-        sender.seq = (sender.seq + 1) % 256
-        parts.append(struct.pack(">Q", arrival) + bytes(packed))
-
-    servos = SERVOS[len(run.boat.thrusters)]
-    parameters = {}
-    for channel, (function, turned) in servos.items():
-        parameters |= {
-            f"SERVO{channel}_FUNCTION": function, f"SERVO{channel}_MIN": 1100, f"SERVO{channel}_MAX": 1900,
-            f"SERVO{channel}_TRIM": 1500, f"SERVO{channel}_REVERSED": turned,
-        }  # fmt: skip
-
-    def ms(t: float) -> int:
-        return BOOT // 1000 + round(t * 1e3)
-
-    events: list[Event] = []
-    for i, (name, value) in enumerate(parameters.items()):
-        message = dialect.MAVLink_param_value_message(name.encode(), value, 9, len(parameters), i)
-        events.append((0.01 * i, partial(write, 0.01 * i, message)))
-    for t in np.arange(0, run.seconds):
-        events.append((t, partial(write, t, dialect.MAVLink_heartbeat_message(11, 3, 0, 0, 0, 3))))
-        mine = dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)
-        events.append((t, partial(write, t, mine, ground)))
-    for t, lat, lon in found.gps:
-        e7 = round(lat * 1e7), round(lon * 1e7)
-        message = dialect.MAVLink_gps_raw_int_message(ms(t) * 1000, 4, *e7, 3000, 70, 70, 0, 0, 14)
-        events.append((t, partial(write, t, message)))
-        message = dialect.MAVLink_global_position_int_message(ms(t), *e7, 3000, 0, 0, 0, 0, 65535)
-        events.append((t, partial(write, t, message)))
-    for t, yaw, rate in found.yaw:
-        wrapped = float(np.angle(np.exp(1j * yaw)))
-        message = dialect.MAVLink_attitude_message(ms(t), 0, 0, wrapped, 0, 0, rate)
-        events.append((t, partial(write, t, message)))
-    for t, *command in found.motors:
-        pwm = [0] * 8
-        if ARMED <= t < run.seconds - DISARMED:
-            for (channel, (_, turned)), value in zip(servos.items(), command, strict=True):
-                pwm[channel - 1] = round(1500 + 400 * value * (-1 if turned else 1))
-        message = dialect.MAVLink_servo_output_raw_message((ms(t) * 1000) % (1 << 32), 0, *pwm)
-        events.append((t, partial(write, t, message)))
-    for t, volts in found.battery:
-        message = dialect.MAVLink_sys_status_message(
-            0, 0, 0, 500, round(volts * 1e3), 400, 50, 0, 0, 0, 0, 0, 0
-        )
-        events.append((t, partial(write, t, message)))
     in_order(events)
     path.write_bytes(b"".join(parts))
     return path

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from test_allocate import MALLARD, SCHEMES, boat
+from allocation_boats import MALLARD, SCHEMES, boat
 
 import seatrial
 from seatrial.boat.allocation import Scheme

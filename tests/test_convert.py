@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from autopilot_logs import HOLONOMIC, TWIN, ardupilot, telemetry, trial
+from autopilot_logs import HOLONOMIC, TWIN, ardupilot, trial
+from mavlink_logs import telemetry
 from px4_logs import px4
 
 from seatrial.boat.vehicle import load_vehicle

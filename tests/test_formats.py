@@ -10,10 +10,10 @@ import pytest
 from autopilot_logs import (
     ardupilot,
     binary_message,
-    telemetry,
     text_message,
     trial,
 )
+from mavlink_logs import telemetry
 from px4_logs import ULOG, px4, ulog_message
 
 from seatrial.io.formats import is_log, open_log

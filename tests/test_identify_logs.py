@@ -3,7 +3,8 @@
 
 import numpy as np
 import pytest
-from autopilot_logs import HOLONOMIC, ardupilot, telemetry, trial
+from autopilot_logs import HOLONOMIC, ardupilot, trial
+from mavlink_logs import telemetry
 from px4_logs import px4
 
 import seatrial

@@ -7,8 +7,9 @@ from pathlib import Path
 import autopilot_logs
 import numpy as np
 import pytest
-from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, telemetry, trial
+from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, trial
 from conftest import at_length
+from mavlink_logs import telemetry
 from px4_logs import px4
 
 from seatrial.boat.vehicle import load_vehicle

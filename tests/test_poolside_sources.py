@@ -19,10 +19,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from autopilot_logs import telemetry as write_telemetry
 from autopilot_logs import trial
 from bag_tools import bag_records, joy_sent, poses_sent, ros1, ros2
 from bag_tools import vehicle as bag_boat
+from mavlink_logs import telemetry as write_telemetry
 from mcap_writer import mcap
 from test_init_logs import proposed
 from waiting import PATIENCE, until

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <vector>
 
 #include "boats.hpp"
@@ -195,6 +196,33 @@ inline bool sound(const Estimate& e) {
   return std::isfinite(e.time) && std::all_of(e.pose, e.pose + kPose, good) &&
          std::all_of(e.velocity, e.velocity + kAxes, good) &&
          std::all_of(e.disturbance, e.disturbance + kAxes, good) && positive(e.covariance);
+}
+
+/// A predictor that has heard nothing.
+inline std::unique_ptr<Predictor> fresh(const OnboardModel& m = model()) {
+  return std::make_unique<Predictor>(m);
+}
+
+inline bool has(const Estimate& e, Health flag) { return (e.health & flag) != 0U; }
+
+/// From the truth [m].
+inline double away(const Estimate& e, const double* truth) {
+  return std::hypot(e.pose[0] - truth[0], e.pose[1] - truth[1]);
+}
+
+/// Drives until t [s]; `spoil` may change a pose.
+template <class Spoil>
+void until(Predictor& p, Sea& sea, double t, Spoil spoil) {
+  for (;;) {
+    Input in = sea.next();
+    if (in.pose) spoil(in);
+    give(p, in);
+    if (in.time >= t) return;
+  }
+}
+
+inline void until(Predictor& p, Sea& sea, double t) {
+  until(p, sea, t, [](const Input& in) { (void)in; });
 }
 
 }  // namespace onboard

@@ -115,33 +115,6 @@ TEST_CASE("every scheme gives the requested wrench, through the curves and withi
   }
 }
 
-TEST_CASE("least effort gives what is within reach in few steps, also at bounds") {
-  Random random(7);
-  int most = 0;
-  for (int i = 0; i < 20000; ++i) {
-    Effectiveness t;
-    Bounds bounds;
-    double softness[kMaxActuators];
-    double y[kMaxActuators];
-    t.n = 4 + i % 5;
-    for (int k = 0; k < t.n; ++k) {
-      for (double& entry : t.column[k]) entry = random(-1.0, 1.0);
-      bounds.low[k] = random(-1.0, 0.1);
-      bounds.high[k] = bounds.low[k] + random(0.5, 1.5);
-      softness[k] = random(0.3, 3.0);
-      const double share = std::min(std::max(random(-1.0, 2.0), 0.0), 1.0);  // two in three at one
-      y[k] = bounds.low[k] + share * (bounds.high[k] - bounds.low[k]);
-    }
-    double wrench[kWrenchAxes];
-    t.wrench(y, wrench);
-    Reach(t, bounds).pin(t, wrench, bounds);
-    const LeastEffort::Outcome out = LeastEffort(t, softness).solve(bounds, wrench, y);
-    REQUIRE(out.error < 1e-11);
-    most = std::max(most, out.steps);
-  }
-  CHECK(most < 20);
-}
-
 TEST_CASE("a null-space bias keeps every thruster at or past its idle command, on its side") {
   Random random(3);
   int kept = 0;
@@ -271,45 +244,6 @@ TEST_CASE("a wrench that is not a number stops all thrusters, and nothing asks f
   }
   const Allocator fresh(triangle(AllocatorScheme::kAutomatic));
   CHECK(allocations == before);
-}
-
-TEST_CASE("the inverse of a curve undoes it, and waits at the edge where no thrust is requested") {
-  Chain chain;
-  chain.allocation.n_actuators = 2;
-  chain.n_constants = 5;
-  const double q[5] = {0.1, 0.2, 0.7, 1.8, 1.1};
-  Actuator& shaped = chain.actuators[0];
-  shaped.edge_forward = 0;
-  shaped.edge_reverse = 1;
-  shaped.reverse_ratio = 2;
-  shaped.power = 3;
-  shaped.gain = 4;
-  chain.actuators[1].tabulated = true;
-  const double table[5][2] = {{-1, -0.8}, {-0.2, 0}, {0.15, 0}, {0.6, 0.3}, {1, 1}};
-  chain.n_table = 5;
-  for (int i = 0; i < 5; ++i) {
-    chain.table_command[i] = table[i][0];
-    chain.table_thrust[i] = table[i][1];
-  }
-  const double edges[2][2] = {{0.1, 0.2}, {0.15, 0.2}};
-  for (int k = 0; k < 2; ++k) {
-    const ThrusterCurve c(chain, q, k, true);
-    REQUIRE(c.invertible(chain));
-    for (int i = -100; i <= 100; ++i) {
-      double row[kMaxActuators] = {};
-      row[k] = 0.01 * i;
-      const double thrust = c.thrust(chain, row[k]);
-      CHECK(thrust == doctest::Approx(curve(chain, q, k, row, nullptr)).epsilon(1e-14));
-      if (thrust == 0.0) continue;
-      CHECK(c.command(chain, thrust, Side::kOff) == doctest::Approx(row[k]).epsilon(1e-12));
-    }
-    CHECK(c.command(chain, 0.0, Side::kForward) == edges[k][0]);
-    CHECK(c.command(chain, 0.0, Side::kReverse) == -edges[k][1]);
-    CHECK(c.command(chain, 0.0, Side::kOff) == 0.0);
-  }
-  chain.table_thrust[3] = 0.0;
-  chain.table_thrust[4] = -0.1;  // falls
-  CHECK_FALSE(ThrusterCurve(chain, q, 1, true).invertible(chain));
 }
 
 TEST_CASE("two thrusters side by side have surge and yaw") {

@@ -10,14 +10,11 @@ using namespace seatrial;
 using boats::Random;
 using boats::Worst;
 using onboard::drive;
+using onboard::fresh;
 using onboard::give;
 using onboard::Input;
 
 namespace {
-
-std::unique_ptr<Predictor> fresh(const OnboardModel& m = onboard::model()) {
-  return std::make_unique<Predictor>(m);
-}
 
 /// Inputs with what happens at sea: single false matches, a burst, a stretch without poses.
 std::vector<Input> troubled(std::uint64_t seed, double seconds) {
