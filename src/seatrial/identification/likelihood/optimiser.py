@@ -34,6 +34,7 @@ CONVERGED_GAIN = 0.05  # that parameters and noise together still promise at con
 EXACT_FALL = 0.3  # between a promised fall and the real one: the linearisation was as good as exact
 UNSETTLING_FALL = 10.0  # by the parameters: then other noise may be likelier, too
 LITTLE_GAIN = 0.5  # of a pass, or promised to one: the search may be at its maximum
+MOST_DAMPING_AT_ONCE = 10.0  # after one trial that does not fall
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
@@ -174,9 +175,11 @@ class _Damping:
         self.value *= max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3)
         self.growth = 2.0
 
-    def after_none(self) -> None:
-        """After a pass without a fall."""
-        self.value, self.growth = self.growth * max(self.value, 1e-3), 2.0 * self.growth
+    def after_none(self, ratio: float) -> None:
+        """After a pass without a fall: at least as much as shortens the step to the minimum of the parabola
+        through the trial, with the slope and the fall that were promised."""
+        parabola = min(1.0 - ratio, MOST_DAMPING_AT_ONCE)
+        self.value, self.growth = max(self.growth * self.value, parabola), 2.0 * self.growth
 
 
 @dataclass
@@ -224,7 +227,7 @@ def _descent(
         else:
             tried.runs.drop_poses()
             trusted = replace(box, least=_halfway(at.noise, promise.noise, box.least))
-            damping.after_none()
+            damping.after_none(fall / promise.fall)
         if patience.ends(fall, promise.fall):
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
     return at, Outcome.OUT_OF_STEPS
