@@ -74,6 +74,14 @@ def _never(*_: object) -> bool:
     return False
 
 
+def _grown(damping: Any, _: float) -> None:  # noqa: ANN401
+    """Damping that grows without regard to how far a trial failed (Nielsen's)."""
+    damping.value, damping.growth = (
+        damping.growth * max(damping.value, 1e-3),
+        2.0 * damping.growth,
+    )
+
+
 def _with_process_noise_only(*args: Any, poses_only: bool) -> list[Any]:  # noqa: ANN401
     return [] if poses_only else noise_structures.screened(*args, poses_only=False)
 
@@ -96,6 +104,7 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.8,)},
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
+    "damping by a failed trial": {f"{LIKELIHOOD}.optimiser.Damping.after_none": _grown},
     "noise halfway after a failure": {
         f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
     },

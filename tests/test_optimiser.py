@@ -9,7 +9,7 @@ from seatrial.boat.actuators import ESTIMATE
 from seatrial.boat.schema import ChainGroup
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.identification.likelihood.optimiser import Outcome, search
+from seatrial.identification.likelihood.optimiser import Damping, Outcome, search
 from seatrial.identification.selection.actuator_selection import moved_to, wider_problem
 from seatrial.identification.selection.actuator_stages import actuator_groups, with_free_stages
 
@@ -41,3 +41,18 @@ def test_latencies_of_the_real_ship_are_found_beside_a_lag_at_its_bound():
     for force in kinds:
         name = f"latency.{force}"
         assert estimates[name] == pytest.approx(none[name], abs=0.005), name
+
+
+@pytest.mark.parametrize("curvature", [2.0, 3.0, 8.0])  # of what was promised
+def test_a_failed_step_is_shortened_to_the_minimum_of_its_parabola(curvature):
+    """In one dimension: the fall 2 t - curvature t^2 of a share t of the step, where 2 t - t^2 was promised."""
+    damping = Damping(value=0.0)
+    damping.after_none(ratio=2.0 - curvature)
+    shorter = 1.0 / (1.0 + damping.value)
+    assert shorter == pytest.approx(1.0 / curvature)
+
+
+def test_a_step_that_diverges_is_shortened_by_a_finite_factor():
+    damping = Damping()
+    damping.after_none(ratio=-float("inf"))
+    assert 1.0 < damping.value < 100.0

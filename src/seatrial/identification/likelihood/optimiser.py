@@ -164,7 +164,7 @@ def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
 
 
 @dataclass
-class _Damping:
+class Damping:
     """Levenberg-Marquardt damping, relative to the diagonal (Nielsen, IMM-REP-1999-05, eq. 2.3)."""
 
     value: float = START_DAMPING
@@ -176,8 +176,10 @@ class _Damping:
         self.growth = 2.0
 
     def after_none(self, ratio: float) -> None:
-        """After a pass without a fall: at least as much as shortens the step to the minimum of the parabola
-        through the trial, with the slope and the fall that were promised."""
+        """After a trial without a fall: so much that the step ends where the cost is least, by a parabola.
+
+        The parabola has the promised slope at the point and passes through the trial, `ratio` as above.
+        """
         parabola = min(1.0 - ratio, MOST_DAMPING_AT_ONCE)
         self.value, self.growth = max(self.growth * self.value, parabola), 2.0 * self.growth
 
@@ -205,7 +207,7 @@ def _descent(
     """Downhill from a point, until its linearised problem promises less than `CONVERGED_GAIN`."""
     if not np.isfinite(at.runs.cost):
         return at, Outcome.DIVERGED
-    damping, patience = _Damping(), _Patience()
+    damping, patience = Damping(), _Patience()
     settled = hold  # the noise is, until the parameters are
     trusted = box  # which noise the linearisation is good for
     for _ in range(passes):

@@ -247,7 +247,7 @@ class Selection:
     """The chosen structure, with the tests behind it."""
 
     vehicle: Vehicle  # with the chosen terms; otherwise unchanged
-    model: Model  # fitted to all recordings together
+    model: Model  # fitted to all recordings together, without uncertainty
     rows: tuple[Row, ...]
     folds: tuple[Fold, ...]
     horizon: float  # [s] of the held-out prediction

@@ -119,8 +119,7 @@ def _selection(
         rows = rows_of(tests, own, aliased, refused)
     vehicle = search.vehicle
     chosen = replace(vehicle.with_terms(tests.fit.terms), source=vehicle.source)
-    model = tests.fit.solution().model()
-    return Selection(chosen, model, rows, parts, search.ahead, asked)
+    return Selection(chosen, tests.fit.model(), rows, parts, search.ahead, asked)
 
 
 def _supported(

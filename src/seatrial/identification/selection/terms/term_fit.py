@@ -20,8 +20,7 @@ from seatrial.identification.likelihood.optimiser import (
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import is_white, without_process_noise
 from seatrial.identification.selection.score_information import moved, problem_with_terms
-from seatrial.identification.solution import Fit, OutputErrorSettings
-from seatrial.identification.uncertainty.covariance import sandwich_covariance
+from seatrial.identification.solution import Fit
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
@@ -99,14 +98,6 @@ class TermFit:
             problem = problem_with_terms(self.problem, terms)
             theta = moved(self.problem, self.at.theta, problem)
         return problem.model(theta, noise_entry(self.likely, earth=problem.earth_fixed))
-
-    def solution(self) -> Fit:
-        """With its covariance, without findings."""
-        at = self.at
-        return Fit(
-            self.problem, at.theta, at.noise, at.runs, sandwich_covariance(at),
-            OutputErrorSettings(), (), self.horizon, self.likely,
-        )  # fmt: skip
 
 
 def term_fit(found: Fit) -> TermFit:
