@@ -202,7 +202,7 @@ def _by_itself(left_out: str, _: int) -> tuple[list[float], int]:
 
 
 def _left_out(vehicle: Vehicle, left_out: str) -> tuple[list[float], int]:
-    """Errors one second ahead on the run of the ship that is left out, if any, over those of a constant velocity."""
+    """Errors one second ahead on the ship's run that is left out, if any, over those of a constant velocity."""
     runs = {n: seatrial.read(SHIP / "csv" / f"CSE1_data_{n}.csv", vehicle) for n in RUNS}
     tested = runs.pop(left_out, None)
     model = seatrial.identify(list(runs.values()), vehicle)
