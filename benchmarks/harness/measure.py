@@ -15,6 +15,7 @@ from typing import Any
 from benchmarks.harness.command import ROOT
 
 TIMES = ("seconds", "process")
+CLOCK_TICKS = os.sysconf("SC_CLK_TCK")  # [1/s]
 Measured = dict[str, Any]
 
 
@@ -64,3 +65,9 @@ def measured(
         found.append({**json.loads(done.stdout), "process": time.perf_counter() - begin})
     middle = {k: statistics.median(f[k] for f in found) for k in found[0] if k in TIMES}
     return {**found[0], **middle, "peak": max(f["peak"] for f in found)}
+
+
+def spent(pid: int) -> float:
+    """Processor time of a process so far [s]."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / CLOCK_TICKS

@@ -4,7 +4,6 @@
 Beside it an empty node with the same topics, for what ROS itself costs on this machine.
 """
 
-import os
 import signal
 import sys
 import tempfile
@@ -12,21 +11,15 @@ import time
 from pathlib import Path
 
 import seatrial
+from benchmarks.harness.measure import spent
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30
-CLOCK_TICKS = os.sysconf("SC_CLK_TCK")  # [1/s]
 CASES = (  # odometry, commands [Hz]; odometry at 0: after every command
     (0.0, 100.0),
     (100.0, 20.0),
     (100.0, 100.0),
 )
-
-
-def spent(pid: int) -> float:
-    """Processor time of a process so far [s]."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / CLOCK_TICKS
 
 
 def measured(program: Path, model: Path, odometry: float, commands: float) -> list[str]:

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.harness.measure import spent
+
 ROOT = Path(__file__).parents[2]
 SECONDS = 30
 CASES = (
@@ -74,9 +76,9 @@ def cost() -> str:
                     node = ros.start("peer", "relay", odometry)
                 probe = ros.start("peer", "latency", SECONDS, commands)
                 time.sleep(3.0)  # [s] for them to meet
-                begin, before = time.monotonic(), tools.spent(node.pid)
+                begin, before = time.monotonic(), spent(node.pid)
                 assert probe.wait(3.0 * SECONDS) == 0, tools.said(probe)
-                share = 100.0 * (tools.spent(node.pid) - before) / (time.monotonic() - begin)
+                share = 100.0 * (spent(node.pid) - before) / (time.monotonic() - begin)
                 tools.finish(node)
                 times = tools.said(probe).splitlines()[-1].split()[2:]
                 cells = [f"{share:.1f}", *(times if odometry == 0 else [""] * 3)]
