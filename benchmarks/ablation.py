@@ -37,6 +37,7 @@ from seatrial.identification.diagnostics.unmodelled_effects import Unmodelled
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.likelihood import noise_structures
 from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import Damping
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
@@ -75,12 +76,13 @@ def _never(*_: object) -> bool:
     return False
 
 
-def _grown(damping: Any, _: float) -> None:  # noqa: ANN401
+class _GrowingDamping(Damping):
     """Damping that grows without regard to how far a trial failed (Nielsen's)."""
-    damping.value, damping.growth = (
-        damping.growth * max(damping.value, 1e-3),
-        2.0 * damping.growth,
-    )
+
+    def after_none(self, ratio: float) -> None:
+        """After a trial without a fall."""
+        del ratio
+        self.value, self.growth = self.growth * max(self.value, 1e-3), 2.0 * self.growth
 
 
 def _with_process_noise_only(*args: Any, poses_only: bool) -> list[Any]:  # noqa: ANN401
@@ -105,7 +107,10 @@ BRANCHES: dict[str, dict[str, Any]] = {
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.8,)},
     "much process noise far off": {f"{LIKELIHOOD}.optimiser.far_from_poses": _never},
-    "damping by a failed trial": {f"{LIKELIHOOD}.optimiser.Damping.after_none": _grown},
+    "damping by a failed trial": {f"{LIKELIHOOD}.optimiser.Damping": _GrowingDamping},
+    "noise halfway after a failure": {
+        f"{LIKELIHOOD}.optimiser._halfway": lambda _, __, least: least
+    },
     "fewer poses in searches": {f"{IDENTIFICATION}.pose_rate.SEARCH_RATE": np.inf},
     "actuator stages": {f"{ESTIMATOR}.select_stages": lambda at, *_: (at, [])},
     "stages by a fit": {f"{SELECTION}._by_fit": lambda *_: (None, None)},

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 
+from benchmarks.harness.still import Still
 from benchmarks.studies.guidance.boat import (
     CALM,
     SETTLING,
@@ -18,7 +19,6 @@ from benchmarks.studies.guidance.boat import (
     truth,
 )
 from benchmarks.studies.guidance.pilots import ByHand, HandGains, Pilot, Tuned, Waiting, nearest
-from benchmarks.studies.still import Still
 from seatrial.boat.model import Model
 from seatrial.control import (
     KNOB,

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.studies.still import Still
+from benchmarks.harness.still import Still
 from benchmarks.studies.tracking.hand import by_hand
 from benchmarks.studies.tracking.loop import Outcome, run
 from benchmarks.studies.tracking.pilots import ByHand, Differences, Filtered, Pilot, Tuned

@@ -8,13 +8,13 @@ parameters. Levenberg-Marquardt damping is the trust region (Nocedal and Wright,
 section 10.3).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.noise_parameters import COLOUR, loosened
+from seatrial.boat.noise_parameters import COLOUR, PROCESS, loosened
 from seatrial.boat.noise_scoring import NoiseBox
 from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import (
@@ -209,10 +209,11 @@ def _descent(
         return at, Outcome.DIVERGED
     damping, patience = Damping(), _Patience()
     settled = hold  # the noise is, until the parameters are
+    trusted = box  # which noise the linearisation is good for
     for _ in range(passes):
-        promise = linearised_optimum(at, box, damping.value, hold=settled)
+        promise = linearised_optimum(at, trusted, damping.value, hold=settled)
         if settled and not hold and promise.fall < CONVERGED_GAIN:
-            promise = linearised_optimum(at, box, damping.value)
+            promise = linearised_optimum(at, trusted, damping.value)
         if promise.fall < CONVERGED_GAIN:
             return at, Outcome.CONVERGED
         theta = at.runs.problem.clipped(at.theta + promise.move)  # rounding may leave the bounds
@@ -221,13 +222,21 @@ def _descent(
         fall = at.runs.cost - tried.runs.cost
         if fall > 0.0:
             kept = bool((promise.noise == at.noise).all()) or abs(fall - promise.fall) < EXACT_FALL
-            settled = hold or (kept and fall < UNSETTLING_FALL)
+            settled, trusted = hold or (kept and fall < UNSETTLING_FALL), box
             at.runs.drop_poses()
             at = tried
             damping.after_a_fall(fall / promise.fall)
         else:
             tried.runs.drop_poses()
+            trusted = replace(box, least=_halfway(at.noise, promise.noise, box.least))
             damping.after_none(fall / promise.fall)
         if patience.ends(fall, promise.fall):
             return at, Outcome.STUCK if promise.fall > STUCK_GAIN else Outcome.CONVERGED
     return at, Outcome.OUT_OF_STEPS
+
+
+def _halfway(noise: Array, tried: Array, least: Array) -> Array:
+    """Lower bounds (11,) of noise that falls half as far, in its logarithm, as a trial that did not gain."""
+    process = np.zeros(len(noise), dtype=bool)
+    process[PROCESS] = True
+    return np.where(process, np.maximum(least, np.sqrt(noise * np.minimum(tried, noise))), least)
