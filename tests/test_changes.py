@@ -8,13 +8,19 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import CSE1, at_length
+from changed_boats import (
+    SECONDS,
+    WEAK,
+    drives_by_cause,
+    findings,
+    known_model,
+    sent,
+)
+from conftest import at_length
 from scipy import stats
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
-from seatrial.boat.schema import ChainGroup
-from seatrial.commands.cli import main
 from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     MASS,
@@ -23,7 +29,6 @@ from seatrial.evaluation.comparison.cause_candidates import (
     OFF_CENTRE,
     ONE_THRUSTER,
 )
-from seatrial.identification.estimator import output_error
 from seatrial.monitoring.change_detector import CONFIRMATION, PASSING, ChangeDetector
 from seatrial.monitoring.change_space import COUPLINGS, change_space
 from seatrial.monitoring.change_test import (
@@ -39,72 +44,14 @@ from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.running_likelihood import RunningLikelihood
 from seatrial.monitoring.window_likelihood import Sums, dispersion, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
-from seatrial.onboard.live import Adaptation, Settings, serve
+from seatrial.onboard.live import Adaptation, Settings
 from seatrial.onboard.live.protocol import NANO
 from seatrial.onboard.live.server import Live
-from seatrial.simulation.plan import PlanFile
 from seatrial.util.errors import FileError, ModelError
-from tests.boats.scenes import TRAINING, driven, pushed, vehicle_of
+from tests.boats.scenes import driven, pushed, vehicle_of
 from tests.boats.weather import GUSTS, SLOW_WIND, current, hand, waves
 
-PLAN = pushed("hard")  # a disturbance force of 4 % of full thrust
-MORE = 1.2  # times mass and inertia
-WEAK = 0.6  # of a thruster's thrust
-SHIFT = 0.17  # [rad/m] of N_ud: a sixth of the mass, 5 cm aside, for a radius of gyration of 0.22 m
-SECONDS = 100.0
-
-
-def changed(cause: str) -> PlanFile:
-    """The plan with another boat."""
-    values, chain = dict(PLAN.plant.coefficients), list(PLAN.plant.chain)
-    if cause in (MASS, OFF_CENTRE):
-        values = {name: value / MORE for name, value in values.items()}
-        values["N_ud"] += SHIFT if cause == OFF_CENTRE else 0.0
-    if cause == BATTERY:
-        values = {n: v * (0.8 if n.endswith("_F") else 1.0) for n, v in values.items()}
-    if cause == ONE_THRUSTER:
-        mean = (3.0 + WEAK) / 4.0
-        gains = {f"F_{i}": (WEAK if i == 2 else 1.0) / mean for i in range(1, 5)}
-        chain.append(ChainGroup(name="weak", gains=gains))
-        values = {n: v * (mean if n.endswith("_F") else 1.0) for n, v in values.items()}
-    plant = msgspec.structs.replace(PLAN.plant, coefficients=values, chain=chain)
-    return msgspec.structs.replace(PLAN, plant=plant)
-
-
-def sent(recording, shift: int = 0) -> list[tuple[int, str, np.ndarray]]:
-    """Inputs in the order of their stamps [ns]."""
-    signal = recording.commands
-    rows = [
-        (int(t) + shift, "command", v) for t, v in zip(signal.stamps, signal.values, strict=True)
-    ]
-    rows += [
-        (int(t) + shift, "pose", v) for t, v in zip(recording.stamps, recording.raw, strict=True)
-    ]
-    return sorted(rows, key=lambda row: row[:2])
-
-
-def findings(detector: ChangeDetector, rows) -> list[BoatChange]:
-    found = []
-    for stamp, kind, values in rows:
-        detector.use(kind, stamp, values)
-        change = detector.look() if kind == "pose" else None
-        found += [] if change is None else [change]
-    return found
-
-
-@pytest.fixture(scope="module")
-def model() -> seatrial.Model:
-    trials = driven(PLAN, vehicle_of("MP"), 3001, TRAINING)
-    return output_error([t.recording for t in trials.values()], vehicle_of("MP"))
-
-
-@pytest.fixture(scope="module")
-def drives() -> dict[str, seatrial.Recording]:
-    causes = (NO_CHANGE, MASS, BATTERY, ONE_THRUSTER, OFF_CENTRE)
-    return {
-        cause: driven(changed(cause), vehicle_of("MP"), 4002, ["S7"])["S7"].recording.cut(0.0, SECONDS)
-        for cause in causes
-    }  # fmt: skip
+model, drives = known_model, drives_by_cause
 
 
 def test_the_unchanged_boat_is_the_model(model):
@@ -472,138 +419,3 @@ def test_late_rows_take_their_place(model, drives):
     a, b = (log.recording(rows[0][0], rows[-1][0]) for log in (in_order, shuffled))
     np.testing.assert_array_equal(a.eta, b.eta)
     np.testing.assert_array_equal(a.commands.values, b.commands.values)
-
-
-class Lines:
-    """A source of lines, and what was answered."""
-
-    def __init__(self, given):
-        self.given, self.answers, self.ended = given, [], False
-
-    def read(self, wait):
-        self.ended = True
-        return self.given
-
-    def follow(self, line):
-        pass
-
-    def write(self, line):
-        self.answers.append(json.loads(line))
-
-
-def live(model, rows, tmp_path, *, automatic, orders=()):
-    path = tmp_path / "model.yaml"
-    seatrial.save(model, path)
-    text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
-    source, said, kept = Lines([*text, *orders]), [], []
-    adaptation = Adaptation(ChangeDetector(seatrial.load(path)), automatic, kept.append)
-    served = serve(path, source, Settings(), said.append, adaptation)
-    return served, source.answers, said, kept
-
-
-@pytest.mark.system
-def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
-    served, answers, said, kept = live(model, sent(drives[ONE_THRUSTER]), tmp_path, automatic=True)
-    assert [line.split(":")[0] for line in said] == [
-        "boat changed (noticed)", "boat changed (confirmed)", "adapted to the changed boat",
-    ]  # fmt: skip
-    shown = [answer.get("change") for answer in answers]
-    assert shown[0] is None
-    assert {c["state"] for c in shown if c} == {"noticed"}
-    assert shown[-1] is None  # adapted
-    assert served.odometer.model is kept[0]
-    # odometry goes on without a jump
-    pose = np.array([answer["pose"][:2] for answer in answers])
-    assert np.hypot(*np.diff(pose, axis=0).T).max() < 0.05
-
-
-def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path):
-    rows = sent(drives[BATTERY].cut(0.0, 30.0))
-    at, middle = rows[900][0], 900
-    odd = [
-        f'{{"stamp": {at}, "pose": [NaN, 0, 0]}}',
-        f'{{"stamp": {at}, "pose": [1e300, 0, 0]}}',
-        f'{{"stamp": {at - 100 * NANO}, "pose": [0, 0, 0]}}',
-        f'{{"stamp": {at + 3600 * NANO}, "pose": [1, 1, 1]}}',
-        '{"adapt": true}',
-        "rubbish",
-    ]
-    path, said = tmp_path / "model.yaml", []
-    seatrial.save(model, path)
-    text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
-    source = Lines([*text[:middle], *odd, *text[middle:]])
-    serve(path, source, Settings(), said.append, Adaptation(ChangeDetector(model)))
-    expected = [
-        "line 901: JSON is malformed", "line 902: pose at", "line 903: pose at", "line 904: pose at",
-        "line 905: adapt: no confirmed change of the boat; the model stays", "line 906: JSON is malformed",
-        "boat changed (noticed): battery", "6 of",
-    ]  # fmt: skip
-    assert len(said) == len(expected)
-    assert all(line.startswith(begin) for line, begin in zip(said, expected, strict=True))
-    assert "a number is NaN, infinite or out of range" in said[1]
-    assert "its stamp is 100.0 s before the newest one; if the clock was set back" in said[2]
-    assert "its stamp is 3600.0 s after the newest one; the next input is used if" in said[3]
-
-
-@pytest.mark.system
-def test_live_adapts_on_request(model, drives, tmp_path):
-    rows = sent(drives[BATTERY])
-    order = json.dumps({"stamp": rows[-1][0] + 1, "adapt": True})
-    _, answers, said, kept = live(model, rows, tmp_path, automatic=False, orders=[order, order])
-    assert answers[-1]["change"]["state"] == "confirmed"
-    assert answers[-1]["change"]["cause"] == BATTERY
-    assert len(kept) == 1
-    assert said[-2:] == [
-        f"line {len(rows) + 2}: adapt: no confirmed change of the boat; the model stays",
-        f"1 of {len(rows) + 2} lines could not be used",
-    ]  # fmt: skip
-
-
-def test_the_command_line(model, tmp_path, capsys):
-    path = tmp_path / "model.yaml"
-    seatrial.save(model, path)
-    assert main(["predict", str(path), "--live", "--adapted", str(path)]) == 1
-    assert "is an input of this command" in capsys.readouterr().err
-    assert main(["predict", str(path), str(CSE1), "-o", "x.json", "--adapted", "y.yaml"]) == 1
-    assert "--adapted belongs to --live" in capsys.readouterr().err
-    assert main(["predict", str(path), "--live", "--adapted", str(tmp_path)]) == 1
-    assert "is a folder" in capsys.readouterr().err
-    assert main(["predict", str(path), "--live", "--adapt", "off", "--adapted", "y.yaml"]) == 1
-    assert "--adapt off adapts none" in capsys.readouterr().err
-    still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
-    seatrial.save(still, tmp_path / "still.yaml")
-    assert main(["predict", str(tmp_path / "still.yaml"), "--live", "--adapt", "auto"]) == 1
-    assert "no noise was estimated" in capsys.readouterr().err
-
-
-def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives, tmp_path):
-    """As of a SLAM that knows that it is uncertain: 3 cm and 30 mrad, as stated."""
-    rng = np.random.default_rng(5)
-    sizes = np.array([0.03, 0.03, 0.03])
-    rows = sent(drives[NO_CHANGE].cut(0.0, 60.0))
-    text = []
-    for stamp, kind, values in rows:
-        if kind == "pose":
-            noisy = (values + sizes * rng.normal(size=3)).tolist()
-            line = {"stamp": stamp, kind: noisy, "covariance": np.diag(sizes**2).tolist()}
-        else:
-            line = {"stamp": stamp, kind: values.tolist()}
-        text.append(json.dumps(line))
-    path, said = tmp_path / "model.yaml", []
-    seatrial.save(model, path)
-    serve(path, Lines(text), Settings(), said.append, Adaptation(ChangeDetector(model)))
-    assert said == []
-
-
-def test_odometry_outlives_its_test(model, drives, tmp_path, monkeypatch):
-    def broken(self):
-        raise np.linalg.LinAlgError("Singular matrix")
-
-    monkeypatch.setattr(ChangeDetector, "look", broken)
-    _, answers, said, _ = live(
-        model, sent(drives[NO_CHANGE].cut(0.0, 5.0)), tmp_path, automatic=True
-    )
-    assert said == [
-        "the test for a change of the boat failed (Singular matrix); it is off from now on"
-    ]
-    assert answers[-1]["t"] > answers[0]["t"] + 3.0

@@ -6,13 +6,7 @@
 #include "onboard.hpp"
 
 using namespace seatrial;
-using onboard::away;
-using onboard::fresh;
-using onboard::give;
-using onboard::has;
-using onboard::Input;
-using onboard::Sea;
-using onboard::until;
+using namespace onboard;
 
 TEST_CASE("false matches of 0.3 to 2 m, single or five in a row, move it nowhere") {
   auto p = fresh();

@@ -7,13 +7,7 @@
 #include "onboard.hpp"
 
 using namespace seatrial;
-using onboard::away;
-using onboard::fresh;
-using onboard::give;
-using onboard::has;
-using onboard::Input;
-using onboard::Sea;
-using onboard::until;
+using namespace onboard;
 
 namespace {
 
