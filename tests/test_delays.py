@@ -132,6 +132,23 @@ def test_positions_are_interpolated_to_the_headings(delay):
     assert gap[np.abs(t + delay - 9.95) < 0.05].all()
 
 
+@pytest.mark.parametrize("delay", [0.02, -0.02])
+def test_a_jump_leaves_the_poses_beside_it_as_they_are(delay):
+    t = np.arange(0.0, 40.0, 0.1)
+    eta = np.column_stack([0.2 * (t - delay) + np.where(t > 20.0, 2.0, 0.0), 0.0 * t, 0.0 * t])
+    still = Signal(("F_u",), np.array([0]), np.zeros((1, 1)))
+    jumped = make_recording(
+        "r", np.round(1e9 * t).astype(np.int64), eta, still, position_delay=delay
+    )
+    assert len(np.unique(jumped.segment)) == 2
+    whole = at_one_time(jumped)
+    assert whole.valid.sum() >= len(t) - 2
+    ahead = np.where(whole.segment > 0, 2.0, 0.0) + 0.2 * t
+    assert np.allclose(whole.eta[whole.valid, 0], ahead[whole.valid], atol=1e-9)
+    moving = motion(jumped)
+    assert np.allclose(moving.nu[moving.valid, 0], 0.2, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("hull", "late"),
     [

@@ -49,6 +49,34 @@ def test_without_any_command_nothing_is_before_the_first():
     assert undriven_motion(whole.cut(None, BEFORE - 2.0)) == []
 
 
+def test_a_command_that_is_logged_once_drives_until_the_next_one():
+    whole = log(before=30.0, after=-12.0)
+    changes = np.array([BEFORE, BEFORE + DRIVEN]) * RATE
+    own = whole.commands.values[changes.astype(int)]
+
+    def logged(*rows):
+        """With these changes in the log only."""
+        stamps = whole.stamps[changes.astype(int)][[*rows]]
+        signal = Signal(whole.commands.names, stamps, own[[*rows]])
+        return undriven_motion(make_recording("lake", whole.stamps, whole.raw, signal))
+
+    # on, off: as the log with every row; on alone: driven to the end
+    assert [one.text() for one in logged(0, 1)] == [one.text() for one in undriven_motion(whole)]
+    assert [one.first for one in logged(0)] == [True]
+
+
+def test_a_log_of_commands_that_ends_while_the_boat_is_driven_drives_no_longer():
+    whole = log(before=30.0, after=-12.0)
+    kept = whole.stamps < round((BEFORE + DRIVEN) * 1e9)
+    commands = Signal(
+        whole.commands.names, whole.commands.stamps[kept], whole.commands.values[kept]
+    )
+    cut = make_recording("lake", whole.stamps, whole.raw, commands)
+    assert [one.text() for one in undriven_motion(cut)] == [
+        one.text() for one in undriven_motion(whole)
+    ]
+
+
 def test_auto_leaves_it_out_and_says_so():
     task = Task((Path("lake"),), Path(), None, print, salvage=False, steps=Steps(Path("none")))
     kept = while_driven(task, log(before=30.0, after=-12.0))

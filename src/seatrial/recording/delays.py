@@ -2,6 +2,7 @@
 """Positions and headings of one stamp that were measured at two times."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +27,27 @@ def at_one_time(recording: Recording) -> Recording:
     within = (wanted >= known[0]) & (wanted <= known[-1])
     within &= recording.segment[index[before]] == recording.segment[index[after]]
     eta = recording.eta.copy()
-    eta[:, :2] = _hermite(known, recording.eta[index, :2], before, wanted)
+    slopes = _slopes(known, recording.eta[index, :2], recording.segment[index])
+    eta[:, :2] = _hermite(known, recording.eta[index, :2], slopes, before, wanted)
     eta[~within] = recording.eta[~within]
     valid = recording.valid & within & (recording.segment == recording.segment[index[before]])
     return replace(recording, eta=eta, valid=valid, position_delay=0.0)
 
 
-def _hermite(t: Array, values: Array, before: NDArray[np.int64], wanted: Array) -> Array:
-    """Values (n, 2) at the times wanted (n,), between t[before] and the next; slopes by three points."""
-    slopes = np.gradient(values, t, axis=0)
+def _slopes(t: Array, values: Array, segment: NDArray[np.int64]) -> Array:
+    """Slopes (n, 2) by three points of one segment, at its ends by two; 0 where a pose is alone."""
+    slopes = np.zeros_like(values)
+    ends = np.flatnonzero(np.diff(segment, prepend=segment[0], append=segment[-1] + 1))
+    for first, end in pairwise([0, *ends.tolist()]):
+        if end - first > 1:
+            slopes[first:end] = np.gradient(values[first:end], t[first:end], axis=0)
+    return slopes
+
+
+def _hermite(
+    t: Array, values: Array, slopes: Array, before: NDArray[np.int64], wanted: Array
+) -> Array:
+    """Values (n, 2) at the times wanted (n,), between t[before] and the next."""
     length = (t[before + 1] - t[before])[:, None]
     s = (wanted - t[before])[:, None] / length
     first, second = values[before], values[before + 1]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Motion before the first command and after the last one: the boat is carried, towed or adrift."""
+"""Motion before the boat is driven and after it: the boat is carried, towed or adrift."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -41,15 +41,26 @@ class Undriven:
 
 def undriven_motion(recording: Recording) -> list[Undriven]:
     """Such stretches at the beginning and at the end."""
-    values = np.abs(recording.commands.values).max(axis=1)
-    driven = recording.seconds(recording.commands.stamps)[values > LEAST_COMMAND]
-    if len(driven) == 0:
+    driven = _driven(recording)
+    if driven is None:
         return []
     t, end = recording.t, float(recording.t[-1])
-    first, last = float(driven[0]) - LEAD, min(float(driven[-1]) + COASTING, end)
+    first, last = driven[0] - LEAD, min(driven[1] + COASTING, end)
     own = _displacements(recording, first, last)  # none in a drive of a few poses
     usual = float(np.percentile(own, FASTEST)) if len(own) else 0.0
     return list(_moving(recording, ((float(t[0]), first, True), (last, end, False)), usual))
+
+
+def _driven(recording: Recording) -> tuple[float, float] | None:
+    """From when and until when [s] a command is in effect: each holds until the next, or until it is unknown."""
+    held = recording.seconds(recording.commands.stamps)
+    rows = np.flatnonzero(np.abs(recording.commands.values).max(axis=1) > LEAST_COMMAND)
+    if len(rows) == 0:
+        return None
+    since = float(held[rows[-1]])
+    ends = [start for start, _ in recording.unknown if start >= since]
+    until = min([float(recording.t[-1]), *held[rows[-1] + 1 :][:1].tolist(), *ends])
+    return float(held[rows[0]]), until
 
 
 def _moving(
