@@ -8,6 +8,7 @@ import pytest
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
+from seatrial.io.reader import recording_name
 from seatrial.util.errors import SeatrialError
 
 T = np.arange(0, 20, 1 / 15)
@@ -40,6 +41,21 @@ def test_two_tables_at_their_own_rates_stay_asynchronous(tmp_path):
     assert record.name == "run"
     assert [s.name for s in record.sources] == ["poses.csv", "commands.csv"]
     assert all(len(s.sha256) == 64 for s in record.sources)
+
+
+@pytest.mark.parametrize(
+    ("name", "recording"),
+    [
+        ("run.1.csv", "run.1"),
+        ("LOG00012", "LOG00012"),  # an autopilot's log is known by its content
+        (".bag", ".bag"),
+        ("run.bag.active", "run"),
+        ("run.mcap.zstd", "run"),
+    ],
+)
+def test_a_recording_has_the_name_of_its_file(tmp_path, name, recording):
+    (tmp_path / name).touch()
+    assert recording_name(tmp_path / name) == recording
 
 
 def test_units_signs_scales_and_offsets_are_applied(tmp_path):

@@ -16,6 +16,7 @@ import seatrial
 from benchmarks.predictor import accuracy, board, consistency, matches, unknown
 from seatrial import _core
 from seatrial.boat.schema import EnvelopeEntry, Integration
+from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Health, Predictor, Taken
 from seatrial.util.errors import PredictorError
 from tests.boats import drives, scenes
@@ -254,10 +255,19 @@ def test_what_does_not_fit_is_told_in_a_line(known, mp):
         p.scale(0.0, [1.0])
     with pytest.raises(PredictorError, match="'earth' or 'body'"):
         Predictor(known, disturbance="wind")
-    with pytest.raises(PredictorError, match="two numbers"):
+    with pytest.raises(PredictorError, match=r"current \[nan, 0.0\]; expected 2 numbers"):
         Predictor(known, current=(np.nan, 0.0))
     with pytest.raises(PredictorError, match="window"):
         Predictor(known, window=0.0)
+    with pytest.raises(PredictorError, match=r"heading of shape \(1,\); expected psi"):
+        p.heading(0.0, [1.0])
+    with pytest.raises(PredictorError, match="deviation 'a'; expected one number"):
+        p.heading(0.0, 1.0, "a")
+    with pytest.raises(PredictorError, match=r"command \['a', 0, 0\]; expected 3 numbers"):
+        p.command(0.0, ["a", 0, 0])
+    for lever in ((1.0,), (np.nan, 0.0), "ab"):
+        with pytest.raises(PredictorError, match=r"lever .*expected 2 numbers: forward"):
+            Odometer(known, lever=lever)
     lines = {"surge": [f"X_{i} * u" for i in range(38)], "sway": ["Y_v * v"], "yaw": ["N_r * r"]}
     file = msgspec.structs.replace(mp.file, structure=lines)
     with pytest.raises(seatrial.SeatrialError, match="40 coefficients; at most 37"):

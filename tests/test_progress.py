@@ -16,11 +16,12 @@ import pytest
 from conftest import at_length
 from waiting import until
 
-from seatrial.util import progress, progress_line
+from seatrial.util import progress
+from seatrial.util.console import progress_line
+from seatrial.util.console.progress_bar import left_text, percent_text, stage_text
+from seatrial.util.console.progress_line import ProgressLine
 from seatrial.util.parallel import spread
 from seatrial.util.progress import show_progress
-from seatrial.util.progress_bar import left_text, percent_text, stage_text
-from seatrial.util.progress_line import ProgressLine
 from seatrial.util.status import Status, duration_text
 
 

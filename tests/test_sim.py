@@ -318,10 +318,12 @@ def test_a_scene_file_and_its_arguments(boat, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"current": (1.0,)}, "expected two numbers"),
+        ({"current": (1.0,)}, "expected 2 numbers"),
         ({"scene": pool(4.0, 3.0), "start": (1.9, 0.0, 0.0)}, "does not fit at (1.9, 0) m"),
-        ({"start": (0.0, 0.0)}, "expected three numbers"),
+        ({"start": (0.0, 0.0)}, "expected 3 numbers"),
         ({"radius": -1.0}, "radius -1.0 m"),
+        ({"lever": (0.1, 0.0, 0.2)}, "lever of shape (3,); expected 2 numbers: forward [m]"),
+        ({"lever": (np.nan, 0.0)}, "lever [nan, 0.0]; expected 2 numbers"),
         ({"seed": -1}, "seed -1"),
         ({"sensors": Sensors(lidar=LidarSettings(beams=1))}, "beams: expected 2 to 4096"),
         ({"sensors": Sensors(pose=PoseSettings(drop_out_shortest=9.0))}, "shortest: expected"),

@@ -12,11 +12,12 @@ import pytest
 from conftest import at_length
 from rich.cells import cell_len
 
-from seatrial.util import printing, terminal
+from seatrial.util import printing
+from seatrial.util.console import terminal
+from seatrial.util.console.progress_line import ProgressLine
 from seatrial.util.errors import printable
 from seatrial.util.format import table
 from seatrial.util.printing import coloured, columns_of, say, tables_fit
-from seatrial.util.progress_line import ProgressLine
 
 SEATRIAL = Path(sys.executable).parent / "seatrial"
 ESCAPE = re.compile(r"\x1b\[[\d;]*m")

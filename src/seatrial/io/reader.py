@@ -52,4 +52,4 @@ def recording_name(path: Path) -> str:
     """A recording's name: the file's or folder's, without the suffix."""
     full = path.resolve()
     name = full.name.removesuffix(".active").removesuffix(".zstd")
-    return full.name if full.is_dir() else name.rpartition(".")[0]
+    return full.name if full.is_dir() else Path(name).stem

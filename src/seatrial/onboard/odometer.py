@@ -29,7 +29,9 @@ from seatrial.onboard.predictor import (
     position_part,
     row_of,
 )
+from seatrial.util.errors import PredictorError
 from seatrial.util.frames import Array, frozen_array
+from seatrial.util.rows import finite_row
 
 FARTHEST_STAMP = 2**63 - 1  # [ns] of the core
 
@@ -69,7 +71,11 @@ class Odometer(Running):
     ) -> None:
         self.model = model if isinstance(model, Model) else load(model)
         self._settings = disturbance, current, window
-        self._lever = None if lever is None else np.array(lever, dtype=float)
+        self._lever = (
+            None
+            if lever is None
+            else finite_row(lever, "lever", ("forward [m]", "left [m]"), PredictorError)
+        )
         self._core: _core.Odometer = _core.Odometer(
             self._onboard(self.model), self._arm(self.model)
         )

@@ -18,6 +18,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.model_file import load
 from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
+from seatrial.util import rows
 from seatrial.util.errors import ModelError, PredictorError
 from seatrial.util.frames import SYMBOLS, Array, frozen_array
 
@@ -102,11 +103,9 @@ def onboard_model(
     # 1. Arguments.
     if disturbance not in ("earth", "body"):
         raise PredictorError(f"disturbance '{disturbance}': expected 'earth' or 'body'")
-    water = np.array(current, dtype=float)
+    water = rows.finite_row(current, "current", ("x [m/s]", "y [m/s]"), PredictorError)
     if not 0.0 < window <= LONGEST_WINDOW:
         raise PredictorError(f"window {window} s: expected up to {LONGEST_WINDOW:g} s")
-    if water.shape != (2,) or not np.isfinite(water).all():
-        raise PredictorError(f"current {current}: expected two numbers, x and y [m/s]")
     # 2. Envelope of speeds and forces, for the health flags.
     vehicle, ranges = model.vehicle, model.envelope
     speeds = np.array([ranges.speeds.get(name, UNBOUNDED) for name in SYMBOLS])
@@ -221,10 +220,7 @@ def pose_covariance(covariance: ArrayLike | None) -> Array | None:
     """A pose's covariance (3, 3), or None. Raises PredictorError."""
     if covariance is None:
         return None
-    spread = np.ascontiguousarray(covariance, dtype=float)
-    if spread.shape != (3, 3):
-        raise PredictorError(f"pose: covariance of shape {spread.shape}; expected (3, 3)")
-    return spread
+    return rows.numbers(covariance, "pose: covariance", (3, 3), PredictorError)
 
 
 def position_part(
@@ -234,21 +230,19 @@ def position_part(
     eta = np.append(row_of(xy, "position", POSE[:2]), 0.0)
     if covariance is None:
         return eta, None
-    spread = np.ascontiguousarray(covariance, dtype=float)
-    if spread.shape != (2, 2):
-        raise PredictorError(f"position: covariance of shape {spread.shape}; expected (2, 2)")
     whole = np.diag([0.0, 0.0, model.noise.heading**2])
-    whole[:2, :2] = spread
+    whole[:2, :2] = rows.numbers(covariance, "position: covariance", (2, 2), PredictorError)
     return eta, whole
 
 
 def heading_part(psi: float, deviation: float | None, model: Model) -> tuple[Array, Array | None]:
     """The same, of which the heading counts."""
-    eta = np.array([0.0, 0.0, psi])
+    eta = np.array([0.0, 0.0, rows.numbers(psi, "heading", (), PredictorError, "psi [rad]")])
     if deviation is None:
         return eta, None
+    own = rows.numbers(deviation, "heading: deviation", (), PredictorError, "one number [rad]")
     position = model.noise.position**2
-    return eta, np.diag([position, position, float(deviation) ** 2])
+    return eta, np.diag([position, position, own**2])
 
 
 def _start_deviation(model: Model) -> Array:
@@ -260,9 +254,4 @@ def _start_deviation(model: Model) -> Array:
 
 def row_of(values: ArrayLike, what: str, names: Sequence[str]) -> Array:
     """One number for each name. Raises PredictorError."""
-    row = np.ascontiguousarray(values, dtype=float)
-    if row.shape != (len(names),):
-        raise PredictorError(
-            f"{what} of shape {row.shape}; expected {len(names)} numbers: {', '.join(names) or 'none'}"
-        )
-    return row
+    return rows.row_of(values, what, names, PredictorError)

@@ -10,18 +10,17 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.model_file import load
-from seatrial.onboard.predictor import row_of
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan, reading_of
 from seatrial.simulation.scene import Scene, SceneFile, load_scene
 from seatrial.simulation.sensors import Sensors, check, core_imu, core_lidar, core_pose
 from seatrial.util.errors import ModelError, SimulatorError
 from seatrial.util.frames import Array
+from seatrial.util.rows import finite_row
 
 R = TypeVar("R", bound=Reading)
 ABREAST = 1.5  # [m] to port of each other, where no scene has starts
@@ -45,9 +44,8 @@ class World:
     ) -> None:
         self.file = _scene_file(scene)
         self.scene = scene if isinstance(scene, Scene) else self.file.surfaces
-        water = np.array(self.file.current if current is None else current, dtype=float)
-        if water.shape != (2,) or not np.isfinite(water).all():
-            raise SimulatorError(f"current {current}: expected two numbers, x and y [m/s]")
+        given = self.file.current if current is None else current
+        water = finite_row(given, "current", ("x [m/s]", "y [m/s]"), SimulatorError)
         if not 0 <= seed < 2**64:
             raise SimulatorError(f"seed {seed}: expected a whole number from 0 on")
         self.boats: list[SimulatedBoat] = []
@@ -113,15 +111,12 @@ class SimulatedBoat:
         if self.name in [boat.name for boat in world.boats]:
             raise SimulatorError(f"two boats have the name {self.name}; give each its own")
         default = (0.0, ABREAST * self._place, 0.0)
-        begin = np.array(
-            (entry.start if entry else default) if start is None else start, dtype=float
-        )
-        if begin.shape != (3,) or not np.isfinite(begin).all():
-            raise SimulatorError(f"start {start}: expected three numbers, x, y [m] and psi [rad]")
+        given = (entry.start if entry else default) if start is None else start
+        begin = finite_row(given, "start", ("x [m]", "y [m]", "psi [rad]"), SimulatorError)
         own = (entry.radius if entry else None) if radius is None else radius
         self.radius = _core.HULL_RADIUS if own is None else own
         if not 0.0 <= self.radius < float("inf"):
-            raise SimulatorError(f"radius {radius} m: expected 0 m or more")
+            raise SimulatorError(f"radius {self.radius} m: expected 0 m or more")
         self._enter(begin, world.file.sensors if sensors is None else sensors, lever)
         self._last: dict[type[Reading], Reading] = {}
 
@@ -133,8 +128,11 @@ class SimulatedBoat:
 
     def _enter(self, start: Array, sensors: Sensors, lever: Sequence[float] | None) -> None:
         model, vehicle = self.model, self.model.vehicle
-        x, y = vehicle.lever if lever is None else lever
-        pose = core_pose(sensors.pose, (float(x), float(y)), vehicle.delays)
+        arm = finite_row(
+            vehicle.lever if lever is None else lever,
+            "lever", ("forward [m]", "left [m]"), SimulatorError,
+        )  # fmt: skip
+        pose = core_pose(sensors.pose, (float(arm[0]), float(arm[1])), vehicle.delays)
         imu = core_imu(sensors.imu)
         self.lidar = core_lidar(sensors.lidar)
         check(pose, imu, self.lidar)
@@ -154,9 +152,7 @@ class SimulatedBoat:
 
         they hold until the next. Raises SeatrialError.
         """
-        row = row_of(values, "command", self.model.vehicle.inputs)
-        if not np.isfinite(row).all():
-            raise SimulatorError(f"{self.name}: command {row.tolist()}: expected finite numbers")
+        row = finite_row(values, f"{self.name}: command", self.model.vehicle.inputs, SimulatorError)
         if not self._core.command(self._place, row):
             raise SimulatorError(f"{self.name}: too many commands within the thrusters' latency")
 

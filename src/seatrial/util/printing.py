@@ -70,7 +70,7 @@ def drawn(text: str, stream: TextIO | None) -> str:
     colour, columns = coloured(stream), columns_of(stream)
     if stream is None or not (colour or columns):
         return text
-    from seatrial.util import terminal
+    from seatrial.util.console import terminal
 
     return terminal.drawn(text, stream, colour=colour, columns=columns)
 

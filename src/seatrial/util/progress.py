@@ -2,7 +2,7 @@
 """Progress of long work: its stage, the share done, the time left.
 
 Work reports with `stage`, `over`, `reach` and `step`, from any depth of calls. `show_progress` around it draws one
-line (progress_line.py), or calls a function. Without that nothing happens.
+line (console/progress_line.py), or calls a function. Without that nothing happens.
 A thread reports to its own listener only.
 """
 
@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, TypeVar
 from seatrial.util.status import Status, time_left
 
 if TYPE_CHECKING:
-    from seatrial.util.progress_line import ProgressLine
+    from seatrial.util.console.progress_line import ProgressLine
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -200,7 +200,7 @@ def show_progress(report: Report | None = None, *, quiet: bool = False) -> Itera
         with _listening(_Work(report)):
             yield
     elif sys.stderr is not None and sys.stderr.isatty() and not quiet:
-        from seatrial.util.progress_line import ProgressLine
+        from seatrial.util.console.progress_line import ProgressLine
 
         with ProgressLine(sys.stderr) as line, _listening(_Work(line.update, line)):
             yield

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TextIO
 from seatrial.util.status import Status
 
 if TYPE_CHECKING:
-    from seatrial.util.progress_bar import Bar
+    from seatrial.util.console.progress_bar import Bar
 
 LINE_AFTER = 0.5  # [s] work that is shorter shows no line, and does not import rich
 
@@ -69,7 +69,7 @@ class ProgressLine:
         """Draw from now on, where the work lasts."""
         if self.ended.wait(LINE_AFTER) or os.environ.get("TERM") == "dumb":
             return
-        from seatrial.util.progress_bar import Bar
+        from seatrial.util.console.progress_bar import Bar
 
         with self.lock:
             if not self.ended.is_set():
