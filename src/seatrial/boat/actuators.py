@@ -42,6 +42,23 @@ STARTS = {  # start values of estimated constants
     "angle_offset": 0.0,  # [deg]
     "angle_rate": 60.0,  # [deg/s]
 }
+BOUNDS = {  # least and largest value of an estimated constant, by the first part of its name
+    "latency": (-1.0, 2.0),  # [s]
+    "lag": (0.002, 3.0),  # [s]
+    "edge_forward": (0.0, 0.6),
+    "edge_reverse": (0.0, 0.6),
+    "reverse_ratio": (0.1, 10.0),
+    "power": (0.3, 4.0),
+    "scale_power": (-1.0, 5.0),
+    "gain": (0.1, 10.0),
+    "pair_offset_along": (-0.5, 0.5),
+    "pair_offset_across": (-0.5, 0.5),
+    "pair_dead_zone": (0.0, 0.6),
+    "steer_angle": (3.0, 180.0),  # [deg]
+    "steer_offset": (-45.0, 45.0),  # [deg]
+    "steer_rate": (3.0, 1000.0),  # [deg/s]
+    "steer_dead_zone": (0.0, 0.6),
+}
 
 
 @dataclass(frozen=True)
@@ -57,6 +74,10 @@ class Constants:
         """A stage's constant (actuators,) out of all values (n,); 0 where there is no such stage."""
         index = self.index[:, STAGES.index(stage)]
         return np.where(index >= 0, np.append(values, 0.0)[index], 0.0)
+
+    def bounds(self, place: int) -> tuple[float, float]:
+        """Least and largest value of a constant while it is estimated."""
+        return BOUNDS[self.names[place].partition(".")[0]]
 
     def unit(self, name: str) -> str:
         """SI unit of a constant; a suffix after the dot is its group."""

@@ -26,8 +26,6 @@ DELAY_STEP = 0.3  # [s] largest change of a delay in one Gauss-Newton step
 class ChainConstant:
     """What is assumed of one kind of constant of the actuator chain."""
 
-    low: float  # bounds
-    high: float
     step: float = np.inf  # largest change in one Gauss-Newton step: the chain is far from linear
     typical: float = (
         0.0  # size that its error is relative to, at the least: a latency of 0 is as good as any
@@ -35,21 +33,21 @@ class ChainConstant:
 
 
 CHAIN_CONSTANTS = {
-    "latency": ChainConstant(-1.0, 2.0, step=0.1, typical=0.1),  # [s]
-    "lag": ChainConstant(0.002, 3.0, step=0.1, typical=0.1),  # [s]
-    "edge_forward": ChainConstant(0.0, 0.6, step=0.1, typical=0.1),
-    "edge_reverse": ChainConstant(0.0, 0.6, step=0.1, typical=0.1),
-    "reverse_ratio": ChainConstant(0.1, 10.0, step=0.5),
-    "power": ChainConstant(0.3, 4.0, step=0.5),
-    "scale_power": ChainConstant(-1.0, 5.0, step=0.5),
-    "gain": ChainConstant(0.1, 10.0, step=0.5),
-    "pair_offset_along": ChainConstant(-0.5, 0.5, typical=0.1),
-    "pair_offset_across": ChainConstant(-0.5, 0.5, typical=0.1),
-    "pair_dead_zone": ChainConstant(0.0, 0.6, typical=0.1),
-    "steer_angle": ChainConstant(3.0, 180.0, step=10.0),  # [deg]
-    "steer_offset": ChainConstant(-45.0, 45.0, step=10.0, typical=5.0),  # [deg]
-    "steer_rate": ChainConstant(3.0, 1000.0, step=20.0),  # [deg/s]
-    "steer_dead_zone": ChainConstant(0.0, 0.6, step=0.1, typical=0.1),
+    "latency": ChainConstant(step=0.1, typical=0.1),  # [s]
+    "lag": ChainConstant(step=0.1, typical=0.1),  # [s]
+    "edge_forward": ChainConstant(step=0.1, typical=0.1),
+    "edge_reverse": ChainConstant(step=0.1, typical=0.1),
+    "reverse_ratio": ChainConstant(step=0.5),
+    "power": ChainConstant(step=0.5),
+    "scale_power": ChainConstant(step=0.5),
+    "gain": ChainConstant(step=0.5),
+    "pair_offset_along": ChainConstant(typical=0.1),
+    "pair_offset_across": ChainConstant(typical=0.1),
+    "pair_dead_zone": ChainConstant(typical=0.1),
+    "steer_angle": ChainConstant(step=10.0),  # [deg]
+    "steer_offset": ChainConstant(step=10.0, typical=5.0),  # [deg]
+    "steer_rate": ChainConstant(step=20.0),  # [deg/s]
+    "steer_dead_zone": ChainConstant(step=0.1, typical=0.1),
 }
 
 

@@ -200,7 +200,7 @@ class Problem:
         found = []
         for i, (kind, constant) in zip(self.free, self._kinds, strict=True):
             if constant is not None:
-                found.append((constant.low, constant.high))
+                found.append(self.vehicle.constants.bounds(i - self.n_coefficients))
             elif kind in late:
                 found.append((-LONGEST_DELAY - late[kind], LONGEST_DELAY - late[kind]))
             else:

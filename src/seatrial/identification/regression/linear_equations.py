@@ -22,28 +22,26 @@ ROW_OUTLIER = 1.5  # [robust standard deviations] beyond which a row counts line
 
 
 @dataclass(frozen=True)
-class ConstantRange:
-    """The range of a constant of the chain, and its steps."""
+class ConstantSteps:
+    """How a constant of the chain is searched."""
 
     probe: float  # finite difference for its derivative
     most: float  # largest change in one step
-    low: float
-    high: float
     grid: tuple[float, ...] = ()  # values of the first scan
 
 
-CONSTANT_RANGES = {
-    "latency": ConstantRange(0.02, 0.15, -1.0, 2.0, LATENCY_GRID),  # [s]
-    "lag": ConstantRange(0.02, 0.15, 0.01, 2.0, LAG_GRID),  # [s]
-    "edge_forward": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
-    "edge_reverse": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
-    "pair_dead_zone": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
-    "steer_rate": ConstantRange(2.0, 20.0, 3.0, 1000.0),  # [deg/s]
-    "steer_angle": ConstantRange(2.0, 10.0, 3.0, 180.0),  # [deg]
-    "steer_offset": ConstantRange(1.0, 5.0, -45.0, 45.0),  # [deg]
-    "steer_dead_zone": ConstantRange(0.02, 0.08, 0.0, 0.6, DEAD_ZONE_GRID),
-    "pair_offset_along": ConstantRange(0.02, 0.08, -0.5, 0.5),
-    "pair_offset_across": ConstantRange(0.02, 0.08, -0.5, 0.5),
+CONSTANT_STEPS = {
+    "latency": ConstantSteps(0.02, 0.15, LATENCY_GRID),  # [s]
+    "lag": ConstantSteps(0.02, 0.15, LAG_GRID),  # [s]
+    "edge_forward": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),
+    "edge_reverse": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),
+    "pair_dead_zone": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),
+    "steer_rate": ConstantSteps(2.0, 20.0),  # [deg/s]
+    "steer_angle": ConstantSteps(2.0, 10.0),  # [deg]
+    "steer_offset": ConstantSteps(1.0, 5.0),  # [deg]
+    "steer_dead_zone": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),
+    "pair_offset_along": ConstantSteps(0.02, 0.08),
+    "pair_offset_across": ConstantSteps(0.02, 0.08),
 }
 
 
@@ -106,10 +104,10 @@ class EquationFit:
     weights: Array  # (m, 3)
 
 
-def movable_constants(vehicle: Vehicle, free: Sequence[int]) -> dict[int, ConstantRange]:
-    """The ranges of the constants that are estimated, by index."""
+def movable_constants(vehicle: Vehicle, free: Sequence[int]) -> dict[int, ConstantSteps]:
+    """How the constants that are estimated are searched, by index."""
     stage = {i: vehicle.constants.names[i].partition(".")[0] for i in free}
-    found = {i: CONSTANT_RANGES[s] for i, s in stage.items() if s in CONSTANT_RANGES}
+    found = {i: CONSTANT_STEPS[s] for i, s in stage.items() if s in CONSTANT_STEPS}
     delayed = any(c.grid == LATENCY_GRID for c in found.values())
     # scan one of lag and latency only: they are separated later
     return {
@@ -117,7 +115,7 @@ def movable_constants(vehicle: Vehicle, free: Sequence[int]) -> dict[int, Consta
     }
 
 
-def fit_equations(rows: Equations, moved: Mapping[int, ConstantRange], steps: int) -> EquationFit:
+def fit_equations(rows: Equations, moved: Mapping[int, ConstantSteps], steps: int) -> EquationFit:
     """Coefficients and constants: a scan of each kind on its grid, then Gauss-Newton steps."""
     constants = rows.vehicle.constants.values.copy()
     weights = rows.design(constants).weights(rows.use)
@@ -129,7 +127,7 @@ def fit_equations(rows: Equations, moved: Mapping[int, ConstantRange], steps: in
 
 
 def with_constant_columns(
-    rows: Equations, at: EquationFit, moved: Mapping[int, ConstantRange]
+    rows: Equations, at: EquationFit, moved: Mapping[int, ConstantSteps]
 ) -> LinearEquations:
     """The equations with further columns for changes of the constants, by finite differences."""
     columns = []
@@ -155,7 +153,7 @@ def _scanned(
 
 
 def _refined(
-    rows: Equations, constants: Array, moved: Mapping[int, ConstantRange], steps: int
+    rows: Equations, constants: Array, moved: Mapping[int, ConstantSteps], steps: int
 ) -> EquationFit:
     """Gauss-Newton steps on coefficients and constants together; the coefficients are solved exactly."""
     at = _solved_at(rows, constants)
@@ -163,7 +161,7 @@ def _refined(
         step = with_constant_columns(rows, at, moved).solved(at.weights)[len(at.theta) :]
         before = at.design.cost(at.theta, at.weights)
         for share in (1.0, 0.3):
-            trial = _moved(at.constants, moved, share * step)
+            trial = _moved(rows, at.constants, moved, share * step)
             design = rows.design(trial)
             after = design.cost(design.solved(at.weights), at.weights)
             if after < before:
@@ -174,10 +172,13 @@ def _refined(
     return at
 
 
-def _moved(constants: Array, moved: Mapping[int, ConstantRange], step: Array) -> Array:
+def _moved(
+    rows: Equations, constants: Array, moved: Mapping[int, ConstantSteps], step: Array
+) -> Array:
+    """The constants (m,) after a step, within their bounds."""
     out = constants.copy()
     for (i, c), s in zip(moved.items(), step, strict=True):
-        out[i] = np.clip(out[i] + np.clip(s, -c.most, c.most), c.low, c.high)
+        out[i] = np.clip(out[i] + np.clip(s, -c.most, c.most), *rows.vehicle.constants.bounds(i))
     return out
 
 

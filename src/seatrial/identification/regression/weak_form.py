@@ -23,7 +23,7 @@ from seatrial.identification.provenance import envelope, recording_entry
 from seatrial.identification.regression.equation_error import couplings
 from seatrial.identification.regression.least_squares import LeastSquares, solve_least_squares
 from seatrial.identification.regression.linear_equations import (
-    ConstantRange,
+    ConstantSteps,
     EquationFit,
     Equations,
     LinearEquations,
@@ -71,7 +71,7 @@ def weak_form(
 def regression_model(
     recordings: Sequence[Recording],
     rows: Equations,
-    moved: Mapping[int, ConstantRange],
+    moved: Mapping[int, ConstantSteps],
     times: Sequence[Array],
     *,
     method: str,
@@ -105,7 +105,7 @@ def regression_model(
 
 def sought_constants(
     recordings: Sequence[Recording], vehicle: Vehicle
-) -> tuple[Vehicle, dict[int, ConstantRange]]:
+) -> tuple[Vehicle, dict[int, ConstantSteps]]:
     """The vehicle with the stages that its file does not state, and the ranges of the estimated constants."""
     whole = with_free_stages(vehicle, recordings)
     known = set(vehicle.constants.names) - set(whole.estimated)
