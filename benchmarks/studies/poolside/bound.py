@@ -21,7 +21,7 @@ from benchmarks.studies.poolside.drivers import Guided, Protocol
 from benchmarks.studies.poolside.drives import LONGEST, WATERS, Drive
 from seatrial.boat.model import Model
 from seatrial.identification.experiment_design.information import reference_point
-from seatrial.poolside.simulated_drive import simulated_drive
+from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.poolside.stick_patterns import stick_directions, stick_patterns
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95

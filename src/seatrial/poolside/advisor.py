@@ -18,9 +18,12 @@ from seatrial.boat.noise_parameters import NOISE_LEAST, noise_vector
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.experiment_design.information import ReferencePoint
 from seatrial.identification.experiment_design.manoeuvres import SIDE_WORDS
+from seatrial.identification.experiment_design.simulated_drive import (
+    SimulatedDrive,
+    simulated_drive,
+)
 from seatrial.poolside.area import Area
 from seatrial.poolside.needs import Need
-from seatrial.poolside.simulated_drive import SimulatedDrive, simulated_drive
 from seatrial.poolside.state import ManoeuvreState
 from seatrial.poolside.stick_patterns import StickPattern, first_patterns, stick_patterns
 from seatrial.util.errors import ModelError

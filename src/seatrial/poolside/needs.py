@@ -15,7 +15,10 @@ from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
 from seatrial.evaluation.assessment import HORIZONS
 from seatrial.evaluation.expected_error import parameter_sensitivities, process_noise_variance
-from seatrial.poolside.simulated_drive import SimulatedDrive, simulated_drive
+from seatrial.identification.experiment_design.simulated_drive import (
+    SimulatedDrive,
+    simulated_drive,
+)
 from seatrial.poolside.state import ParameterState
 from seatrial.poolside.stick_patterns import stick_directions
 from seatrial.recording.velocity import Motion

@@ -2,11 +2,11 @@
 """Expected Fisher information of simulated manoeuvres: the time in which each halves an error, and sentences."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.identification.experiment_design.information import (
     RecordingInformation,
@@ -17,9 +17,11 @@ from seatrial.identification.experiment_design.manoeuvres import (
     Manoeuvre,
     manoeuvres,
 )
+from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.identification.uncertainty.identifiability import Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.util.errors import ModelError
 from seatrial.util.format import joined
 from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95
@@ -28,7 +30,6 @@ from seatrial.util.statistics import NORMAL_95
 NEARLY_SHORTEST = 1.25
 LONGEST_TIME = 24 * 3600.0  # [s] up to which the time for half the error is sought
 REST_BEFORE = 1.0  # [s] at rest before a manoeuvre
-DIVERGED_SPEED = 10.0  # [m/s, rad/s] a simulation beyond it diverges
 MOST_SENTENCES = 4
 LONGEST_DRIVE = 1800.0  # [s] a longer one for one parameter is not proposed
 # times a sentence's time: parameters of the same manoeuvre within it share the sentence
@@ -157,27 +158,12 @@ def _scatter(covariance: Array, known: Sequence[RecordingInformation]) -> float:
 
 
 def trial(model: Model, one: Manoeuvre, period: float) -> Recording | None:
-    """The simulated recording of a manoeuvre; None where the model diverges."""
-    t = np.arange(0.0, MANOEUVRE_LENGTH + REST_BEFORE, period)
-    signals = [model.vehicle.file.scales[name].reference for name in model.vehicle.scales]
-    scales = np.array([signals], dtype=float).reshape(1, len(signals))
-    begin = np.array([-1.0])
-    commands = np.vstack([np.zeros((1, one.commands.shape[1])), one.commands])
-    trace = _core.ThrustTrace(
-        model.vehicle.chain, model.constants, np.concatenate([begin, one.t + REST_BEFORE]),
-        np.ascontiguousarray(commands), begin, scales,
-    )  # fmt: skip
-    states, _ = _core.simulate(model.boat, trace, np.zeros(6), t)
-    if not np.isfinite(states).all() or np.abs(states[:, 3:]).max() > DIVERGED_SPEED:
-        return None
-    stamps = np.rint(1e9 * t).astype(np.int64)
-    held = np.rint(1e9 * np.concatenate([begin, one.t + REST_BEFORE])).astype(np.int64)
-    every = np.ones(len(t), dtype=bool)
-    return Recording(
-        one.text, stamps, states[:, :3], states[:, :3], every, np.zeros(len(t), dtype=np.int64),
-        Signal(model.vehicle.inputs, held, commands),
-        Signal(model.vehicle.scales, held[:1], scales) if signals else None,
-    )  # fmt: skip
+    """The simulated recording of a manoeuvre from rest; None where the model diverges."""
+    times = np.arange(0.0, MANOEUVRE_LENGTH + REST_BEFORE, period)
+    sticks = one.t + REST_BEFORE, one.commands
+    with suppress(ModelError):
+        return simulated_drive(model, np.zeros(6), sticks, times, one.text).recording
+    return None
 
 
 def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[str]:

@@ -24,7 +24,11 @@ class SimulatedDrive:
 
 
 def simulated_drive(
-    model: Model, state: Array, sticks: tuple[Array, Array], times: Array
+    model: Model,
+    state: Array,
+    sticks: tuple[Array, Array],
+    times: Array,
+    name: str = "simulated",
 ) -> SimulatedDrive:
     """From a state (6,) at times[0], by commands (m, inputs) from times (m,) [s] on; poses at times (n,) [s].
 
@@ -44,7 +48,7 @@ def simulated_drive(
     held = np.rint(1e9 * t).astype(np.int64)
     every = np.ones(len(times), dtype=bool)
     recording = Recording(
-        "simulated", np.rint(1e9 * times).astype(np.int64), states[:, :3], states[:, :3], every,
+        name, np.rint(1e9 * times).astype(np.int64), states[:, :3], states[:, :3], every,
         np.zeros(len(times), dtype=np.int64), Signal(vehicle.inputs, held, commands),
         Signal(vehicle.scales, held[:1], scales) if vehicle.scales else None,
     )  # fmt: skip
