@@ -9,10 +9,10 @@ from conftest import at_length
 from live_advice_boat import known_boat
 
 from benchmarks.studies.guidance import boat as twin
+from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.poolside.advisor import Advisor, _added, position_errors
 from seatrial.poolside.area import Area, rectangle
 from seatrial.poolside.needs import needs_of
-from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.poolside.stick_patterns import stick_patterns
 from seatrial.workflow.fitness import Use
 

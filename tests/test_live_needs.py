@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from live_advice_boat import known_boat
 
+from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.poolside.enough import STEADY_SECONDS, Enough
 from seatrial.poolside.needs import Need, needs_of, parameter_states, reference_drive
-from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.poolside.state import PredictionState
 from seatrial.util.statistics import NORMAL_95
 from seatrial.workflow.fitness import GAIN_KNOWN, Use

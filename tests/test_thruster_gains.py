@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: MIT
 """Thrusters that do not thrust alike: named with their gains, and only where commands tell them apart."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from survey_boat import TRUTH, boat, driven
 from test_unmodelled_effects import asked, both
 
 from seatrial.boat.findings import FindingKind, finding_text
+from seatrial.boat.schema import ChainGroup, ScaleUse
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.diagnostics.thruster_gains import GainProblem, with_gains
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import with_free_stages
+from seatrial.recording.recording import Signal
 
 GAINS = {"left": 1.15, "right": 0.85}
 NONE = {"dead_zone": {"forward": 0.0, "reverse": 0.0}}
@@ -83,6 +88,24 @@ def test_nothing_is_sought_where_commands_or_the_file_leave_nothing_to_seek():
     assert with_gains(*problem(stated, recordings)) is None
     still = drives(None, sizes=(both, lambda rng: 0.0, both))[1]  # right is never commanded
     assert with_gains(*problem(vehicle, still)) is None
+
+
+@pytest.mark.parametrize("reference", [1.0, 3000.0])
+def test_gains_are_sought_at_the_reference_of_a_known_scale(reference):
+    """Of two propellers, one with its speed logged: what its unit is makes no difference."""
+    plain, recordings = drives(None)
+    content = plain.to_mapping()
+    content["scales"] = {"rpm": {"column": "rpm", "reference": reference}}
+    scaled = vehicle_from(content, "survey").with_chain(
+        [ChainGroup(actuators=["left"], scale=ScaleUse("rpm", 2.0))]
+    )
+    known = [
+        replace(r, scales=Signal(("rpm",), r.commands.stamps[:1], np.full((1, 1), reference)))
+        for r in recordings
+    ]
+    wider = with_gains(*problem(scaled, known))
+    assert wider is not None
+    assert wider.kinds == (("left", "right"),)
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Forces under held commands."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from seatrial import _core
@@ -8,6 +10,13 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.util.frames import Array
 
 STEADY_AFTER = 10.0  # [s] a command acts fully
+MOST_COMMANDS = 4000  # of those recorded: enough for their distribution
+
+
+def usual_commands(recorded: Sequence[Array]) -> Array:
+    """Commands (n, inputs) that stand for all recorded (m, inputs): every k-th, about `MOST_COMMANDS`."""
+    rows = np.concatenate(recorded)
+    return np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_COMMANDS)])
 
 
 def static_forces(vehicle: Vehicle, commands: Array) -> Array:

@@ -10,12 +10,12 @@ from seatrial import _core
 from seatrial.boat.actuators import STAGES
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup
+from seatrial.boat.static_forces import static_forces, usual_commands
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-MOST_GAIN_ROWS = 2000  # used of the commands: enough for their distribution
 LEAST_FORCE_CHANGE = (
     1e-3  # share of the forces beyond what coefficients take up: less is not identifiable
 )
@@ -115,14 +115,10 @@ def _with_free_gains(prior: Prior, place: int, count: int) -> Prior:
 def _identifiable(vehicle: Vehicle, kind: Sequence[int], recordings: Sequence[Recording]) -> bool:
     """Whether unequal gains change the forces in another way than a common factor does."""
     count = len(kind)
-    rows = np.concatenate([r.commands.values for r in recordings])
-    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_GAIN_ROWS)])
-    t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
+    rows = usual_commands([r.commands.values for r in recordings])
 
     def forces(gains: Array) -> Array:
-        other = _with_gain_group(vehicle, "gains", kind, gains)
-        trace = _core.ThrustTrace(other.chain, other.constants.values, t, rows, t[:1], none)
-        return np.asarray(trace.forces(t + 0.5))
+        return static_forces(_with_gain_group(vehicle, "gains", kind, gains), rows)
 
     now = forces(np.ones(count))
     power = (now**2).sum(axis=0)

@@ -18,6 +18,7 @@ from seatrial.boat.actuators import ESTIMATE, STAGES, STARTS
 from seatrial.boat.allocation import thruster_matrix
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup, DeadZone
+from seatrial.boat.static_forces import static_forces, usual_commands
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import VehicleError
@@ -42,7 +43,6 @@ STAGES_BY_GROUP = (
     "reverse_ratio",
 )  # stages that each kind of actuator may have of its own
 PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
-MOST_STAGE_ROWS = 4000  # used of the commands: enough for their distribution
 Wider = Callable[[list[ChainGroup]], Vehicle | None]  # the vehicle with these groups for one
 
 
@@ -293,15 +293,11 @@ def _edge_effect(
     In units of the force, over the edge. 0 where thrusters are always beyond it and balanced, or know
     one thrust only: a gain has the same effect.
     """
-    rows = np.concatenate([r.commands.values for r in recordings])
-    rows = np.ascontiguousarray(rows[:: max(1, len(rows) // MOST_STAGE_ROWS)])
-    t, none = np.arange(len(rows), dtype=float), np.ones((1, len(vehicle.scales)))
+    rows = usual_commands([r.commands.values for r in recordings])
 
     def forces(forward: float, reverse: float) -> Array:
         zone = ChainGroup(actuators=list(members), dead_zone=DeadZone(forward, reverse))
-        zoned = vehicle.with_chain([zone])
-        trace = _core.ThrustTrace(zoned.chain, zoned.constants.values, t, rows, t[:1], none)
-        return np.asarray(trace.forces(t + 0.5))
+        return static_forces(vehicle.with_chain([zone]), rows)
 
     edge = STARTS["edge_forward"]
     now = forces(edge, edge)
