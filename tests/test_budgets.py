@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 import warm_program
-import yaml
 from conftest import at_length
 
 from seatrial.io.bags import bounded_rosbags, unpack
@@ -21,7 +20,7 @@ from seatrial.io.bags.unpack import zstd_decompressor
 from seatrial.io.bags.wire import LONGEST_DEFINITION, MOST_FIELDS, Wire, parse_definition
 from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.files import dump_yaml, read_yaml
+from seatrial.util.files import read_yaml
 
 RULE = "\n" + "=" * 80 + "\n"
 MEMORY = 1_500_000_000  # [bytes] of address space
@@ -324,28 +323,6 @@ def test_the_metadata_of_a_bag_may_not_be_deep_either(tmp_path):
 def test_a_yaml_file_without_end_is_refused():
     with pytest.raises(FileError, match="below 64 MB"):
         read_yaml(Path("/dev/zero"))
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [("01500", 1500), ("0", 0), ("-007", -7), ("+12", 12), ("08", 8), ("0o17", 15), ("0x1F", 31), ("1:30", "1:30"),
-     ("1_000", "1_000"), ("0b11", "0b11"), ("1500.0", 1500.0), ("1e3", 1e3), ('"01500"', "01500")],
-)  # fmt: skip
-def test_whole_numbers_are_decimal(tmp_path, text, value):
-    (tmp_path / "a.yaml").write_text(f"a: {text}\n")
-    found = read_yaml(tmp_path / "a.yaml")["a"]
-    assert (found, type(found)) == (value, type(value))
-
-
-@pytest.mark.parametrize(
-    "word",
-    ["01500", "08", "0o17", "0x1F", "1:30", "1_000", "0b11", "12", "1e3", "-", "+1", "on", ".5"],
-)
-def test_words_that_look_like_numbers_are_written_as_words(tmp_path, word):
-    content = {"a": word, "b": [word, 1], word: 2}
-    (tmp_path / "a.yaml").write_text(dump_yaml(content))
-    assert read_yaml(tmp_path / "a.yaml") == content
-    assert yaml.safe_load(dump_yaml({"a": word}))["a"] == word or word in ("08", "0o17")
 
 
 def test_a_bag_of_large_chunks_is_read(tmp_path):

@@ -81,7 +81,9 @@ def _flow_mapping(dumper: yaml.SafeDumper, data: dict[str, Any]) -> yaml.Node:
 
 def _float(dumper: yaml.SafeDumper, data: float) -> yaml.Node:
     text = f"{data:.{DIGITS}g}"
-    text = text if any(c in text for c in ".en") else text + ".0"
+    if "." not in text and "n" not in text:  # with a point: else YAML 1.1 reads 1e-05 as text
+        number, e, exponent = text.partition("e")
+        text = f"{number}.0{e}{exponent}"
     text = {"inf": ".inf", "-inf": "-.inf", "nan": ".nan"}.get(text, text)
     return dumper.represent_scalar("tag:yaml.org,2002:float", text)
 
