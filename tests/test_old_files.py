@@ -18,6 +18,7 @@ from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.selection.actuator_stages import CHAIN_FINDINGS, STAGES_SELECTED
 from seatrial.identification.selection.terms.select_terms import CHANGES, DISTURBANCES
 from seatrial.util.errors import SeatrialError
+from seatrial.util.files import read_yaml
 
 MODELS = Path(__file__).parent / "models"
 OLD = {  # as identified by that version, and their findings
@@ -192,7 +193,7 @@ def test_a_model_of_then_is_read_and_written_as_one_of_now(name, tmp_path):
     model = load(MODELS / name)
     assert model.estimator.findings == OLD[name]
     save(model, tmp_path / "new.yaml")
-    written, old = (yaml.safe_load(p.read_text()) for p in (tmp_path / "new.yaml", MODELS / name))
+    written, old = (read_yaml(p) for p in (tmp_path / "new.yaml", MODELS / name))
     assert written["seatrial"] == MODEL_FORMAT
     assert "notes" not in written["estimator"]
     again = load(tmp_path / "new.yaml")
