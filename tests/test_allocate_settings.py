@@ -8,7 +8,7 @@ from allocation_boats import MALLARD, SCHEMES, boat
 import seatrial
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.schema import ChainGroup, DeadZone
-from seatrial.control.allocation import AllocatorScheme
+from seatrial.control.allocation import AllocatorScheme, compare_schemes
 from seatrial.control.allocation.allocator import ranks
 from seatrial.util.errors import AllocationError, VehicleError
 
@@ -52,6 +52,30 @@ def test_bad_boats_are_one_clear_line(cse1_vehicle):
     open_ended = boat(square, [ChainGroup(latency="estimate")])
     with pytest.raises(AllocationError, match="leaves latency to be estimated"):
         seatrial.Allocator(open_ended)
+
+
+def test_a_scheme_that_the_limits_rule_out_is_a_row_and_not_the_end():
+    """Limits of 0.02: fewest-crossings finds no sides; auto and the comparison take the others."""
+    square = [(0.2, 0.2, 135), (0.2, -0.2, -135), (-0.2, 0.2, 45), (-0.2, -0.2, -45)]
+    narrow = boat(square, limit=0.02)
+    with pytest.raises(AllocationError, match="limits leave hardly any wrench"):
+        seatrial.Allocator(narrow, "fewest-crossings", margin=0.0)
+    compared = compare_schemes(narrow, margin=0.0)
+    assert compared.allocator.scheme is AllocatorScheme.MP
+    rows = {row.name: row for row in compared.rows}
+    assert rows["fewest-crossings"].allocator is None
+    assert "limits leave hardly any wrench" in rows["fewest-crossings"].why
+    # T of a square with thrusters at 45 degrees: two by two they add up in each axis
+    reach = 0.02 * np.abs(compared.boat.T).sum(axis=1)
+    np.testing.assert_allclose(rows["sign-pattern"].authority, np.column_stack([reach, reach]))
+
+
+def test_auto_without_inversion_still_needs_curves_to_compare_by():
+    square = [(0.2, 0.2, 135), (0.2, -0.2, -135), (-0.2, 0.2, 45), (-0.2, -0.2, -45)]
+    falls = boat(square, [ChainGroup(table=[(-1, -1), (0, 0), (0.5, 1.2), (1, 1)])])
+    assert seatrial.Allocator(falls, "moore-penrose", invert=False).scheme is AllocatorScheme.MP
+    with pytest.raises(AllocationError, match="can't be inverted"):
+        seatrial.Allocator(falls, invert=False)
 
 
 def test_a_wrench_out_of_reach_is_refused_where_that_is_asked_for():

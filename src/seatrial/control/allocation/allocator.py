@@ -197,26 +197,28 @@ class Allocator:
         self._core.reset()
 
     def _least_error(self, demands: ArrayLike | None) -> AllocatorScheme:
-        """Of the schemes that every geometry has, with the least wrench error by the true curves, then power."""
-        judge = self._build(AllocatorScheme.MP, self.limits, self.idle_commands, invert=True)
-        if judge.fault:
-            self._checked_core(AllocatorScheme.MP)
+        """Of the possible `CHOICES` the one with the least wrench error by the true curves, then power."""
+        judge = self._checked_core(AllocatorScheme.MP, invert=True)
         rows = self._some_demands(judge) if demands is None else _as_rows(demands, 3, "demands")[0]
-        found = []
+        found = {}
         for scheme in CHOICES:
-            core = self._checked_core(scheme)
+            core = self._build(scheme, self.limits, self.idle_commands)
+            if core.fault:
+                continue
             given, power = judge.wrench(np.asarray(core.allocate(rows)[0]))
             error = float(np.sqrt(np.mean((np.asarray(given) - rows) ** 2)))
-            found.append((round(error, ERROR_DIGITS), float(np.mean(power))))
-        return CHOICES[found.index(min(found))]
+            found[scheme] = (round(error, ERROR_DIGITS), float(np.mean(power)))
+        return min(found, key=lambda scheme: found[scheme])
 
     def _some_demands(self, judge: _core.Allocator) -> Array:
         """Wrenches (m, 3) of thrusts drawn evenly between the limits; the same each time."""
         share = np.random.default_rng(0).uniform(-1.0, 1.0, (DEMANDS, len(self.thrusters)))
         return np.ascontiguousarray(judge.wrench(np.ascontiguousarray(share * self.limits))[0])
 
-    def _checked_core(self, scheme: AllocatorScheme) -> _core.Allocator:
-        core = self._build(scheme, self.limits, self.idle_commands)
+    def _checked_core(
+        self, scheme: AllocatorScheme, *, invert: bool | None = None
+    ) -> _core.Allocator:
+        core = self._build(scheme, self.limits, self.idle_commands, invert=invert)
         if core.fault:
             raise AllocationError(
                 f"{self.boat.vehicle.source}: {self._fault_text(core.fault, scheme)}"
@@ -269,6 +271,11 @@ class Allocator:
     def _fault_text(self, code: int, scheme: AllocatorScheme) -> str:
         """Message for a fault code of the core."""
         names = ", ".join(self.thrusters)
+        no_idle = (
+            f"T's null space has no bias within the limits that keeps all of {names} outside their dead zones"
+            if scheme is AllocatorScheme.NULL_SPACE
+            else "the limits leave hardly any wrench in some direction"
+        )
         return (
             "",
             f"{len(self.thrusters)} thrusters ({names}); the allocator takes 3 to 8, or 2 without sway thrust",
@@ -279,8 +286,7 @@ class Allocator:
             "no room between a dead zone and its limit; check dead_zone and limit",
             "always-forward needs thrusters whose wrenches cancel at equal thrust, as MallARD's "
             "four; use auto",
-            f"{scheme.value}: T's null space has no bias within the limits that keeps all of "
-            f"{names} outside their dead zones; use auto",
+            f"{scheme.value}: {no_idle}; use auto",
         )[code]
 
 

@@ -105,7 +105,7 @@ def compare_schemes(
     margin: float | None = None,
     hysteresis: float = HYSTERESIS,
 ) -> AllocationComparison:
-    """Every scheme on this boat; where the geometry excludes one, the reason.
+    """Every scheme on this boat; where geometry or limits exclude one, the reason.
 
     `scheme` is the requested one; it must be possible. Raises AllocationError.
     """
@@ -118,15 +118,14 @@ def compare_schemes(
     rows = [_recorded(own, chosen, recordings)] if recordings else []
     plain = Allocator(own, "moore-penrose", invert=False, **options)
     rows.append(_row(PLAIN, plain, chosen, recordings))
-    # Every scheme that the geometry allows; the reason where it does not
+    # Every scheme that geometry and limits allow; the reason where they do not
     for one in SCHEME_ORDER:
-        if one is AllocatorScheme.FEWEST and Allocator(own, one.value, **options).scheme is not one:
-            continue  # it is one of the others
         try:
             allocator = Allocator(own, one.value, **options)
         except AllocationError as error:
             rows.append(Row(one.value, str(error), None, None))
-        else:
+            continue
+        if allocator.scheme is one:  # fewest-crossings may be another one of them
             rows.append(_row(one.value, allocator, chosen, recordings))
     return AllocationComparison(chosen, tuple(rows), priority)
 
