@@ -122,14 +122,22 @@ def test_a_course_is_smooth_and_its_rates_are_its_slopes(shape):
     h = 1e-4
     for t in np.linspace(0.31, 39.7, 57):
         before, now, after = (course.at(float(x)) for x in (t - h, t, t + h))
-        rate = after.eta - before.eta
-        rate[2] = np.angle(np.exp(1j * rate[2]))
-        np.testing.assert_allclose(now.rate, rate / (2 * h), atol=2e-5)
+        np.testing.assert_allclose(now.rate, (after.eta - before.eta) / (2 * h), atol=2e-5)
         np.testing.assert_allclose(
             now.acceleration, (after.rate - before.rate) / (2 * h), atol=2e-4
         )
     for t in (-1.0, 0.0, 40.0, 50.0):
         assert not course.at(t).rate.any() and not course.at(t).acceleration.any()
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, Eight(0.4, 0.9, laps=2)])
+def test_a_shapes_heading_does_not_jump(shape):
+    s = np.linspace(0.0, shape.length, 4001)
+    psi, rate = np.array([shape.at(float(x))[:2, 2] for x in s]).T
+    assert np.abs(np.diff(psi)).max() <= 1.001 * np.abs(rate).max() * s[1]
+    assert psi[-1] - psi[0] == pytest.approx(
+        2 * np.pi * shape.laps if isinstance(shape, Circle) else 0.0
+    )
 
 
 @pytest.mark.parametrize("shape", SHAPES, ids=["circle", "eight", "square"])

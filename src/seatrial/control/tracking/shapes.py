@@ -18,7 +18,10 @@ class Shape(ABC):
 
     @abstractmethod
     def at(self, s: float) -> Array:
-        """Rows (3, 3): pose x, y [m], psi [rad], and its first two derivatives to s; s from 0 to `length`."""
+        """Rows (3, 3): pose x, y [m], psi [rad], and its first two derivatives to s; s from 0 to `length`.
+
+        psi is continuous: it is not wrapped.
+        """
 
     @property
     @abstractmethod
@@ -71,10 +74,9 @@ class Eight(Shape):
         bend = x[1] * y[2] - y[1] * x[2]  # psi' v2
         first = bend / v2
         second = (x[1] * y[3] - y[1] * x[3]) / v2 - 2.0 * first * (x[1] * x[2] + y[1] * y[2]) / v2
-        # arctan2 is discontinuous only where the boat heads along -x, which an eight does not
-        return np.array(
-            [[x[0], y[0], np.arctan2(y[1], x[1])], [x[1], y[1], first], [x[2], y[2], second]]
-        )
+        # from -y on, as an eight never heads along +y, where arctan2 then jumps
+        psi = np.arctan2(x[1], -y[1]) - np.pi / 2
+        return np.array([[x[0], y[0], psi], [x[1], y[1], first], [x[2], y[2], second]])
 
 
 @dataclass(frozen=True)
