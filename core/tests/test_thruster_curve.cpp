@@ -30,7 +30,7 @@ TEST_CASE("the inverse of a curve undoes it, and waits at the edge where no thru
     for (int i = -100; i <= 100; ++i) {
       double row[kMaxActuators] = {};
       row[k] = 0.01 * i;
-      const double thrust = c.thrust(chain, row[k]);
+      const double thrust = c.thrust(chain, q, row[k]);
       CHECK(thrust == doctest::Approx(curve(chain, q, k, row, nullptr)).epsilon(1e-14));
       if (thrust == 0.0) continue;
       CHECK(c.command(chain, thrust, Side::kOff) == doctest::Approx(row[k]).epsilon(1e-12));

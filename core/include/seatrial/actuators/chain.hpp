@@ -81,13 +81,14 @@ inline bool follows_at_once(const Chain& c, const double* q, int k) {
          c.actuators[k].angle_rate < 0;
 }
 
-/// What a lag leaves, over one step, of an actuator's distance to its target, by the nodes of the
-/// step: such that its velocity and its position both have the exact integrals of what is left.
+/// Remaining fraction of (level - target) of a first-order lag at the three Runge-Kutta nodes of a
+/// step of h [s], chosen so that the step integrates a lagged force exactly into velocity and into
+/// position. x = h / lag.
 struct LagDecay {
-  double end = 0.0;     // as it is there
-  double middle = 0.0;  // like exp(-x / 2) where the lag is long beside the step
-  double begin = 0.0;   // like 1
-  // of an actuator with a rate limit, which has these instead
+  double end = 0.0;     // exp(-x)
+  double middle = 0.0;  // tends to exp(-x / 2) for small x
+  double begin = 0.0;   // tends to 1 for small x
+  // an actuator with a rate limit has these instead
   double rate = 0.0;  // [1/s] of its level; 0: none
   double lag = 0.0;   // [s]
   double step = 0.0;  // [s]

@@ -7,14 +7,15 @@
 #include <cstdint>
 
 #include "seatrial/actuators/allocation.hpp"
+#include "seatrial/model/frames.hpp"
 #include "seatrial/model/structure.hpp"
 
 namespace seatrial {
 
-inline constexpr int kMaxConstants = 32;  // chain constants q of all actuators together
-inline constexpr int kMaxScales = 4;      // known scale signals (propeller speed, voltage)
-inline constexpr int kMaxTable = 256;     // points of a tabulated curve
-inline constexpr double kDegree = 3.14159265358979323846 / 180.0;  // [rad]
+inline constexpr int kMaxConstants = 32;        // chain constants q of all actuators together
+inline constexpr int kMaxScales = 4;            // known scale signals (propeller speed, voltage)
+inline constexpr int kMaxTable = 256;           // points of a tabulated curve
+inline constexpr double kDegree = kPi / 180.0;  // [rad]
 
 /// Where the constants of one actuator stand in q; -1: stage absent (its neutral value).
 struct Actuator {
@@ -78,10 +79,6 @@ inline double interpolate(const Chain& c, double x) {
   return c.table_thrust[i - 1] + share * (c.table_thrust[i] - c.table_thrust[i - 1]);
 }
 
-}  // namespace detail
-
-namespace detail {
-
 /// Edges and power: g(1) = 1, g = 0 between the edges. slope[i] += share d g / d q_i.
 inline double edges_and_power(const Actuator& a, const double* q, double command, double share,
                               double* slope) {
@@ -103,6 +100,14 @@ inline double edges_and_power(const Actuator& a, const double* q, double command
     if (!forward && a.reverse_ratio >= 0) slope[a.reverse_ratio] += -share * shape;
   }
   return g;
+}
+
+/// Curve of actuator k that depends on its own command alone, without its gain: the table, or edges
+/// and power. slope[i] += share d g / d q_i.
+inline double single_curve(const Chain& c, const double* q, int k, double command, double share,
+                           double* slope) {
+  const Actuator& a = c.actuators[k];
+  return a.tabulated ? interpolate(c, command) : edges_and_power(a, q, command, share, slope);
 }
 
 /// A component of the pair's vector P.
@@ -144,8 +149,7 @@ inline double of_pair(const Chain& c, const double* q, int k, const double* thru
 inline double of_angle(const Chain& c, const double* q, int k, double command, double* slope) {
   const Actuator& a = c.actuators[k];
   const double full = kDegree * constant(q, a.full_angle, 0.0);
-  const double g =
-      a.tabulated ? interpolate(c, command) : edges_and_power(a, q, command, full, slope);
+  const double g = single_curve(c, q, k, command, full, slope);
   if (slope != nullptr) {
     if (a.full_angle >= 0) slope[a.full_angle] += kDegree * g;
     if (a.angle_offset >= 0) slope[a.angle_offset] += kDegree;
@@ -161,14 +165,8 @@ inline double curve(const Chain& c, const double* q, int k, const double* thrust
   const Actuator& a = c.actuators[k];
   if (a.steers >= 0) return detail::of_angle(c, q, k, thruster[k], slope);
   const double gain = detail::constant(q, a.gain, 1.0);
-  double g = 0.0;
-  if (a.partner >= 0) {
-    g = detail::of_pair(c, q, k, thruster, gain, slope);
-  } else if (a.tabulated) {
-    g = detail::interpolate(c, thruster[k]);
-  } else {
-    g = detail::edges_and_power(a, q, thruster[k], gain, slope);
-  }
+  const double g = a.partner >= 0 ? detail::of_pair(c, q, k, thruster, gain, slope)
+                                  : detail::single_curve(c, q, k, thruster[k], gain, slope);
   if (slope != nullptr && a.gain >= 0) slope[a.gain] += g;
   return gain * g;
 }

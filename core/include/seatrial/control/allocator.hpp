@@ -67,19 +67,22 @@ class Allocator {
     return out;
   }
 
-  /// The command that gives a thrust of thruster k; for none, the edge of the side it waits on.
+  /// The command that gives a thrust of thruster k; for no thrust the edge of the side on which it
+  /// waits.
   double command(int k, double thrust) const {
     return curve_[k].command(setup_.chain, thrust, side_[k]);
   }
 
   /// Thrust of thruster k at a command, once lags have settled.
-  double thrust(int k, double command) const { return curve_[k].thrust(setup_.chain, command); }
+  double thrust(int k, double command) const {
+    return curve_[k].thrust(setup_.chain, setup_.q, command);
+  }
 
   /// The wrench (3) that commands (n) give once lags have settled.
   void wrench(const double* command, double* out) const {
     double y[kMaxActuators];
     for (int k = 0; k < setup_.effectiveness.n; ++k) {
-      y[k] = curve_[k].thrust(setup_.chain, command[k]);
+      y[k] = curve_[k].thrust(setup_.chain, setup_.q, command[k]);
     }
     setup_.effectiveness.wrench(y, out);
   }
@@ -88,7 +91,7 @@ class Allocator {
   double power(const double* command) const {
     double sum = 0.0;
     for (int k = 0; k < setup_.effectiveness.n; ++k) {
-      sum += range_.power(k, curve_[k].thrust(setup_.chain, command[k]));
+      sum += range_.power(k, curve_[k].thrust(setup_.chain, setup_.q, command[k]));
     }
     return sum;
   }
@@ -153,12 +156,12 @@ class Allocator {
   bool range_of(int k) {
     const ThrusterCurve& curve = curve_[k];
     const Chain& chain = setup_.chain;
-    range_.most_forward[k] = curve.thrust(chain, setup_.limit[k]);
-    range_.most_reverse[k] = -curve.thrust(chain, -setup_.limit[k]);
-    range_.full_forward[k] = curve.thrust(chain, 1.0);
-    range_.full_reverse[k] = -curve.thrust(chain, -1.0);
-    range_.idle_forward[k] = curve.thrust(chain, setup_.idle_forward[k]);
-    range_.idle_reverse[k] = -curve.thrust(chain, -setup_.idle_reverse[k]);
+    range_.most_forward[k] = curve.thrust(chain, setup_.q, setup_.limit[k]);
+    range_.most_reverse[k] = -curve.thrust(chain, setup_.q, -setup_.limit[k]);
+    range_.full_forward[k] = curve.thrust(chain, setup_.q, 1.0);
+    range_.full_reverse[k] = -curve.thrust(chain, setup_.q, -1.0);
+    range_.idle_forward[k] = curve.thrust(chain, setup_.q, setup_.idle_forward[k]);
+    range_.idle_reverse[k] = -curve.thrust(chain, setup_.q, -setup_.idle_reverse[k]);
     return setup_.limit[k] > setup_.idle_forward[k] && setup_.limit[k] > setup_.idle_reverse[k] &&
            setup_.idle_forward[k] >= curve.edge(Side::kForward) &&
            setup_.idle_reverse[k] >= curve.edge(Side::kReverse) && range_.most_forward[k] > 0.0 &&

@@ -8,18 +8,19 @@
 
 namespace seatrial {
 
-/// Which side of its dead zone a thruster without thrust waits on.
+/// The side of its dead zone on which a thruster without thrust waits.
 enum class Side : std::int8_t { kReverse = -1, kOff = 0, kForward = 1 };
 
 /// One thruster's curve, thrust g(command) with its gain, and its inverse. Thrust is in units of
-/// the mean thruster's at command 1; commands in command units.
+/// the mean thruster's at command 1; commands in command units. `chain` and `q` of all calls are
+/// those it is made of.
 class ThrusterCurve {
  public:
   ThrusterCurve() = default;
 
   /// `inverted` false: the curve is left out, and a command is taken for the thrust.
   ThrusterCurve(const Chain& chain, const double* q, int k, bool inverted)
-      : tabulated_(inverted && chain.actuators[k].tabulated), straight_(!inverted) {
+      : k_(k), tabulated_(inverted && chain.actuators[k].tabulated), straight_(!inverted) {
     const Actuator& a = chain.actuators[k];
     gain_ = inverted ? detail::constant(q, a.gain, 1.0) : 1.0;
     ratio_ = inverted ? detail::constant(q, a.reverse_ratio, 1.0) : 1.0;
@@ -33,19 +34,12 @@ class ThrusterCurve {
     return side == Side::kForward ? edge_forward_ : side == Side::kReverse ? edge_reverse_ : 0.0;
   }
 
-  /// Thrust at a command.
-  double thrust(const Chain& chain, double command) const {
-    if (straight_) return command;
-    if (tabulated_) return gain_ * detail::interpolate(chain, command);
-    const bool forward = command >= 0.0;
-    const double edge = forward ? edge_forward_ : edge_reverse_;
-    const double past = (std::abs(command) - edge) / (1.0 - edge);
-    if (past <= 0.0) return 0.0;
-    const double shape = power_ == 1.0 ? past : std::pow(past, power_);
-    return gain_ * (forward ? shape : -ratio_ * shape);
+  /// Thrust at a command, by the chain's own curve.
+  double thrust(const Chain& chain, const double* q, double command) const {
+    return straight_ ? command : gain_ * detail::single_curve(chain, q, k_, command, 1.0, nullptr);
   }
 
-  /// The command that gives a thrust; where none is asked, the edge of `waits`, or 0.
+  /// The command that gives a thrust; for no thrust the edge of the side `waits`, or 0.
   double command(const Chain& chain, double thrust, Side waits) const {
     if (thrust == 0.0) return static_cast<double>(waits) * edge(waits);
     if (straight_) return thrust;
@@ -57,7 +51,7 @@ class ThrusterCurve {
     return (forward ? 1.0 : -1.0) * (edge + (1.0 - edge) * past);
   }
 
-  /// Whether there is one command for every thrust but none: rising outside the dead zone.
+  /// Whether every thrust but 0 has one command: the curve rises outside the dead zone.
   bool invertible(const Chain& chain) const {
     if (!(gain_ > 0.0 && ratio_ > 0.0 && power_ > 0.0)) return false;
     if (!(edge_forward_ < 1.0 && edge_reverse_ < 1.0)) return false;
@@ -95,6 +89,7 @@ class ThrusterCurve {
     return below + share * (chain.table_command[above] - below);
   }
 
+  int k_ = 0;  // actuator
   double gain_ = 1.0;
   double ratio_ = 1.0;  // full reverse over full forward thrust
   double power_ = 1.0;

@@ -95,7 +95,7 @@ inline void rest(const Effectiveness& t, const ThrustRange& r, Idle& idle) {
   for (int k = 0; k < t.n; ++k) idle.power += r.power(k, idle.thrust[k]);
 }
 
-/// Digit k of `code` to base 3 or, with `both` false, 2.
+/// Side of thruster k: digit k of `code`, written to base 2 (forward, astern) or 3 (also off).
 inline Side side_of(int code, int k, int base) {
   for (int i = 0; i < k; ++i) code /= base;
   const int digit = code % base;

@@ -31,11 +31,11 @@ struct GuidanceSettings {
 
 /// What the surge and yaw controllers get, in body axes; sway is free.
 struct Guided {
-  double error[kAxes] = {};  // pose error, the sway's is 0
-  double rate[kAxes] = {};   // wanted velocity
-  double nu[kAxes] = {};     // motion that the feed-forward holds: with the sway of the turn
-  double nu_dot[kAxes] = {};
-  bool near = true;  // the surge error is not limited: it may be integrated
+  double error[kAxes] = {};   // reference - pose [m, m, rad]; 0 in sway
+  double rate[kAxes] = {};    // wanted velocity over ground [m/s, m/s, rad/s]
+  double nu[kAxes] = {};      // motion of the feed-forward, with the turn's sway [m/s, m/s, rad/s]
+  double nu_dot[kAxes] = {};  // [m/s^2, m/s^2, rad/s^2]
+  bool near = true;           // the surge error is not limited, and may be integrated
 };
 
 class Guidance {
@@ -48,7 +48,7 @@ class Guidance {
                const Reference& ahead, const Sway& sway) {
     const bool rests = speed_of(now) < s_.slowest;
     Guided out;
-    free_sway(dt, rests ? Turn{} : turn_of(ahead), sway, out);
+    free_sway(dt, rests ? PathMotion{} : motion_of(ahead), sway, out);
     if (rests) {
       keep_station(dt, eta, nu, now, out);
     } else {
@@ -73,19 +73,19 @@ class Guidance {
   static constexpr double kFar = 2.0;             // [radii] from which the bow points at the goal
   static constexpr double kMostSlip = 0.7;        // of sway over speed in the turn's slip
 
-  /// Along a path: speed, its gain, and rate of the course.
-  struct Turn {
-    double speed = 0.0;
-    double gains = 0.0;
-    double rate = 0.0;
+  /// Motion of the reference along its path.
+  struct PathMotion {
+    double speed = 0.0;         // [m/s]
+    double acceleration = 0.0;  // [m/s^2] along the path
+    double course_rate = 0.0;   // [rad/s]
   };
 
-  /// The line that the boat is on, or off: course, and the boat's place along and to the left.
+  /// The line to follow, and the boat's place beside its reference point.
   struct Line {
-    double course = 0.0;
-    double along = 0.0;
-    double across = 0.0;
-    bool far = false;
+    double course = 0.0;  // [rad]
+    double along = 0.0;   // [m]
+    double across = 0.0;  // [m] to the left
+    bool far = false;     // the bow points at the goal
   };
 
   static double speed_of(const Reference& r) { return std::hypot(r.rate[0], r.rate[1]); }
@@ -94,7 +94,7 @@ class Guidance {
   /// tangent of the angle to point off the course. Returns by how much the heading is off it.
   double follow(double dt, const double* eta, const double* nu, const Reference& now, Guided& out) {
     const double speed = speed_of(now);
-    const double turn = turn_of(now).rate;
+    const double turn = motion_of(now).course_rate;
     const Line line = path(eta, now);
     const double normal[2] = {-std::sin(line.course), std::cos(line.course)};
     const double drift = (normal[0] * drift_[0] + normal[1] * drift_[1]) / speed;
@@ -133,10 +133,10 @@ class Guidance {
 
   /// `off`: of the heading from the course.
   void feed_forward(double off, const Reference& ahead, Guided& out) const {
-    const Turn turn = turn_of(ahead);
-    out.nu[0] = turn.speed * std::max(0.0, std::cos(off));
-    out.nu_dot[0] = turn.gains;
-    out.nu[2] = turn.rate - slip_rate_;
+    const PathMotion motion = motion_of(ahead);
+    out.nu[0] = motion.speed * std::max(0.0, std::cos(off));
+    out.nu_dot[0] = motion.acceleration;
+    out.nu[2] = motion.course_rate - slip_rate_;
     out.nu_dot[2] = ahead.acceleration[2];
   }
 
@@ -145,25 +145,26 @@ class Guidance {
     return nu[0] * std::sin(off) + nu[1] * std::cos(off);
   }
 
-  Turn turn_of(const Reference& r) const {
-    Turn t;
-    t.speed = speed_of(r);
-    if (t.speed < s_.slowest) return t;
+  /// Without acceleration and course rate where the reference rests.
+  PathMotion motion_of(const Reference& r) const {
+    PathMotion motion;
+    motion.speed = speed_of(r);
+    if (motion.speed < s_.slowest) return motion;
     const double* v = r.rate;
     const double* a = r.acceleration;
-    t.gains = (v[0] * a[0] + v[1] * a[1]) / t.speed;
-    t.rate = (v[0] * a[1] - v[1] * a[0]) / (t.speed * t.speed);
-    return t;
+    motion.acceleration = (v[0] * a[0] + v[1] * a[1]) / motion.speed;
+    motion.course_rate = (v[0] * a[1] - v[1] * a[0]) / (motion.speed * motion.speed);
+    return motion;
   }
 
   /// Of the point of the reference's circle of curvature that is nearest to the boat: a boat that
   /// is behind its reference in a bend is not off its path.
   Line path(const double* eta, const Reference& now) {
-    const Turn turn = turn_of(now);
+    const PathMotion motion = motion_of(now);
     Line line;
     line.course = std::atan2(now.rate[1], now.rate[0]);
     place(eta, now, line);
-    const double bend = turn.rate / turn.speed;
+    const double bend = motion.course_rate / motion.speed;
     const double p = 1.0 - bend * line.across;
     const double q = bend * line.along;
     const double angle = std::atan2(q, p);
@@ -213,19 +214,19 @@ class Guidance {
   /// Sway by the model, as it follows from the reference's speed and turn; slip: of the course
   /// from the heading.
   template <class Sway>
-  void free_sway(double dt, const Turn& turn, const Sway& sway, Guided& out) {
+  void free_sway(double dt, const PathMotion& motion, const Sway& sway, Guided& out) {
     slip_ = slip_rate_ = 0.0;
-    if (turn.speed < s_.slowest) {
+    if (motion.speed < s_.slowest) {
       sway_ = 0.0;
       return;
     }
-    const double nu[kAxes] = {turn.speed, sway_, turn.rate};
+    const double nu[kAxes] = {motion.speed, sway_, motion.course_rate};
     const double rate = sway(nu);
-    const double most = kMostSlip * turn.speed;
+    const double most = kMostSlip * motion.speed;
     sway_ = std::clamp(sway_ + step(dt) * rate, -most, most);
     if (!std::isfinite(sway_)) sway_ = 0.0;
-    slip_ = std::asin(sway_ / turn.speed);
-    slip_rate_ = std::abs(sway_) < most ? rate / (turn.speed * std::cos(slip_)) : 0.0;
+    slip_ = std::asin(sway_ / motion.speed);
+    slip_rate_ = std::abs(sway_) < most ? rate / (motion.speed * std::cos(slip_)) : 0.0;
     out.nu[1] = sway_;
   }
 

@@ -48,7 +48,7 @@ class Steering {
     angle_curve_ = ThrusterCurve(chain_, q, angle_, true);
     const bool curves = thrust_curve_.invertible(chain_) && angle_curve_.invertible(chain_);
     fault_ = curves ? SteeringFault::kOk : SteeringFault::kCurve;
-    limits(limit);
+    limits(q, limit);
     if (fault_ == SteeringFault::kOk) fault_ = effects_fault();
     forget();
   }
@@ -143,11 +143,11 @@ class Steering {
     return full_ > 0.0 ? SteeringFault::kOk : SteeringFault::kCurve;
   }
 
-  void limits(double limit) {
-    ahead_ = thrust_curve_.thrust(chain_, limit);
-    astern_ = thrust_curve_.thrust(chain_, -limit);
-    const double to = full_ * angle_curve_.thrust(chain_, limit);
-    const double from = full_ * angle_curve_.thrust(chain_, -limit);
+  void limits(const double* q, double limit) {
+    ahead_ = thrust_curve_.thrust(chain_, q, limit);
+    astern_ = thrust_curve_.thrust(chain_, q, -limit);
+    const double to = full_ * angle_curve_.thrust(chain_, q, limit);
+    const double from = full_ * angle_curve_.thrust(chain_, q, -limit);
     most_ = std::sin(std::min(trim_ + to, 0.5 * kPi));
     least_ = std::sin(std::max(trim_ + from, -0.5 * kPi));
   }

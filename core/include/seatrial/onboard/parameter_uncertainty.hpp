@@ -81,22 +81,15 @@ struct DriveSample {
   }
 };
 
-/// Sums over a drive.
-struct PowerSums {
-  double variance[kAxes] = {};  // of the acceleration, by all but latency and lag
-  double steady[kAxes] = {};    // power, by the same
-  double timing[kAxes] = {};    // power, by latency and lag
-};
-
-/// add[a] += power of the random walk of the same velocity error.
+/// power[a] += power of the random walk of the same velocity error.
 inline bool add_power(const AccelerationJacobian& j, const StateSensitivities& dx,
-                      const UncertainModel& m, double* add) {
+                      const UncertainModel& m, double* power) {
   double p[kAxes][kAxes];
   covariance_of(dx.row + 3, m.covariance, m.n_parameters(), p);
   for (int a = 0; a < kAxes; ++a) {
-    for (int b = 0; b < kAxes; ++b) add[a] -= 2.0 * j.nu[a][b] * p[b][a];
+    for (int b = 0; b < kAxes; ++b) power[a] -= 2.0 * j.nu[a][b] * p[b][a];
   }
-  return std::isfinite(add[0] + add[1] + add[2]);
+  return std::isfinite(power[0] + power[1] + power[2]);
 }
 
 }  // namespace detail
@@ -108,36 +101,60 @@ struct ErrorNoise {
   double walk[kAxes] = {};         // [m/s, m/s, rad/s per sqrt(s)]
 };
 
+namespace detail {
+
+/// Sums over the instants of a drive.
+struct PowerSums {
+  double variance[kAxes] = {};  // of the acceleration, by all parameters but latency and lag
+  double steady[kAxes] = {};    // power, by the same
+  double timing[kAxes] = {};    // power, by latency and lag
+
+  /// Adds an instant. False: an error is not a number, and nothing is added.
+  bool add(const DriveSample& now, const StateSensitivities& dx, const UncertainModel& lasting,
+           const UncertainModel& late) {
+    PowerSums next = *this;
+    if (!now.good || !add_power(now.j, dx, lasting, next.steady) ||
+        !add_power(now.j, dx, late, next.timing)) {
+      return false;
+    }
+    double p[kAxes][kAxes];
+    covariance_of(now.slope, lasting.covariance, lasting.n_parameters(), p);
+    for (int a = 0; a < kAxes; ++a) next.variance[a] += p[a][a];
+    *this = next;
+    return true;
+  }
+
+  /// Noise of the mean over the instants: a disturbance for lasting errors, a random walk for those
+  /// of latency and lag.
+  ErrorNoise noise(int instants) const {
+    ErrorNoise out;
+    for (int a = 0; a < kAxes; ++a) {
+      const double mean = std::max(variance[a] / instants, 0.0);
+      const double power = std::max(steady[a] / instants, 0.0);
+      out.disturbance[a] = std::sqrt(mean);
+      if (mean > 0.0) out.memory[a] = power / (2.0 * mean);
+      out.walk[a] = std::sqrt(std::max(timing[a] / instants, 0.0));
+    }
+    return out;
+  }
+};
+
+}  // namespace detail
+
 /// A model's parameter errors as process noise, along a random drive; none without such a drive.
 inline ErrorNoise error_noise(const UncertainModel& m) {
   ErrorNoise out;
   const UncertainModel lasting = detail::part_of(m, false);
-  const UncertainModel timing = detail::part_of(m, true);
+  const UncertainModel late = detail::part_of(m, true);
   with_strongest_commands(m, [&](double most) {
     detail::PowerSums sum;
-    const auto look = [&](const ThrustTrace& trace, double t, const double* x,
-                          const StateSensitivities& dx) {
-      const detail::DriveSample now(m, trace, t, x + 3);
-      detail::PowerSums next = sum;
-      if (!now.good || !detail::add_power(now.j, dx, lasting, next.steady) ||
-          !detail::add_power(now.j, dx, timing, next.timing)) {
-        return false;
-      }
-      double p[kAxes][kAxes];
-      detail::covariance_of(now.slope, lasting.covariance, m.n_parameters(), p);
-      for (int a = 0; a < kAxes; ++a) next.variance[a] += p[a][a];
-      sum = next;
-      return true;
-    };
-    const int instants = detail::random_drive(m, most, look);
+    const int instants = detail::random_drive(
+        m, most,
+        [&](const ThrustTrace& trace, double t, const double* x, const StateSensitivities& dx) {
+          return sum.add(detail::DriveSample(m, trace, t, x + 3), dx, lasting, late);
+        });
     if (instants < detail::kEnough) return false;
-    for (int a = 0; a < kAxes; ++a) {
-      const double variance = std::max(sum.variance[a] / instants, 0.0);
-      const double power = std::max(sum.steady[a] / instants, 0.0);
-      out.disturbance[a] = std::sqrt(variance);
-      if (variance > 0.0) out.memory[a] = power / (2.0 * variance);
-      out.walk[a] = std::sqrt(std::max(sum.timing[a] / instants, 0.0));
-    }
+    out = sum.noise(instants);
     return true;
   });
   return out;
