@@ -13,9 +13,9 @@ import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
 from seatrial.simulation.mimic import Carrier, Mimic, MimicHealth
-from seatrial.simulation.mimic.wheels import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
 from seatrial.util.errors import MimicError, PredictorError
 from tests.boats.carrier import DT, driven, follow
+from tests.boats.mecanum import TO_BODY, TO_WHEELS, Ground, SimulatedCarrier
 
 LAG = Carrier(lag=0.14)  # the ground's lag and delay
 

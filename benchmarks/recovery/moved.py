@@ -17,7 +17,12 @@ from benchmarks.harness import markdown
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.model import Model
 from seatrial.control.tuning.linear import linearise
-from seatrial.evaluation.disturbed_intervals import clearest_interval, squared_innovations
+from seatrial.evaluation.disturbed_intervals import (
+    clearest_interval,
+    error_cells,
+    most_disturbed,
+    squared_innovations,
+)
 from seatrial.identification.estimator import fit
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
@@ -101,9 +106,9 @@ def found(scene: Scene, recordings: Sequence[Recording]) -> Row:
     error = np.array([solved.errors[n] for n in solved.names])
     used = error > 0.0
     off = (solved.theta[list(solved.problem.free)] - truth)[used] / error[used]
-    gain = clearest_interval(
-        recordings, [squared_innovations(p) for p in solved.runs.by_recording]
-    ).gain
+    squares = [squared_innovations(p) for p in solved.runs.by_recording]
+    cells = [error_cells(r, s) for r, s in zip(recordings, squares, strict=True)]
+    gain = clearest_interval(cells, most_disturbed(cells)).gain
     return {
         "errors": solved.errors, "off": float(np.abs(off).max()), "gain": float(gain),
         "advice": left_out(solved.findings),

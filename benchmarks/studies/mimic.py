@@ -12,8 +12,8 @@ import numpy as np
 from benchmarks.harness import command
 from benchmarks.harness.markdown import table
 from seatrial.simulation.mimic import Carrier
-from seatrial.simulation.mimic.wheels import Ground
 from tests.boats.carrier import driven, follow
+from tests.boats.mecanum import Ground
 
 LAG = 0.14  # [s] the ground's lag and delay
 SEEDS = (1, 2, 3)

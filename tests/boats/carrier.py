@@ -8,10 +8,10 @@ import numpy as np
 
 import seatrial
 from seatrial.simulation.mimic import Carrier, Mimic, Motion
-from seatrial.simulation.mimic.wheels import Ground, SimulatedCarrier
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
 from seatrial.util.frames import Array
+from tests.boats.mecanum import Ground, SimulatedCarrier
 
 DT = 0.02  # [s] of the carrier's velocities
 

@@ -47,11 +47,11 @@ def disturbed_intervals(
     squares: for every recording (n,) normalised innovations squared (NIS, 3 degrees of freedom) of its poses;
     NaN where a pose was not used.
     """
-    cells = [_cells(r, s) for r, s in zip(recordings, squares, strict=True)]
-    limit = room = MOST_DISTURBED_SHARE * sum(float(c.count.sum()) for c in cells)
+    cells = [error_cells(r, s) for r, s in zip(recordings, squares, strict=True)]
+    limit = room = most_disturbed(cells)
     found: list[DisturbedInterval] = []
     while len(found) <= MOST_INTERVALS:
-        best = _clearest_of(cells, room)
+        best = clearest_interval(cells, room)
         if best.gain < LEAST_LIKELIHOOD_GAIN or best.times < LEAST_ERROR_RATIO:
             break
         found.append(best)
@@ -61,14 +61,6 @@ def disturbed_intervals(
         own.squares[inside] = own.count[inside] = 0.0
     joined = joined_intervals(found)
     return joined if len(joined) <= MOST_INTERVALS and room > LEAST_ROOM_LEFT * limit else []
-
-
-def clearest_interval(
-    recordings: Sequence[Recording], squares: Sequence[Array]
-) -> DisturbedInterval:
-    """The interval with the largest gain, significant or not."""
-    cells = [_cells(r, s) for r, s in zip(recordings, squares, strict=True)]
-    return _clearest_of(cells, MOST_DISTURBED_SHARE * sum(float(c.count.sum()) for c in cells))
 
 
 def squared_innovations(passed: _core.FilterRun) -> Array:
@@ -114,7 +106,7 @@ def interval_findings(
 
 
 @dataclass(frozen=True)
-class _CellErrors:
+class CellErrors:
     """Squared innovations of one recording, summed over cells of equal length."""
 
     length: float  # [s]
@@ -122,25 +114,31 @@ class _CellErrors:
     count: Array  # (n,) how many
 
 
-def _cells(recording: Recording, squares: Array) -> _CellErrors:
+def error_cells(recording: Recording, squares: Array) -> CellErrors:
+    """Of a recording's poses (n,); NaN: not used."""
     length = max(CELL_LENGTH, FEWEST_CELL_POSES * recording.period)
     cell = (recording.t // length).astype(np.int64)
     size, used = int(cell[-1]) + 1, np.isfinite(squares)
     sums, count = np.zeros(size), np.zeros(size)
     np.add.at(sums, cell[used], squares[used])
     np.add.at(count, cell[used], 3.0)
-    return _CellErrors(length, sums, count)
+    return CellErrors(length, sums, count)
 
 
-def _clearest_of(cells: Sequence[_CellErrors], room: float) -> DisturbedInterval:
-    """The interval with the largest gain in any recording, of at most `room` errors."""
+def most_disturbed(cells: Sequence[CellErrors]) -> float:
+    """How many errors disturbed intervals may have; more are no exception."""
+    return MOST_DISTURBED_SHARE * sum(float(c.count.sum()) for c in cells)
+
+
+def clearest_interval(cells: Sequence[CellErrors], room: float) -> DisturbedInterval:
+    """The interval with the largest gain in any recording, of at most `room` errors, significant or not."""
     whole = sum(float(c.squares.sum()) for c in cells), sum(float(c.count.sum()) for c in cells)
     largest = (_largest_in(i, c, whole, room) for i, c in enumerate(cells))
     return max(largest, key=lambda s: s.gain)
 
 
 def _largest_in(
-    recording: int, cells: _CellErrors, whole: tuple[float, float], room: float
+    recording: int, cells: CellErrors, whole: tuple[float, float], room: float
 ) -> DisturbedInterval:
     """The interval of one recording with the largest gain.
 
