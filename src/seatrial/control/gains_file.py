@@ -11,7 +11,13 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Positive, Strict
-from seatrial.control.tracking.thrusters import VEHICLE, ThrusterAllocation, as_numbers
+from seatrial.control.tracking.thrusters import (
+    VEHICLE,
+    Three,
+    ThrusterAllocation,
+    as_numbers,
+    three,
+)
 from seatrial.control.tuning.dead_zone import dead_zone
 from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.loops import Margins
@@ -20,7 +26,6 @@ from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, wr
 from seatrial.util.frames import Array
 
 GAINS_FORMAT: Final = "gains 1"
-Three = tuple[float, float, float]  # surge, sway, yaw
 TRACKING_NODE: Final = "seatrial_tracking"
 MIX_ROUNDING = 1e-12  # [-] a smaller share of an axis command is 0
 
@@ -80,10 +85,10 @@ def gains_of(tuning: Tuning) -> GainsFile:
     limit = model.vehicle.file.allocation.limit
     return GainsFile(
         model.name, "forward-left-up", list(model.vehicle.inputs), tuning.knob, tuning.action, tuning.rate,
-        _three(table[:, 0]), _three(table[:, 1]), _three(table[:, 2]),
-        _three(boat.authority), [_three(row) for row in _clean(boat.mix)],
+        three(table[:, 0]), three(table[:, 1]), three(table[:, 2]),
+        three(boat.authority), [three(row) for row in _clean(boat.mix)],
         float(tuning.delay[list(boat.driven)].mean()), 1.0 if limit is None else min(limit, 1.0),
-        _three(tuning.delay), _three(dead_zone(model, boat, tuning.allocator)),
+        three(tuning.delay), three(dead_zone(model, boat, tuning.allocator)),
         _margins(tuning.nominal, tuning.loops), _margins(tuning.worst, tuning.loops),
         None if tuning.allocator is None else as_numbers(tuning.allocator),
         None if tuning.guidance is None else GuidanceEntry(*astuple(tuning.guidance)),
@@ -165,11 +170,6 @@ def _margins(found: Margins, loops: Sequence[str]) -> dict[str, AxisMargins]:
         )
         for i, axis in enumerate(loops)
     }  # fmt: skip
-
-
-def _three(values: Array) -> Three:
-    surge, sway, yaw = (float(x) for x in values)
-    return surge, sway, yaw
 
 
 def _clean(mix: Array) -> Array:

@@ -27,6 +27,7 @@ STEP_LASTING_BLOCKS = 3  # least blocks on either side: a queue that empties lat
 STEP_SEPARATION = 0.8  # of a step, distance between all blocks before and after it
 LEAST_CLOCK_STEP = 0.05  # [s] least step of a clock that is set
 STRAY_DELAY = 10.0  # [s] from the block's median: a stray stamp, no property of the clock
+STREAM_HEAD = ("messages", "rate", "longest gap")  # of a table of streams
 TRANSPORT_SPREADS = 4.0  # of the transport delay, least size of a significant step or drift
 
 
@@ -202,6 +203,16 @@ def rate_text(stream: Stream) -> str:
     if not stream.on_change or stream.count < FEW_STEPS:
         return f"{stream.rate:.4g} Hz"
     return f"{stream.rate:.4g} Hz{' unevenly' if stream.role == 'poses' else ' while it changes'}"
+
+
+def stream_cells(stream: Stream) -> tuple[str, str, str]:
+    """Cells of `STREAM_HEAD` in a table of streams."""
+    known = stream.rate > 0.0
+    return (
+        str(stream.count),
+        rate_text(stream) if known else "",
+        f"{stream.longest:.3g} s" if known else "",
+    )
 
 
 def time_text(seconds: float) -> str:

@@ -33,17 +33,27 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[str]], *, spare: Sequence[int] = ()) -> str:
-    """Columns of text, numbers to the right. spare: columns that a narrow terminal lacks, the first one first."""
+def table(
+    head: Sequence[str],
+    rows: Sequence[Sequence[str]],
+    *,
+    spare: Sequence[int] = (),
+    text: Sequence[int] = (0,),
+) -> str:
+    """Columns of text to the left, those of numbers to the right.
+
+    spare: columns that a narrow terminal lacks, the first one first. text: which columns are text.
+    """
     columns, left = table_columns.get(), list(range(len(head)))
     for i in spare:
         wide = sum(2 + max(len(row[k]) for row in (head, *rows)) for k in left)
         if columns is None or wide <= columns:
             break
         left.remove(i)
-    head, rows = [head[i] for i in left], [[row[i] for i in left] for row in rows]
-    widths = [max(len(row[i]) for row in (head, *rows)) for i in range(len(head))]
-    return "\n".join(
-        "  " + "  ".join([row[0].ljust(widths[0]), *map(str.rjust, row[1:], widths[1:])]).rstrip()
-        for row in (head, *rows)
-    )
+    shown = [[row[i] for row in (head, *rows)] for i in left]
+    widths = [max(map(len, column)) for column in shown]
+    padded = [
+        [cell.ljust(width) if i in text else cell.rjust(width) for cell in column]
+        for i, column, width in zip(left, shown, widths, strict=True)
+    ]
+    return "\n".join("  " + "  ".join(row).rstrip() for row in zip(*padded, strict=True))

@@ -19,7 +19,7 @@ VEHICLE: Final = "vehicle"  # the boat's own allocation
 ALLOCATIONS: Final = (VEHICLE, *(scheme.value for scheme in AllocatorScheme))
 SAME_EFFECTIVENESS = 1e-6  # difference of two effectiveness matrices that counts as equal
 Rank = Annotated[int, msgspec.Meta(ge=0, le=2)]
-Row = tuple[float, float, float]  # surge, sway, yaw
+Three = tuple[float, float, float]  # surge, sway, yaw
 
 
 class ThrusterAllocation(Strict, frozen=True):
@@ -28,7 +28,7 @@ class ThrusterAllocation(Strict, frozen=True):
     scheme: str
     rank: tuple[Rank, Rank, Rank]  # of surge, sway, yaw at the limits: 0 is served first
     hysteresis: NotNegative  # of wrench
-    effectiveness: list[Row]  # by thruster: the wrench of a thrust of 1
+    effectiveness: list[Three]  # by thruster: the wrench of a thrust of 1
     limits: list[Positive]  # of |command|
     idle_forward: list[NotNegative]  # idle commands
     idle_reverse: list[NotNegative]
@@ -95,7 +95,7 @@ def as_numbers(allocator: Allocator) -> ThrusterAllocation:
     surge, sway, yaw = allocator.rank
     return ThrusterAllocation(
         allocator.core_scheme.value, (surge, sway, yaw), allocator.hysteresis,
-        [_row(column) for column in allocator.boat.T.T], allocator.limits.tolist(),
+        [three(column) for column in allocator.boat.T.T], allocator.limits.tolist(),
         allocator.idle_commands[0].tolist(), allocator.idle_commands[1].tolist(),
     )  # fmt: skip
 
@@ -106,6 +106,7 @@ def wrench_of(allocator: Allocator, commands: Array) -> Array:
     return np.ascontiguousarray((commands * full) @ allocator.boat.T.T)
 
 
-def _row(values: Array) -> Row:
+def three(values: Array) -> Three:
+    """Surge, sway and yaw of an array (3,)."""
     surge, sway, yaw = (float(x) for x in values)
     return surge, sway, yaw

@@ -16,7 +16,8 @@ from seatrial.io.bags.poses import orientation_paths, pose_paths
 from seatrial.io.bags.tf import is_tf
 from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.clocks import clock_verdicts
-from seatrial.recording.timing import Clock, Stream, describe, rate_text
+from seatrial.recording.timing import STREAM_HEAD, Clock, Stream, describe, stream_cells
+from seatrial.util.format import table
 
 COMMAND_TYPES = (
     "sensor_msgs/msg/Joy", "geometry_msgs/msg/Wrench", "geometry_msgs/msg/WrenchStamped",
@@ -87,15 +88,8 @@ def contents(path: Path, *, salvage: bool = False) -> Contents:
 def contents_text(found: Contents) -> str:
     """The topics as a table, and the next step."""
     lines = [f"{found.path}: {found.kind}, {found.length:.1f} s, {len(found.entries)} topics"]
-    rows: list[tuple[str, ...]] = [
-        ("topic", "type", "messages", "rate", "longest gap", "stamps", "could be")
-    ]
-    rows += [_row(entry) for entry in found.entries]
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines += [
-        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    head = ("topic", "type", *STREAM_HEAD, "stamps", "could be")
+    lines.append(table(head, [_row(entry) for entry in found.entries], text=(0, 1, 5, 6)))
     streams = [entry.stream for entry in found.entries if entry.role and entry.stream.count > 1]
     lines += [f"  => {remark}" for remark in (*found.remarks, *clock_verdicts(streams))]
     placed = bool(found.of("poses") or (found.of("positions") and found.of("headings")))
@@ -129,10 +123,7 @@ def _row(entry: Entry) -> tuple[str, ...]:
     clock = stream.clock.value
     if delay is not None:
         clock += f", {delay}"
-    return (
-        entry.topic.name, entry.topic.type, str(stream.count), rate_text(stream) if stream.rate else "",
-        f"{stream.longest:.3g} s" if stream.rate else "", clock, entry.role,
-    )  # fmt: skip
+    return entry.topic.name, entry.topic.type, *stream_cells(stream), clock, entry.role
 
 
 def _entry(bag: Bag, name: str, times: _Times) -> Entry:

@@ -9,7 +9,8 @@ import msgspec
 from seatrial.io.formats import open_log
 from seatrial.io.formats.known import role
 from seatrial.io.log import Log, Wanted
-from seatrial.recording.timing import Clock, Stream, describe, rate_text
+from seatrial.recording.timing import STREAM_HEAD, Clock, Stream, describe, stream_cells
+from seatrial.util.format import table
 from seatrial.util.progress import stage
 
 OPENED = 0.4  # of the time
@@ -58,19 +59,12 @@ def _streams(log: Log) -> tuple[list[Stream], float]:
 def _text(log: Log, streams: list[Stream], length: float) -> str:
     parameters = f", {len(log.parameters)} parameters" if log.parameters else ""
     lines = [f"{log.path}: {log.kind}, {length:.1f} s, {len(streams)} topics{parameters}"]
-    rows = [("topic", "messages", "rate", "longest gap", "could be", "fields")]
+    rows = []
     for s in streams:
         fields = log.topics[s.source].fields
         more = f", ... ({len(fields)})" if len(fields) > MOST_FIELDS else ""
-        rows.append((
-            s.source, str(s.count), rate_text(s) if s.rate else "",
-            f"{s.longest:.3g} s" if s.rate else "", s.role, ", ".join(fields[:MOST_FIELDS]) + more,
-        ))  # fmt: skip
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    lines += [
-        "  " + "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+        rows.append((s.source, *stream_cells(s), s.role, ", ".join(fields[:MOST_FIELDS]) + more))
+    lines.append(table(("topic", *STREAM_HEAD, "could be", "fields"), rows, text=(0, 4, 5)))
     lines += [f"  => {remark}" for remark in log.remarks]
     roles = ", ".join(s.role for s in streams)
     for wanted in ("position", "heading", "commands"):
