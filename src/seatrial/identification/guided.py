@@ -67,58 +67,72 @@ def identify_guided(
     check_recordings(recordings)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
-    own = vehicle
-    if vehicle.automatic:
-        vehicle = with_unnamed_forces(vehicle, recordings)
-    chosen = added_forces(own, vehicle)
-    usual = with_usual_terms(vehicle) if vehicle.automatic else vehicle
     with stage("effects", 0.4):
-        at = first_maximum(recordings, usual, effects)
-        # what the commands do, where the file leaves it open: a dead zone else looks like an effect
-        if vehicle.automatic:
-            at, vehicle, told = choose_input(at, vehicle, effects)
-            chosen += told
-            usual = with_usual_terms(vehicle)
-        at, kinds, followed = _with_effects(at, tuple(effects), confirm)
-        at, kinds, followed = _without_needless(at, usual, kinds, followed)
+        known = _known_effects(recordings, vehicle, tuple(effects), confirm)
     # the terms, and all of it together
-    found = _whole(at, recordings, vehicle, kinds, followed=followed, chosen=chosen)
+    found = _whole(recordings, known)
     # an effect that only the whole model shows: a stated lever arm that is slightly wrong
-    for _ in range(MOST_EFFECTS - len(kinds)):
+    for _ in range(MOST_EFFECTS - len(known.kinds)):
         named = _unmodelled(found)
         if named is None or not confirm(*named):
             break
-        kind, finding = named
-        kinds, followed = (*found.effects, kind), (*found.followed, finding)
-        with stage(f"with {kind}"):
-            at = first_maximum(recordings, usual, kinds)
-            found = _whole(at, recordings, vehicle, kinds, followed=followed, chosen=chosen)
+        with stage(f"with {named[0]}"):
+            known = known.with_effect(recordings, *named)
+            found = _whole(recordings, known)
     return found
 
 
-def _whole(
-    at: Point,
-    recordings: Sequence[Recording],
-    vehicle: Vehicle,
-    kinds: tuple[str, ...],
-    *,
-    followed: tuple[Finding, ...],
-    chosen: tuple[Finding, ...],
-) -> Guided:
-    """Terms from poses without the effects, where the recordings choose them; then all of it together.
+@dataclass(frozen=True)
+class _Known:
+    """What is known before terms are chosen."""
 
-    chosen: findings on what was chosen before.
-    """
+    at: Point  # solution with the effects and the terms that every boat has
+    vehicle: Vehicle  # with what the recordings show of the commands
+    chosen: tuple[Finding, ...]  # findings on that
+    kinds: tuple[str, ...]  # effects
+    followed: tuple[Finding, ...]  # findings that named them
+
+    def with_effect(self, recordings: Sequence[Recording], kind: str, finding: Finding) -> "_Known":
+        """With one more effect."""
+        kinds = (*self.kinds, kind)
+        at = first_maximum(recordings, _with_first_terms(self.vehicle), kinds)
+        return replace(self, at=at, kinds=kinds, followed=(*self.followed, finding))
+
+
+def _with_first_terms(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with its own terms; where they are chosen, with those that every boat has."""
+    return with_usual_terms(vehicle) if vehicle.automatic else vehicle
+
+
+def _known_effects(
+    recordings: Sequence[Recording], own: Vehicle, effects: tuple[str, ...], confirm: Confirm
+) -> _Known:
+    """Effects that the recordings show, and what the commands do where the file leaves it open."""
+    vehicle = with_unnamed_forces(own, recordings) if own.automatic else own
+    chosen = added_forces(own, vehicle)
+    at = first_maximum(recordings, _with_first_terms(vehicle), effects)
+    # the commands first: otherwise a dead zone looks like an effect
+    if vehicle.automatic:
+        at, vehicle, shown = choose_input(at, vehicle, effects)
+        chosen += shown
+    at, kinds, followed = _with_effects(at, effects, confirm)
+    at, kinds, followed = _without_needless(at, _with_first_terms(vehicle), kinds, followed)
+    return _Known(at, vehicle, chosen, kinds, followed)
+
+
+def _whole(recordings: Sequence[Recording], known: _Known) -> Guided:
+    """Terms from poses without the effects, where the recordings choose them; then all of it together."""
+    vehicle, kinds = known.vehicle, known.kinds
     if vehicle.automatic:
         with stage("choosing terms", 0.4):
-            choice = choose_terms_from(at if kinds else None, recordings, vehicle)
+            choice = choose_terms_from(known.at if kinds else None, recordings, vehicle)
     else:
-        choice = TermChoice(vehicle, None, start_values_of(at))
-    choice = replace(choice, findings=chosen)
+        choice = TermChoice(vehicle, None, start_values_of(known.at))
+    choice = replace(choice, findings=known.chosen)
     with stage("identifying"):
         model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
     assert solution is not None  # output-error has one
-    return Guided(model, solution, choice.selection, followed, kinds)
+    return Guided(model, solution, choice.selection, known.followed, kinds)
 
 
 def _unmodelled(found: Guided) -> tuple[str, Finding] | None:

@@ -2,7 +2,7 @@
 """A recording from raw poses and commands: what repeats is left out, faults are found and masked."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,9 +35,9 @@ def make_recording(
     """A recording from raw poses: heading unwrapped, faults detected and masked.
 
     stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. position_delay [s]: positions are
-    older than headings by it, whose time is the stamp's. Commands are unknown after
+    this much older than the stamps, which are the headings' times. Commands are unknown after
     `timeout` seconds without any, and while one is not a number. parts (n,), asynchronous: of sensors with
-    stamps of their own; without them the rows themselves show what is new.
+    stamps of their own; without them the rows themselves show what is new. Raises RecordingError.
     """
     if len(stamps) < 2:
         raise RecordingError(f"{name}: {len(stamps)} poses; record a few seconds at least")
@@ -52,23 +52,39 @@ def make_recording(
     # 2. Faults of the poses.
     found = examine(name, stamps, eta, marked_valid)
     # 3. Intervals with unknown commands: poses in them are masked.
-    driven, unknown = _finite_rows(commands)
-    origin = stamps[found.in_order][0]
-    held, not_finite = ((some - origin).astype(float) * 1e-9 for some in (driven.stamps, unknown))
-    faults, hidden = list(found.faults), np.zeros(len(found.t), dtype=bool)
-    if len(held):
-        silent = silences(name, found.t, held, driven.values, timeout)
-        lost, hidden = _unknown_commands(found.t, silent, not_finite)
-        faults += lost
-        streams = [replace(s, on_change=_is_on_change(s, held, driven.values)) for s in streams]
-    # 4. Poses with rising stamps.
     kept = found.in_order
+    driven = _driven(name, found.t, commands, stamps[kept][0], timeout)
+    streams = [replace(s, on_change=s.on_change or _on_change(s, driven)) for s in streams]
+    # 4. Poses with rising stamps.
+    faults = sorted([*found.faults, *driven.faults], key=lambda f: f.start)
     return Recording(
-        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~hidden)[kept],
-        found.segment[kept], driven, scales, tuple(sorted(faults, key=lambda f: f.start)),
+        name, stamps[kept], found.eta[kept], eta[kept], (found.valid & ~driven.hidden)[kept],
+        found.segment[kept], driven.commands, scales, tuple(faults),
         tuple(sources), tuple(streams), tuple(remarks), tuple(doubts), position_delay=position_delay,
         parts=None if parts is None else parts[kept], asynchronous=asynchronous,
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Driven:
+    """Commands without the rows that are no numbers, and where they are unknown."""
+
+    commands: Signal
+    held: Array  # (m,) their times [s]
+    faults: Sequence[Fault]
+    hidden: Mask  # (n,) poses without known commands
+
+
+def _driven(
+    name: str, t: Array, commands: Signal, origin: np.int64, timeout: float | None
+) -> _Driven:
+    """Of poses at t (n,) [s] from `origin` [ns]."""
+    finite, unknown = _finite_rows(commands)
+    held, not_finite = ((some - origin).astype(float) * 1e-9 for some in (finite.stamps, unknown))
+    if not len(held):
+        return _Driven(finite, held, (), np.zeros(len(t), dtype=bool))
+    silent = silences(name, t, held, finite.values, timeout)
+    return _Driven(finite, held, *_unknown_commands(t, silent, not_finite))
 
 
 def _unknown_commands(
@@ -86,8 +102,10 @@ def _unknown_commands(
     return faults, hidden
 
 
-def _is_on_change(stream: Stream, held: Array, values: Array) -> bool:
-    return stream.on_change or (stream.role == "commands" and only_changes(held, values))
+def _on_change(stream: Stream, driven: _Driven) -> bool:
+    """Whether it has the commands, and these are logged only where they change."""
+    some = len(driven.held) > 0
+    return some and stream.role == "commands" and only_changes(driven.held, driven.commands.values)
 
 
 def _finite_rows(commands: Signal) -> tuple[Signal, Stamps]:

@@ -249,38 +249,43 @@ def _step(
         return 0, 0.0
     slope = float(np.median(np.diff(medians))) if n > 2 * STEP_LASTING_BLOCKS else 0.0
     flat = medians - slope * np.arange(n)
-    change = np.array(
-        [
-            np.median(flat[k : k + STEP_BLOCKS]) - np.median(flat[max(0, k - STEP_BLOCKS) : k])
-            for k in range(1, n)
-        ]
-    )
-    k = int(np.argmax(np.abs(change))) + 1
-    if abs(change[k - 1]) < least:
+    k, change = _largest_change(flat)
+    if abs(change) < least:
         return 0, 0.0
     # 2. Within the blocks around it: the message that separates the two levels best.
     size = len(late) // n
     begin, end = max(0, k - STEP_BLOCKS) * size, min(n, k + STEP_BLOCKS) * size
     near = late[begin:end] - slope * np.arange(begin, end) / size
-    middle = k * size - begin
-    off = [np.abs(near - np.median(part)) for part in (near[:middle], near[middle:])]
-    nearer = np.cumsum(off[0] - off[1])
-    i = int(np.argmin(nearer[:-1])) + 1
-    step, at = float(np.median(near[i:]) - np.median(near[:i])), begin + i
+    i, step = _best_separation(near, k * size - begin)
+    at = begin + i
     if abs(step) < least:
         return 0, 0.0
     # 3. The step must separate all blocks on both sides.
-    # 3. The step must separate all blocks on both sides.
     rising = np.sign(step) * flat
     before, after = rising[: at // size][-STEP_BLOCKS:], rising[-(-at // size) :][:STEP_BLOCKS]
-    apart = (
-        float(after.min() - before.max())
-        if min(len(before), len(after)) >= STEP_LASTING_BLOCKS
-        else 0.0
-    )
+    lasting = min(len(before), len(after)) >= STEP_LASTING_BLOCKS
+    if lasting and after.min() - before.max() > STEP_SEPARATION * abs(step):
+        return at, step
     # 4. Otherwise it must be a step of the stamps, not of the arrivals.
     odd = [abs(int(s[at] - s[at - 1]) - float(np.median(np.diff(s)))) for s in (stamps, arrival)]
-    return (at, step) if apart > STEP_SEPARATION * abs(step) or odd[0] > odd[1] else (0, 0.0)
+    return (at, step) if odd[0] > odd[1] else (0, 0.0)
+
+
+def _largest_change(levels: Array) -> tuple[int, float]:
+    """The block (of two or more) before which the level changes most, and the change."""
+    changes = [
+        np.median(levels[k : k + STEP_BLOCKS]) - np.median(levels[max(0, k - STEP_BLOCKS) : k])
+        for k in range(1, len(levels))
+    ]
+    k = int(np.argmax(np.abs(changes)))
+    return k + 1, float(changes[k])
+
+
+def _best_separation(values: Array, middle: int) -> tuple[int, float]:
+    """First value of the second of two levels that change near `middle`, and the step between them."""
+    off = [np.abs(values - np.median(part)) for part in (values[:middle], values[middle:])]
+    i = int(np.argmin(np.cumsum(off[0] - off[1])[:-1])) + 1
+    return i, float(np.median(values[i:]) - np.median(values[:i]))
 
 
 def _drift(late: Array, spread: float) -> float:

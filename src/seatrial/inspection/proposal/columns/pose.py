@@ -94,14 +94,7 @@ def choose_pose(
         recognised(STAMPS, position.table, stamp),
     ]
     # 3. Yaw rate, and what marks valid poses.
-    notes: dict[str, list[str]] = {}
-    if position.east_north is not None:
-        notes["known axes"] = [
-            "x is north and y is east" if axes is Axes.FRD else "x is east and y is north"
-        ]
-    elif position.right_handed:
-        key, text = _captured_axes(position, axes)
-        notes[key] = [text]
+    notes = _axes_notes(position, axes)
     rate = find_yaw_rate(path, tables, heading, psi, given)
     if rate is not None:
         found.append(rate[3])
@@ -112,6 +105,17 @@ def choose_pose(
     taken = _taken(position, heading, rate)
     used = (position.table, *([heading.table] if heading.table is not position.table else []))
     return PoseColumns(entries, used, taken, tuple(found), stamp, notes)
+
+
+def _axes_notes(position: Position, axes: Axes) -> dict[str, list[str]]:
+    """What is known of the axes of the poses."""
+    if position.east_north is not None:
+        first, second = ("north", "east") if axes is Axes.FRD else ("east", "north")
+        return {"known axes": [f"x is {first} and y is {second}"]}
+    if not position.right_handed:
+        return {}
+    key, text = _captured_axes(position, axes)
+    return {key: [text]}
 
 
 def _captured_axes(position: Position, axes: Axes) -> tuple[str, str]:
