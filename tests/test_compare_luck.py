@@ -34,7 +34,7 @@ def estimated(vehicle, rng, size):
     return replace(model, coefficients=drawn, covariance=root @ root.T)
 
 
-def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_foreseen(mp):
+def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_expected(mp):
     """e_A' Q e_A - e_B' Q e_B of errors drawn, against mean and variance by the difference alone."""
     rng = np.random.default_rng(5)
     root = rng.normal(size=(11, 4))

@@ -115,7 +115,7 @@ def test_a_model_that_is_right_scores_what_it_foresees(drive):
     assert [(h.horizon, h.start) for h in row.horizons][-1] == (5.0, "filter")
     for found in row.horizons:
         for symbol, score in found.scores.items():
-            assert score.rms == pytest.approx(score.foreseen, rel=0.1), (found.horizon, symbol)
+            assert score.rms == pytest.approx(score.expected_rms, rel=0.1), (found.horizon, symbol)
     last = row.horizons[-1].scores
     assert all(score.rms > 1.4 * score.floor for score in last.values())
     assert not of_kinds(row.findings, BEYOND)
@@ -150,7 +150,7 @@ def test_odometry_scores_what_the_model_foresees_and_less_than_the_model_alone(d
     for horizon in (0.5, 1.0, 2.0, 5.0):
         for symbol, score in of[horizon, "odometry"].items():
             off = 0.1 if symbol == "r" else 0.2
-            assert score.rms == pytest.approx(score.foreseen, rel=off), (horizon, symbol)
+            assert score.rms == pytest.approx(score.expected_rms, rel=off), (horizon, symbol)
             assert score.rms < 1.02 * of[horizon, "filter"][symbol].rms
     for symbol, score in of[1.0, "odometry"].items():
         assert score.rms < 0.9 * of[1.0, "filter"][symbol].rms, symbol
@@ -188,7 +188,7 @@ def test_poses_that_err_otherwise_are_told_from_a_boat_that_changed(af):
 
 @pytest.mark.system
 @pytest.mark.parametrize(("reference", "kinds"), [("smoothed", 1), ("stencil", 2)])
-def test_every_error_of_an_unchanged_boat_is_marked_as_foreseen_or_noise(af, reference, kinds):
+def test_every_error_of_an_unchanged_boat_is_marked_as_expected_or_noise(af, reference, kinds):
     """Where hardly anything pushes and intervals are narrow: pose noise is known to some per cent only."""
     process = ProcessEntry(1e-9, 1e-9, 1e-9, 1e-9, 2.0)
     cells, narrow = 0, 0
@@ -200,19 +200,19 @@ def test_every_error_of_an_unchanged_boat_is_marked_as_foreseen_or_noise(af, ref
         for found in row.horizons:
             for score in found.scores.values():
                 cells += 1
-                narrow += score.rms_interval[0] > score.foreseen
-                assert score.as_foreseen or score.at_floor, (seed, found.horizon, found.start)
+                narrow += score.rms_interval[0] > score.expected_rms
+                assert score.as_expected or score.at_floor, (seed, found.horizon, found.start)
     assert cells == len(SEEDS) * 3 * kinds * len((0.1, 0.2, 0.5, 1.0, 2.0, 5.0))
     assert narrow > 0
 
 
-def test_a_model_without_process_noise_foresees_nothing(af, drive):
+def test_a_model_without_process_noise_expects_no_error(af, drive):
     _, recording = drive
     model = make_model(af, TABLE_II["AF"])
     score = validate(model, [recording]).recordings[0].scores["u"]
-    assert score.foreseen is None
-    assert score.unsure is None
-    assert not score.as_foreseen
+    assert score.expected_rms is None
+    assert score.parameter_rms is None
+    assert not score.as_expected
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.0])

@@ -164,7 +164,7 @@ def test_odometry_needs_a_prediction_that_beats_constant_velocity(good):
 
 
 def test_a_filter_without_process_noise_states_no_error(good):
-    none = msgspec.structs.replace(axis(0.2), foreseen=None, unsure=None)
+    none = msgspec.structs.replace(axis(0.2), expected_rms=None, parameter_rms=None)
     one = of(Use.ODOMETRY, good, scores(near={"u": none}))
     assert (one.level, one.reason.criterion) == (Level.LIMITED, Criterion.NO_EXPECTED)
 

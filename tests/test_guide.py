@@ -140,7 +140,7 @@ def test_it_is_tested_on_what_was_held_out(guided):
     assert row.length == pytest.approx(SECONDS / 4, abs=0.5)
     assert found.model.recordings[0].length == pytest.approx(0.75 * SECONDS, abs=0.5)
     for score in row.scores.values():
-        assert score.ratio < 0.3 and score.as_foreseen
+        assert score.ratio < 0.3 and score.as_expected
     assert any(LAST_QUARTER in one for one in found.assumed)
     assert any("lever is estimated" in one for one in found.assumed)
     (whole,) = (one for one in found.assumed if "A model of all the data: " in one)

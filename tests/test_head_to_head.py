@@ -115,7 +115,7 @@ def test_a_model_that_runs_away_further_on_says_so(truth, trial):  # noqa: F811
     (found,) = assess(wild, [trial.recording.cut(0.0, 40.0)], 1.0)
     assert 0.1 <= max(horizon for horizon, _, _ in found.ahead) < 5.0
     (lost,) = of_kinds(found.findings, FindingKind.HORIZON_NOT_PREDICTED)
-    assert "runs away" in lost.values["reason"]
+    assert "the model diverges" in lost.values["reason"]
 
 
 def test_models_of_other_commands_are_not_compared(truth, trial, cse1_vehicle):  # noqa: F811

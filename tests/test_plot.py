@@ -136,7 +136,7 @@ def test_scores_show_error_floor_and_constant_velocity_over_the_horizon(scores):
         for label, key in (
             ("constant velocity", "stays_constant"),
             ("noise floor", "floor"),
-            ("expected error", "foreseen"),
+            ("expected error", "expected_rms"),
         ):
             shown = line(axes, label)
             np.testing.assert_allclose(shown[:, 0], [one.horizon for one in pooled])

@@ -233,7 +233,7 @@ def test_a_right_model_expects_the_error_of_its_filters_start(af, sensor):
     assert [(h.horizon, h.start) for h in row.horizons][-1] == (5.0, "odometry")
     for found in row.horizons:
         for symbol, own in found.scores.items():
-            assert own.rms == pytest.approx(own.foreseen, rel=0.25), (found.horizon, symbol)
+            assert own.rms == pytest.approx(own.expected_rms, rel=0.25), (found.horizon, symbol)
     assert not of_kinds(row.findings, FindingKind.EXCEEDS_EXPECTED_ERROR)
 
 

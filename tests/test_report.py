@@ -37,7 +37,16 @@ from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.statistics import NORMAL_95
 
 HOSTILE = '</script><b onclick="x()">&amp;'
-SCORE_FIELDS = ("rms", "stays_constant", "ratio", "floor", "foreseen", "excess", "bias", "kurtosis")
+SCORE_FIELDS = (
+    "rms",
+    "stays_constant",
+    "ratio",
+    "floor",
+    "expected_rms",
+    "excess",
+    "bias",
+    "kurtosis",
+)
 
 
 def shown(text: str) -> float:
@@ -112,7 +121,7 @@ def test_scores_are_those_of_validate(tables, model, cse1):
             exact = getattr(score, field)
             assert values == ([] if exact is None else [exact])
             if exact is None:  # a model without process noise has no expected RMS
-                assert field == "foreseen"
+                assert field == "expected_rms"
                 continue
             factor = 1.0 if field in ("ratio", "kurtosis") else scale
             assert shown(told) == pytest.approx(
@@ -131,9 +140,9 @@ def test_the_expected_rms_is_in_table_and_verdict(model, cse1):
     score = validate(sure, runs).recordings[0].scores
     assert rows[0][6][0] == "expected"
     for row, symbol in zip((r for r in rows[1:] if len(r) > 1), "uvr", strict=True):
-        assert row[6][1] == [score[symbol].foreseen]
-        assert score[symbol].foreseen > score[symbol].floor
-    said = ", ".join(f"{score[s].rms / score[s].foreseen:.2f}" for s in "uv")
+        assert row[6][1] == [score[symbol].expected_rms]
+        assert score[symbol].expected_rms > score[symbol].floor
+    said = ", ".join(f"{score[s].rms / score[s].expected_rms:.2f}" for s in "uv")
     assert f"the error is {said} and " in text.partition("times the expected RMS")[0][-60:]
 
 

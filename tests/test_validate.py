@@ -132,7 +132,7 @@ def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):
 
 def test_a_model_that_runs_away_from_some_starts_gives_no_score(af, clean_af):
     model = make_model(af, TABLE_II["AF"] | {"X_u": 400.0, "X_uu": 0.0})
-    with pytest.raises(ModelError, match=r"runs away from \d+ of \d+ starts within 1 s"):
+    with pytest.raises(ModelError, match=r"diverges from \d+ of \d+ start states within 1 s"):
         predict(model, clean_af["S4"].recording)
 
 

@@ -86,7 +86,9 @@ def _draw(
             axes.plot(x, scale * y, color=SKY, linewidth=0.8, label=label, zorder=1)
     constant = scale * np.array([one.stays_constant for one in scores])
     axes.plot(t, constant, "s--", color=ORANGE, markersize=4, label="constant velocity")
-    expected = np.array([np.nan if one.foreseen is None else one.foreseen for one in scores])
+    expected = np.array(
+        [np.nan if one.expected_rms is None else one.expected_rms for one in scores]
+    )
     if np.isfinite(expected).any():
         axes.plot(t, scale * expected, "^:", color=GREEN, markersize=4, label="expected error")
     floor = scale * np.array([one.floor for one in scores])

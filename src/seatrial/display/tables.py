@@ -116,7 +116,7 @@ def _relative(model: Model, name: str, value: float) -> str:
 
 
 def _score(score: AxisScore, scale: float) -> tuple[str, ...]:
-    expected = float("nan") if score.foreseen is None else score.foreseen
+    expected = float("nan") if score.expected_rms is None else score.expected_rms
     errors = (score.rms, score.floor, expected, score.stays_constant)
     return *(number(scale * one, 3) for one in errors), number(score.ratio, 2)
 

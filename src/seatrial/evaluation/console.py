@@ -51,7 +51,7 @@ def _rows(row: RecordingScore, width: int) -> Iterator[str]:
         yield (
             f"  {name:<{width}}  {symbol}{mark} {s.rms * scale:7.3f}  {unit:<5}  "
             f"{s.stays_constant * scale:8.3f}  {s.ratio:5.2f}  {s.floor * scale:6.3f}  "
-            f"{_expected(s.foreseen, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
+            f"{_expected(s.expected_rms, scale)}  {s.excess * scale:6.3f}{_mark(s)} "
             f"{_range(s.rms_interval, scale)}"
         )
 
@@ -85,7 +85,7 @@ def _reference(row: RecordingScore) -> str:
 
 
 def _mark(score: AxisScore) -> str:
-    return "=" if score.at_floor else "~" if score.as_foreseen else " "
+    return "=" if score.at_floor else "~" if score.as_expected else " "
 
 
 def _expected(rms: float | None, scale: float) -> str:

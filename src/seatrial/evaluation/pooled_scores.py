@@ -47,8 +47,8 @@ def together(predictions: Sequence[Prediction]) -> Prediction:
         np.concatenate([p.index + by for p, by in zip(predictions, moved, strict=True)]),
         steps,
         np.sqrt(count @ np.square([p.floor for p in predictions]) / count.sum()),
-        _mean([p.foreseen for p in predictions], count),
-        _mean([p.unsure for p in predictions], count),
+        _mean([p.expected_rms for p in predictions], count),
+        _mean([p.parameter_rms for p in predictions], count),
         np.concatenate(variances) if len(variances) == len(predictions) else None,
     )
 

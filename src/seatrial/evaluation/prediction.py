@@ -31,14 +31,15 @@ class Prediction:
     t: Array  # (m,) the same in [s] from the recording's start
     nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
     measured: Array  # (m, 3) at the same instants
-    start: Array  # (m, 3) velocity that the prediction started from: the constant-velocity guess
-    begun: Poses  # (m,) pose that each starts from
-    index: Poses  # (m,) pose that each belongs to
-    steps: int  # from the one to the other, usually
-    floor: Array  # (3,) RMS that a perfect model would score; 0 from true starts
-    foreseen: Array | None = None  # (3,) RMS by what the model states of itself, where it does
-    unsure: Array | None = None  # (3,) its part from uncertain coefficients and constants
-    variance: Array | None = None  # (m, 3) of what is measured, where that is smoothed
+    start: Array  # (m, 3) velocity at the start: what "velocity stays constant" predicts
+    begun: Poses  # (m,) index of the pose that each starts from
+    index: Poses  # (m,) index of the pose that each belongs to
+    steps: int  # poses from the one to the other, median
+    floor: Array  # (3,) RMS of a perfect model [m/s, m/s, rad/s]; 0 from true starts
+    # (3,) RMS that the model expects [m/s, m/s, rad/s]; None without process noise
+    expected_rms: Array | None = None
+    parameter_rms: Array | None = None  # (3,) its part by parameter errors
+    variance: Array | None = None  # (m, 3) of `measured`, where that is smoothed
 
     @property
     def errors(self) -> Array:
@@ -70,9 +71,11 @@ class Prediction:
 
 
 def _why(model: Model) -> str:
-    """What was noted when the model was made; else what is usual."""
+    """The first note of the identification; without one the usual advice."""
     noted = list(model.warnings)
-    return f"It was noted: {noted[0]}" if noted else "Identify from driving as fast as this"
+    if noted:
+        return f"Note of the identification: {noted[0]}"
+    return "Identify from driving as fast as this"
 
 
 def predict(
@@ -137,7 +140,7 @@ class Lookahead:
     def driven(self) -> Array | None:
         """States (n, 6) of the model, driven by the commands from the first velocity on; NaN before.
 
-        None where it runs away, or the poses have no velocity.
+        None if the model diverges, or no pose has a velocity.
         """
         recording, seen = self.recording, motion(self.recording)
         states = np.full((len(recording.t), 6), np.nan)
@@ -194,35 +197,39 @@ class Lookahead:
             states = self._run_disturbed(begin, start, end)
         else:
             states, _ = self._run(begin, start, end)
-        lost = int((~np.isfinite(states).all(axis=1)).sum())
-        if lost:
-            raise ModelError(
-                f"{recording.name}: the model runs away from {lost} of {len(states)} starts within "
-                f"{horizon:g} s: it can't be used at these speeds. {_why(self.model)}"
-            )
+        self._check_states(states, horizon)
         # noise floor and expected error, over some of the starts
         steps = int(np.median(end - start))
         few = slice(None, None, max(1, len(start) // FLOOR_STARTS))
         slopes = self._run(begin, start[few], end[few], tangents=True)[1][:, 3:]
         floor = self._floor(starts, start[few], end[few], steps, slopes[:, :, 3:6])
         noise = self._noise_variance(floor, begin, start, end, few, disturbed=disturbed)
-        foreseen, unsure = self._expected(noise, slopes[:, :, 6:])
-        floor, foreseen, variance = self._resolved(floor, foreseen, end)
+        expected, parameters = self._expected(noise, slopes[:, :, 6:])
+        floor, expected, variance = self._resolved(floor, expected, end)
         return Prediction(
             recording.stamps[end], recording.t[end], states[:, 3:], self.reference.nu[end], begin.nu[start],
-            start, end, steps, floor, foreseen, unsure, variance,
+            start, end, steps, floor, expected, parameters, variance,
         )  # fmt: skip
 
+    def _check_states(self, states: Array, horizon: float) -> None:
+        """Raises ModelError where a predicted state (m, 6) is not finite."""
+        lost = int((~np.isfinite(states).all(axis=1)).sum())
+        if lost:
+            raise ModelError(
+                f"{self.recording.name}: the model diverges from {lost} of {len(states)} start states within "
+                f"{horizon:g} s; it can't be used at these speeds. {_why(self.model)}"
+            )
+
     def _resolved(
-        self, floor: Array, foreseen: Array | None, end: Poses
+        self, floor: Array, expected: Array | None, end: Poses
     ) -> tuple[Array, Array | None, Array | None]:
         """Floor and expected error, not below the standard error of a smoothed reference, and its variance."""
         if self.smoothed is None:
-            return floor, foreseen, None
+            return floor, expected, None
         variance = _deviation(self.smoothed, end, np.zeros(3)) ** 2
         least = np.sqrt(variance.mean(axis=0))
-        foreseen = None if foreseen is None else np.maximum(foreseen, least)
-        return np.maximum(floor, least), foreseen, variance
+        expected = None if expected is None else np.maximum(expected, least)
+        return np.maximum(floor, least), expected, variance
 
     def _run(
         self, begin: Motion, start: Poses, end: Poses, *, tangents: bool = False

@@ -36,17 +36,23 @@ Start = Literal["stencil", "filter", "odometry"]
 Interval = tuple[float, float]
 
 
-class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """One velocity on one recording. RMS values in m/s or rad/s."""
+# keys of scores files that are other than the attributes
+FILE_KEYS = {"expected_rms": "foreseen", "parameter_rms": "unsure"}
+
+
+class AxisScore(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False, rename=FILE_KEYS
+):
+    """One velocity on one recording. RMS values in m/s, m/s, rad/s for u, v, r."""
 
     rms: float  # of the predicted velocity; with a smoothed reference its uncertainty is part of it
     stays_constant: float  # RMS of "velocity stays constant" at the same instants
     ratio: float  # rms / stays_constant: below 1 the model is worth having
     # what a perfect model would score, because of pose noise; at least the reference's standard error
     floor: float
-    # what the model says of itself: floor, the force that it leaves out, uncertain coefficients
-    foreseen: float | None
-    unsure: float | None  # the part of it that these coefficients make
+    # by the model itself: noise floor, process noise, parameter errors; None without process noise
+    expected_rms: float | None
+    parameter_rms: float | None  # its part by parameter errors
     excess: float  # sqrt(rms^2 - floor^2), 0 where the score is at its floor
     bias: float  # mean of measured minus predicted
     kurtosis: float  # 3 for a normal distribution
@@ -68,8 +74,8 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
         return float(np.hypot(error, self.reference or 0.0))
 
     @property
-    def as_foreseen(self) -> bool:
-        """Whether it may be no more than the model says of itself."""
+    def as_expected(self) -> bool:
+        """Whether the error may be no more than the model expects of itself."""
         most = self.at_most
         return most is not None and (
             self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
@@ -81,12 +87,12 @@ class AxisScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 
         They are off once for all predictions, so that no interval of the error knows of it.
         """
-        if self.foreseen is None or self.unsure is None:
-            return None if self.foreseen is None else self.resolved(self.foreseen)
-        more = (OFF**2 - 1.0) * self.unsure**2 + (
+        if self.expected_rms is None or self.parameter_rms is None:
+            return None if self.expected_rms is None else self.resolved(self.expected_rms)
+        more = (OFF**2 - 1.0) * self.parameter_rms**2 + (
             (1.0 + POSE_NOISE_ERROR) ** 2 - 1.0
         ) * self.floor**2
-        return self.resolved(float(np.sqrt(self.foreseen**2 + more)))
+        return self.resolved(float(np.sqrt(self.expected_rms**2 + more)))
 
 
 class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):

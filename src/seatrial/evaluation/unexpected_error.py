@@ -43,9 +43,9 @@ def _surprises(
 ) -> list[tuple[float, float]]:
     """Errors over the expected ones, where they are significantly larger, and the horizon [s]."""
     return [
-        (score.rms / score.foreseen, horizon)
+        (score.rms / score.expected_rms, horizon)
         for horizon, scores in rows
-        if (score := scores[symbol]).foreseen and _beyond_doubt(score)
+        if (score := scores[symbol]).expected_rms and _beyond_doubt(score)
     ]
 
 
@@ -55,7 +55,7 @@ def _beyond_doubt(score: AxisScore) -> bool:
     Blocks of time differ, as the interval says; coefficients are off once for all of them.
     """
     most = score.at_most
-    if most is None or score.unsure is None or score.rms_interval is None:
+    if most is None or score.parameter_rms is None or score.rms_interval is None:
         return False
     least = score.rms * (score.rms_interval[0] / score.rms) ** WIDER
     return score.rms > BEYOND * most and least > most

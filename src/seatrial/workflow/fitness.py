@@ -242,10 +242,10 @@ def _odometry(scores: Scores) -> Iterator[Graded]:
         score, ahead = row.scores[symbol], row.horizon
         limits = BETTER_THAN_NONE, NO_BETTER
         yield _grade(Criterion.BASELINE, axis, resolved_excess(score), limits, ahead)
-        if score.foreseen is None:
+        if score.expected_rms is None:
             yield Level.LIMITED, Reason(Criterion.NO_EXPECTED)
             continue
-        expected = score.resolved(score.foreseen)
+        expected = score.resolved(score.expected_rms)
         ratio = score.rms / expected if expected > 0.0 else float("inf")
         limits = CONSISTENT, CONSISTENT_SO_SO
         yield _grade(Criterion.CONSISTENCY, axis, ratio, limits, ahead)

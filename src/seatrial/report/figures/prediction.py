@@ -129,7 +129,7 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
             continue
         floor = scale * np.array([s.floor for s in scores])
         traces.append(line("noise floor", x, floor, colour, dash="dot") | {"showlegend": first})
-        expected = [s.foreseen for s in scores if s.foreseen is not None]
+        expected = [s.expected_rms for s in scores if s.expected_rms is not None]
         if len(expected) == len(scores):
             trace = line("expected RMS", x, scale * np.array(expected), colour, dash="dashdot")
             traces.append(trace | {"showlegend": first})

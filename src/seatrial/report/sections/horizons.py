@@ -59,7 +59,8 @@ def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Score
                         Text(f"{AXES[axis]} {symbol}"), Text(f"{row.horizon:g}"), Text(row.start),
                         known(score.rms, 3, scale), between(score.rms_interval, 3, scale), Text(unit),
                         known(score.stays_constant, 3, scale), known(score.ratio, 2),
-                        known(score.floor, 3, scale), known(score.foreseen, 3, scale), Text(f"{row.predictions}"),
+                        known(score.floor, 3, scale), known(score.expected_rms, 3, scale),
+                        Text(f"{row.predictions}"),
                     ]
                 )  # fmt: skip
     return Table(name, caption, head, rows)

@@ -42,7 +42,7 @@ def scores(evidence: Evidence) -> Table:
                 [
                     Text(f"{AXES[axis]} {sign}"), known(found.rms, 3, scale), Text(name),
                     known(found.stays_constant, 3, scale), known(found.ratio, 3),
-                    known(found.floor, 3, scale), known(found.foreseen, 3, scale),
+                    known(found.floor, 3, scale), known(found.expected_rms, 3, scale),
                     known(found.excess, 3, scale), known(found.bias, 2, scale), known(found.kurtosis, 3),
                     between(found.rms_interval, 3, scale), between(found.ratio_interval, 3),
                 ]

@@ -83,9 +83,9 @@ def reference_errors(runs: Sequence[Run]) -> Array:
 def expected_rms(runs: Sequence[Run]) -> Array | None:
     """RMS (3,) [m/s, m/s, rad/s] that the model expects; None where it states no process noise."""
     squares = [
-        np.broadcast_to(r.prediction.foreseen**2, r.prediction.errors.shape)
+        np.broadcast_to(r.prediction.expected_rms**2, r.prediction.errors.shape)
         for r in runs
-        if r.prediction.foreseen is not None
+        if r.prediction.expected_rms is not None
     ]
     if not squares or len(squares) < len(runs):
         return None
