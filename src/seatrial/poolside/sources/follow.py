@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A table, or a folder of tables, that another program writes: rows as they are added."""
 
+import re
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from threading import Event
@@ -26,6 +27,7 @@ TEXT_TABLES = (".csv", ".txt", ".tsv")
 BLOCK = 1 << 20  # [bytes] that are read at once
 BEGUN = 3  # lines, without comments, that show a header, its units, and a row
 MARKS = tuple(mark.encode() for mark in COMMENTS)
+Line = tuple[int, bytes]  # its number in the table, from 1; its text
 
 
 class GrowingTable:
@@ -33,38 +35,56 @@ class GrowingTable:
 
     def __init__(self, path: Path, folder: Path) -> None:
         self.path, self._copy = path, folder / "rows.csv"
-        self._read, self._rest = 0, b""
+        self._read, self._count, self._rest = 0, 0, b""  # bytes and lines, a begun line
+        self.more = False  # whether the last block was a whole one
         self._head: list[bytes] = []  # lines before the first row
-        self._waiting: list[bytes] = []  # lines before the head is known
+        self._head_again: set[bytes] = set()
+        self._waiting: list[Line] = []  # lines before the head is known
         self.requests: list[Request] = []
 
-    def rows(self) -> list[bytes]:
+    def rows(self) -> list[Line]:
         """Rows since the last call, once the table has begun. Raises FileError, RecordingError."""
         lines = self._lines()
-        if self._head:
-            return lines
-        self._waiting += lines
-        if sum(not line.lstrip().startswith(MARKS) for line in self._waiting) < BEGUN:
-            return []
-        lines, self._waiting = self._waiting, []
-        table = self.table(lines)
-        for one in self.requests:
-            for name in (*one.paths, stamp_column(one).column):
-                table.find(name)
-        self._head = lines[: table.skipped]
-        return lines[table.skipped :]
+        if not self._head:
+            lines = self._begun(lines)
+        return [line for line in lines if not self._is_no_row(line[1])]
 
-    def table(self, lines: list[bytes]) -> CsvTable:
+    def table(self, rows: Sequence[Line]) -> CsvTable:
         """These rows below the table's own header. Raises RecordingError."""
-        self._copy.write_bytes(b"\n".join([*self._head, *lines, b""]))
+        lines = [*self._head, *(text for _, text in rows), b""]
+        self._copy.write_bytes(b"\n".join(lines))
         return CsvTable(self._copy)
 
-    def plain(self, error: SeatrialError) -> str:
-        """An error about the copied rows, as one about the table."""
-        return str(error).replace(str(self._copy), self.path.name)
+    def plain(self, error: SeatrialError, line: int | None = None) -> str:
+        """An error about the copied rows, as one about the table; line: that of the only row."""
+        place = self.path.name if line is None else f"{self.path.name} line {line}"
+        copied = re.escape(str(self._copy)) + ("" if line is None else r"(?: line \d+)?")
+        return re.sub(copied, lambda _: place, str(error))
 
-    def _lines(self) -> list[bytes]:
-        """Whole lines that were added."""
+    def _begun(self, lines: list[Line]) -> list[Line]:
+        """The rows of lines that complete the beginning; none: it is not complete."""
+        self._waiting += lines
+        if sum(not text.lstrip().startswith(MARKS) for _, text in self._waiting) < BEGUN:
+            return []
+        lines, self._waiting = self._waiting, []
+        try:
+            table = self.table(lines)
+            for one in self.requests:
+                for name in (*one.paths, stamp_column(one).column):
+                    table.find(name)
+        except RecordingError as error:
+            raise RecordingError(self.plain(error)) from None
+        self._head = [text for _, text in lines[: table.skipped]]
+        self._head_again = {text.strip() for text in self._head}
+        return lines[table.skipped :]
+
+    def _is_no_row(self, text: bytes) -> bool:
+        """Whether a line is a comment, or of the header again, as where a logger was started again."""
+        plain = text.strip()
+        return plain.startswith(MARKS) or plain in self._head_again
+
+    def _lines(self) -> list[Line]:
+        """Whole lines that were added, without empty ones."""
         try:
             with self.path.open("rb") as file:
                 if file.seek(0, 2) < self._read:
@@ -76,10 +96,13 @@ class GrowingTable:
         except OSError as error:
             raise FileError(f"{self.path}: can't be read ({error.strerror})") from None
         self._read += len(block)
+        self.more = len(block) == BLOCK
         *whole, self._rest = (self._rest + block).split(b"\n")
         if len(self._rest) > LONGEST_LINE:
             raise RecordingError(f"{self.path}: a line of more than {LONGEST_LINE} bytes is no row")
-        return [line for line in whole if line.strip()]
+        numbered = [*enumerate(whole, self._count + 1)]
+        self._count += len(whole)
+        return [line for line in numbered if line[1].strip()]
 
 
 class FollowSource(EventSource):
@@ -108,9 +131,8 @@ class FollowSource(EventSource):
                 open_still = not self._closed.wait(POLL)
                 if self._conversion is None:
                     self._begin(Path(folder))
-                # all that is there: where it is closed, what was added before
-                while self._conversion is not None and (parts := self._new(self._conversion)):
-                    yield from self._conversion.events(parts, time.time_ns())
+                if self._conversion is not None:
+                    yield from self._added(self._conversion)
 
     def close(self) -> None:
         """See `EventSource`."""
@@ -139,32 +161,34 @@ class FollowSource(EventSource):
             self._tables.append(table)
         self._conversion = conversion
 
-    def _new(self, conversion: Conversion) -> list[tuple[Request, Stamps, Array]]:
-        """The rows that were added, of a block of each table at most."""
-        parts = []
-        for table in self._tables:
-            rows = table.rows()
-            if rows:
-                parts += self._parts(table, rows, conversion)
-        return parts
+    def _added(self, conversion: Conversion) -> Iterator[SourceEvent]:
+        """Events of all that is there, a block of each table at a time, whether its rows can be used or not."""
+        more = True
+        while more:
+            parts = []
+            for table in self._tables:
+                if rows := table.rows():
+                    parts += self._parts(table, rows, conversion)
+            if parts:
+                yield from conversion.events(parts, time.time_ns())
+            more = any(table.more for table in self._tables)
 
     def _parts(
-        self, table: GrowingTable, rows: list[bytes], conversion: Conversion
+        self, table: GrowingTable, rows: Sequence[Line], conversion: Conversion
     ) -> list[tuple[Request, Stamps, Array]]:
-        """Rows by request; where some can't be used, each by itself."""
+        """Rows by request. Where some can't be used, each half by itself: a bad row costs few tables."""
         mixed = len({one.role for one in table.requests}) > 1
         try:
             known = table.table(rows)
             return [_rows_of(known, one, mixed=mixed) for one in table.requests]
         except RecordingError as error:
-            if len(rows) == 1:
-                conversion.mistakes.total += 1
-                conversion.mistakes.add(table.plain(error))
-                return []
-            found = []
-            for row in rows:
-                found += self._parts(table, [row], conversion)
-            return found
+            if len(rows) > 1:
+                half = len(rows) // 2
+                parts = self._parts(table, rows[:half], conversion)
+                return parts + self._parts(table, rows[half:], conversion)
+            conversion.mistakes.total += 1
+            conversion.mistakes.add(table.plain(error, rows[0][0]))
+            return []
 
 
 def _not_followed(path: Path) -> str:
