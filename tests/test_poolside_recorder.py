@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pytest
 from test_poolside_sources import VEHICLE, table, vehicle
+from waiting import PATIENCE
 
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands.cli import main
@@ -111,6 +112,62 @@ def test_a_killed_program_leaves_discarded_rows_out(tmp_path):
     before = (folder / "kept_poses.csv").read_bytes()
     recorder.finish()
     assert (folder / "kept_poses.csv").read_bytes() == before
+
+
+def test_rows_go_on_arriving_while_discarded_ones_are_taken_out(tmp_path, monkeypatch):
+    """The disk is slow: nothing waits for it, and a kill at that moment loses none."""
+    given, folder = rows(100), tmp_path / "drive"
+    recorder = Recorder(folder, vehicle())
+    for stamp, pose, command in given[:50]:
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+    more, killed, discards = iter(given[50:]), [], []
+
+    def slow(_):
+        if threading.current_thread() is threading.main_thread() and len(killed) < len(discards):
+            other = threading.Thread(target=lambda: recorder.use("pose", *next(more)[:2]))
+            other.start()
+            other.join(PATIENCE)
+            assert not other.is_alive()
+            killed.append(shutil.copytree(folder, tmp_path / f"killed-{len(killed)}"))
+
+    monkeypatch.setattr("seatrial.poolside.recorder.os.fsync", slow)
+    for i in (30, 40):
+        discards.append((given[i][0], given[i + 4][0]))
+        recorder.discard(*discards[-1])
+    recorder.finish()
+
+    def stamps(place):
+        return read(place, load_vehicle(place / "vehicle.yaml")).stamps.tolist()
+
+    every = [stamp for stamp, _, _ in given[:52]]
+    first, second = (set(every[i : i + 5]) for i in (30, 40))
+    assert stamps(killed[0]) == every[:51]
+    assert stamps(killed[1]) == [stamp for stamp in every if stamp not in first]
+    assert stamps(folder) == [stamp for stamp in every if stamp not in first | second]
+    assert not [*folder.glob("*.part")]
+
+
+def test_a_full_disk_leaves_no_half_row(tmp_path):
+    """A file that may not grow further takes the beginning of a row: the rows after it must not join it."""
+    resource = pytest.importorskip("resource")
+    recorder, given = Recorder(tmp_path / "drive", vehicle()), rows(12)
+    for stamp, pose, command in given[:10]:
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+    table = tmp_path / "drive" / "poses.csv"
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (table.stat().st_size + 10, limits[1]))
+    try:
+        with pytest.raises(FileError, match="can't be written"):
+            recorder.use("pose", *given[10][:2])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    recorder.use("pose", *given[11][:2])
+    recorder.discard(given[2][0], given[3][0])
+    folder = recorder.finish()
+    kept = read(folder, load_vehicle(folder / "vehicle.yaml"))
+    assert kept.stamps.tolist() == [given[i][0] for i in (0, 1, 4, 5, 6, 7, 8, 9, 11)]
 
 
 @pytest.mark.parametrize("how", ["removed", "renamed"])

@@ -10,7 +10,9 @@ the disk within `SYNC`, so a power cut loses a second.
     FOLDER/vehicle.yaml  the vehicle, with the columns of these tables
 """
 
+import errno
 import os
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from threading import Event, Lock, Thread
@@ -64,6 +66,7 @@ class Recorder:
         self._handles: dict[str, int] = {}
         self._lost = ""  # that the folder is not there any more
         self._lock, self._ended, self._changed = Lock(), Event(), False
+        self._rewriting = Lock()  # of tables without the discarded intervals, one after the other
         self.notes: list[Note] = []
         self._discarded: tuple[tuple[int, int], ...] = ()
         self._make()
@@ -83,7 +86,7 @@ class Recorder:
                 self._write_vehicle(split=True)
             head = self._heads[kind]
             self._append(FILES[kind], line, head)
-            if self._discarded and kind in POSE_KINDS and not self._is_discarded(line):
+            if self._discarded and kind in POSE_KINDS and not self._is_discarded(line.encode()):
                 self._append(KEPT + FILES[kind], line, head)
             if self._lost:
                 raise FileError(self._lost)
@@ -97,13 +100,15 @@ class Recorder:
 
         The vehicle file then reads the tables without them, so that they stay out whatever ends the program.
         """
-        self._note(Note(end, discard_from=start))
-        with self._lock:
-            self._discarded = (*self._discarded, (start, end))
-            names = [FILES[kind] for kind in POSE_KINDS if FILES[kind] in self._handles]
+        with self._rewriting:
+            self._note(Note(end, discard_from=start))
+            with self._lock:
+                self._discarded = (*self._discarded, (start, end))
+                names = [FILES[kind] for kind in POSE_KINDS if FILES[kind] in self._handles]
             for name in names:
                 self._write_kept(name)
-            self._write_vehicle(split=FILES["position"] in names)
+            with self._lock:
+                self._write_vehicle(split=FILES["position"] in self._handles)
 
     @property
     def discarded(self) -> tuple[tuple[int, int], ...]:
@@ -122,7 +127,7 @@ class Recorder:
         """End; what was written stays. Without effect where it has ended."""
         self._ended.set()
         self._thread.join()
-        with self._lock:
+        with self._rewriting, self._lock:
             for handle in self._handles.values():
                 os.close(handle)
             self._handles = {}
@@ -159,7 +164,7 @@ class Recorder:
                 flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND
                 self._handles[name] = os.open(self.folder / name, flags, 0o666)
                 line = f"{header}\n{line}" if header else line
-            os.write(self._handles[name], f"{line}\n".encode())
+            _write_whole(self._handles[name], f"{line}\n".encode())
         except OSError as error:
             path = self.folder / name
             raise FileError(f"{path}: can't be written ({error.strerror})") from None
@@ -194,22 +199,55 @@ class Recorder:
         )  # fmt: skip
 
     def _write_kept(self, name: str) -> None:
-        """The table without the rows in discarded intervals, to which further rows are added."""
-        kept, before = self.folder / f"{KEPT}{name}", self._handles.pop(KEPT + name, None)
-        if before is not None:
-            os.close(before)
+        """The table without the rows in discarded intervals, to which further rows are added.
+
+        Rows go on arriving meanwhile: only those are written under the lock.
+        """
+        table, kept = self.folder / name, self.folder / f"{KEPT}{name}"
+        part = kept.with_suffix(".part")
         try:
-            head, *rows = (self.folder / name).read_text().splitlines()
-            rows = [row for row in rows if not self._is_discarded(row)]
-            write_text(kept, "\n".join([head, *rows, ""]))
-            self._handles[KEPT + name] = os.open(kept, os.O_WRONLY | os.O_APPEND)
+            with table.open("rb") as rows, part.open("wb") as file:
+                with self._lock:
+                    size = os.fstat(self._handles[name]).st_size
+                file.writelines(self._kept(rows.read(size)))
+                file.flush()
+                os.fsync(file.fileno())
+                with self._lock:
+                    file.writelines(self._kept(rows.read()))
+                    file.flush()
+                    part.replace(kept)
+                    self._open_again(kept)
         except OSError as error:
             raise FileError(f"{kept}: can't be written ({error.strerror})") from None
+        finally:
+            part.unlink(missing_ok=True)
 
-    def _is_discarded(self, row: str) -> bool:
-        seconds, rest, _ = row.split(",", 2)
+    def _open_again(self, path: Path) -> None:
+        """Add to the file that has come into the place of another."""
+        before = self._handles.pop(path.name, None)
+        self._handles[path.name] = os.open(path, os.O_WRONLY | os.O_APPEND)
+        self._changed = True
+        if before is not None:
+            os.close(before)
+
+    def _kept(self, table: bytes) -> Iterator[bytes]:
+        """Lines of a table that are in no discarded interval."""
+        return (row for row in table.splitlines(keepends=True) if not self._is_discarded(row))
+
+    def _is_discarded(self, row: bytes) -> bool:
+        seconds, rest, _ = row.split(b",", 2)
+        if not rest.isdigit():  # the header
+            return False
         stamp = int(seconds) * NANO + int(rest)
         return any(start <= stamp <= end for start, end in self._discarded)
+
+
+def _write_whole(handle: int, line: bytes) -> None:
+    """Add a line, or nothing: where the disk is full, part of it would spoil the next one. Raises OSError."""
+    written = os.write(handle, line)
+    if written < len(line):
+        os.ftruncate(handle, os.fstat(handle).st_size - written)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _with_tables(vehicle: Vehicle, *, split: bool, prefix: str = "") -> Vehicle:
