@@ -337,3 +337,8 @@ def test_predictions_are_as_good_as_the_model_states(drive, whole):
         assert np.sqrt(np.mean(np.subtract(state.predicted, state.measured) ** 2)) == pytest.approx(
             state.rms
         )
+    # where the boat was touched, none counts that reaches into it; those after it do
+    first = next(stamp for stamp, kind, _ in rows(recording) if kind == "pose")
+    prediction.discard(first + 150 * SECOND + 1, first + 160 * SECOND + 1)
+    left = tuple(t for t in states[0].t if t <= 150.0 or t > 161.0)
+    assert prediction.states()[0].t == left != states[0].t

@@ -91,12 +91,16 @@ class Parted:
         self.looks = []
         prediction = SimpleNamespace(
             use=lambda *_: None, reload=lambda _: None, states=lambda: self.looks.append(1) or (),
+            discard=lambda *given: note.append(("prediction", *given)),
+        )  # fmt: skip
+        detector = SimpleNamespace(
+            use=lambda *_: None, due=False, begin_after=lambda *given: note.append(("detector", *given)),
         )  # fmt: skip
         self.source, self.parts_estimator, self.recorder = Queue(), estimator, recorder
         self.health = health
         parts = Parts(
             self.source, estimator, health, recorder, prediction, Coverage(vehicle),
-            SimpleNamespace(advise=lambda *_: self.advice),
+            SimpleNamespace(advise=lambda *_: self.advice), detector,
         )  # fmt: skip
         save = save or (lambda _: {"model": "m.yaml"})
         self.session = Session(vehicle, parts, folder, save=save, copy=copy)
@@ -164,11 +168,48 @@ def test_marks_and_discards_reach_recording_and_estimate(parted):
     assert one.session.state().marks == ((10.0, "gust"),)
     one.session.discard(4.0)
     now = 10 * SECOND
+    start = now - 4 * SECOND
     assert one.notes == [
-        ("mark", now, "gust"), ("recording", now - 4 * SECOND, now), ("estimate", now - 4 * SECOND, now),
+        ("mark", now, "gust"), ("estimate", start, now), ("prediction", start, now), ("detector", now),
+        ("recording", start, now),
     ]  # fmt: skip
     assert one.session.state().discards == 1
     assert one.session.track(0)[1][-1][0] < 6.0
+
+
+def test_page_and_source_go_on_while_the_recording_discards(parted):
+    """The disk is slow: whole tables are written."""
+    one, begun, written = parted(), threading.Event(), threading.Event()
+    one.recorder.discard = lambda *_: begun.set() or written.wait(PATIENCE)
+    one.drive(101)
+    one.until(lambda state: state.poses == 101)
+    discarding = threading.Thread(target=one.session.discard, args=(4.0,))
+    discarding.start()
+    assert begun.wait(PATIENCE)
+    one.drive(20, start=101)
+    one.until(lambda state: state.poses == 121)
+    assert one.session.state().discards == 1
+    times = [row[0] for row in one.session.track(0)[1]]
+    assert not [t for t in times if 6.0 <= t <= 10.0] and max(times) > 11.0
+    assert discarding.is_alive()
+    written.set()
+    discarding.join(PATIENCE)
+
+
+def test_faults_of_other_threads_do_not_end_the_one_that_states_them(parted):
+    """A fault that comes while the others are being listed."""
+
+    class Growing(dict):
+        def items(self):
+            for pair in super().items():
+                yield pair
+                self[f"{pair[0]} again"] = "by a test"
+
+    one = parted()
+    one.session._failed = Growing(event="by a test")
+    one.until(lambda state: "event: by a test" in state.message)
+    one.session._failed = {}
+    one.until(lambda state: state.message == "")
 
 
 def test_discarded_seconds_are_not_driven_and_not_covered(parted, vehicle):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What moves a boat and is no change of it: gusts, slow wind, waves, a current, a hand."""
+"""What moves a boat and is no change of it: gusts, slow wind, waves, a current, a hand, a tow."""
 
 import numpy as np
 
@@ -16,6 +16,7 @@ CURRENT, CURRENT_CHANGE = 0.1, 0.05  # [m/s] its size, and amplitude of its slow
 CURRENT_PERIOD = 120.0  # [s]
 HAND_MOVE, HAND_TURN, HAND_SECONDS = 0.15, 0.6, 2.0  # [m, rad, s]
 HAND_TIMES = 15.0, 60.0  # [s] between which it comes
+TOW = np.array([1.0, 0.5, 0.0])  # [m/s, m/s, rad/s] that a tow adds: a turn would stay
 
 
 def _moved(recording: Recording, motion: Array) -> Recording:
@@ -50,3 +51,8 @@ def hand(recording: Recording, rng: np.random.Generator) -> Recording:
     direction = rng.uniform(0.0, 2.0 * np.pi)
     size = np.array([HAND_MOVE * np.cos(direction), HAND_MOVE * np.sin(direction), HAND_TURN])
     return _moved(recording, np.sin(np.pi * phase)[:, None] * size)
+
+
+def towed(recording: Recording, begin: float, end: float) -> Recording:
+    """Towed from `begin` to `end` [s] of the recording."""
+    return _moved(recording, TOW * (recording.t.clip(begin, end) - begin)[:, None])

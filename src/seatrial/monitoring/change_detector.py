@@ -11,6 +11,7 @@ evidence by their sums; the search of each change (`change_test`), in the few wi
 """
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -73,6 +74,7 @@ class ChangeDetector:
         self._kept = max(*lengths, CONFIRMATION) + 2.0 * every  # [s]
         self._log = RecentLog(model.vehicle, self._kept)
         self._next: int | None = None  # [ns] stamp of the next test
+        self._begins: deque[int] = deque()  # [ns] stamps after which windows are to begin
         self.restart(model)
 
     def restart(self, model: Model) -> None:
@@ -86,6 +88,13 @@ class ChangeDetector:
     def use(self, kind: str, stamp: int, values: ArrayLike) -> None:
         """A pose (3,), position (2,), heading (1,), command (inputs,) or scale (scales,) at a stamp [ns]."""
         self._log.add(kind, stamp, np.asarray(values))
+
+    def begin_after(self, stamp: int) -> None:
+        """Test by poses after a stamp [ns]: until then the boat was touched, or towed. From any thread.
+
+        A change that was noticed is confirmed, or withdrawn, by poses after it.
+        """
+        self._begins.append(stamp)
 
     @property
     def due(self) -> bool:
@@ -102,8 +111,11 @@ class ChangeDetector:
             return None
         if self._next is not None and now < self._next - self._every:  # the clock was set back
             self._log.drop_after(now)
+            self._begins.clear()
             self._begin_at(now)
             self._noticed = None if self._noticed is None else now
+        while self._begins:
+            self._leave_out_until(self._begins.popleft())
         self._next = now + self._every
         self._since = now if self._since is None else self._since
         self._running.advance(self._log, self._since, now)
@@ -116,6 +128,13 @@ class ChangeDetector:
         """Windows begin after a stamp [ns]."""
         self._since = stamp
         self._running.restart()
+
+    def _leave_out_until(self, stamp: int) -> None:
+        """Windows, and the confirmation of a change, begin after a stamp [ns]."""
+        if self._since is None or stamp >= self._since:
+            self._begin_at(stamp + 1)
+        if self._noticed is not None:
+            self._noticed = max(self._noticed, stamp)
 
     def _notice(self, now: int, since: int) -> BoatChange | None:
         """The change in the shortest window that shows one."""

@@ -66,6 +66,9 @@ class Detector(Protocol):
     def use(self, kind: str, stamp: int, values: ArrayLike) -> None:
         """A pose, position, heading, command or scale at a stamp [ns]."""
 
+    def begin_after(self, stamp: int) -> None:
+        """Test by poses after a stamp [ns]: until then the boat was touched, or towed."""
+
     def look(self) -> BoatChange | None:
         """A new finding, or None."""
 

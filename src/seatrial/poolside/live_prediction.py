@@ -91,6 +91,13 @@ class LivePrediction:
             elif poses:
                 self._predict(self._onboard, stamp)
 
+    def discard(self, start: int, end: int) -> None:
+        """Without the predictions that reach into an interval [ns]: the boat was touched, or towed."""
+        with self._lock:
+            left = [s for s in self._seen if not start <= s.stamp <= end + AHEAD]
+            self._seen = deque(left, maxlen=LENGTH)
+            self._begun = deque(b for b in self._begun if not start - AHEAD <= b.stamp <= end)
+
     def states(self) -> tuple[PredictionState, ...]:
         """One for each axis; none without a prediction."""
         with self._lock:

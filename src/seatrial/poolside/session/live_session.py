@@ -113,21 +113,26 @@ class Session:
     def mark(self, text: str) -> None:
         """As of `Controller`. Raises LiveError before the first pose."""
         with self._lock:
-            now = self._newest()
-            self._parts.recorder.mark(now, text)
-            marks = (*self._state.marks, (self._track.time, text))
+            now, time_of = self._newest(), self._track.time
+        self._parts.recorder.mark(now, text)
+        with self._lock:
+            marks = (*self._state.marks, (time_of, text))
             self._state = structs.replace(self._state, marks=marks)
 
     def discard(self, seconds: float) -> None:
         """As of `Controller`. Raises LiveError before the first pose."""
+        parts = self._parts
         with self._lock:
             now = self._newest()
             start = now - round(seconds / NANO)
-            self._parts.recorder.discard(start, now)
-            self._parts.estimator.discard(start, now)
             self._track.discard(start)
+        parts.estimator.discard(start, now)
         with self._inputs:
-            self._parts.coverage.discard(NANO * start)
+            parts.coverage.discard(NANO * start)
+            parts.prediction.discard(start, now)
+            if parts.detector is not None:
+                parts.detector.begin_after(now)
+        parts.recorder.discard(start, now)  # last: neither page nor source waits for the disk
 
     def stop(self) -> dict[str, str]:
         """As of `Controller`. Once: further calls give the same."""
@@ -255,7 +260,8 @@ class Session:
 
     def _message(self) -> str:
         """The first thing that hinders the estimate."""
-        others = [f"{what}: {text}" for what, text in self._failed.items() if what != RECORDING]
+        failures = self._failed.copy()  # in one step: other threads state theirs
+        others = [f"{what}: {text}" for what, text in failures.items() if what != RECORDING]
         failed = self._failed.get("source")
         end = ENDED if failed is None else f"The source failed: {failed}. Press stop and save."
         over = [end] if self.drained else []
