@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The test for a change of the boat where poses do not count, or do not tell: what is left out is no evidence."""
 
+import numpy as np
+import pytest
 from changed_boats import drives_by_cause, findings, known_model, sent
 
-from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
+from seatrial.evaluation.comparison.cause_candidates import BATTERY, NO_CHANGE, ONE_THRUSTER
+from seatrial.monitoring import change_test
 from seatrial.monitoring.change_detector import CONFIRMATION, PASSING, ChangeDetector
+from seatrial.monitoring.change_space import THRUSTER_CHANGE, change_space
+from seatrial.monitoring.change_test import fitted_changes, linearised
+from seatrial.monitoring.window_likelihood import Quadratic, Window, windows
 from seatrial.onboard.boat_change import ChangeState
 from seatrial.util.frames import NS_PER_S
 from tests.boats.weather import towed
@@ -46,3 +52,74 @@ def test_a_change_that_was_noticed_is_judged_by_poses_after_what_is_discarded(mo
     (judged,) = findings(detector, after)
     assert judged.state is ChangeState.WITHDRAWN
     assert 0.0 <= (judged.stamp - end) / NS_PER_S - PASSING - CONFIRMATION < 4.0
+
+
+def diverging(plain, least):
+    """`Window.quadratic` of a boat that diverges in windows longer than `least` [s]."""
+
+    def quadratic(self, boat, theta):
+        return None if self.recording.duration > least else plain(self, boat, theta)
+
+    return quadratic
+
+
+def test_a_change_in_which_the_model_diverges_is_not_withdrawn(model, drives, monkeypatch):
+    """The boat changed so much that nothing can be fitted to the window after the notice: the next one tells."""
+    rows = sent(drives[BATTERY])
+    before, after = split(rows, PASSING + CONFIRMATION + 3.0)
+    detector = ChangeDetector(model)
+    detector._noticed = rows[0][0]
+    plain = Window.quadratic
+    monkeypatch.setattr(Window, "quadratic", diverging(plain, CONFIRMATION - 1.0))
+    assert not findings(detector, before)
+    assert detector._noticed > rows[0][0]
+    monkeypatch.setattr(Window, "quadratic", plain)
+    assert [one.state for one in findings(detector, after)] == [ChangeState.CONFIRMED]
+
+
+def test_where_the_unchanged_boat_can_not_be_fitted_nothing_is_compared(model, drives, monkeypatch):
+    space = change_space(model)
+    several = windows(model, drives[NO_CHANGE].cut(10.0, 20.0))[:1]
+    quadratics = linearised(space, several)
+    assert {NO_CHANGE, BATTERY} < {
+        one.change.cause for one in fitted_changes(space, several, quadratics, 1)
+    }
+    plain = change_test._fitted
+    monkeypatch.setattr(
+        change_test, "_fitted",
+        lambda space, change, *rest: None if change.cause == NO_CHANGE else plain(space, change, *rest),
+    )  # fmt: skip
+    assert fitted_changes(space, several, quadratics, 1) == []
+
+
+class Known:
+    """A window that knows one parameter alone, to a standard error, whatever the boat."""
+
+    def __init__(self, space, place, value, error):
+        self.at, self.place, self.value, self.error = space.theta, place, value, error
+
+    def quadratic(self, _boat, theta):
+        information = np.zeros((len(theta), len(theta)))
+        information[self.place, self.place] = self.error**-2.0
+        return Quadratic(theta, 0.0, information @ (self._moved() - theta), information)
+
+    def _moved(self):
+        moved = self.at.copy()
+        moved[self.place] = self.value
+        return moved
+
+
+@pytest.mark.parametrize(("gain", "size"), [(0.5, -0.48), (0.1, -0.87), (-0.3, -1.0)])
+def test_a_thruster_that_gives_nothing_has_an_interval_too(model, gain, size):
+    """Below no thrust there is nothing: the error is that of the side on which the thruster may be."""
+    space = change_space(model)
+    error = 0.1
+    (place,) = [space.gains["F_2"]]
+    window = Known(space, place, gain, error)
+    start = window.quadratic(None, space.theta)
+    change = next(c for c in space.changes if c.cause == ONE_THRUSTER and c.what == "F_2")
+    found = change_test._fitted(space, change, window, start)
+    assert found.size == pytest.approx(size, abs=0.01)
+    # a normal prior of the size, and a measurement of it
+    assert found.error == pytest.approx((THRUSTER_CHANGE**-2.0 + error**-2.0) ** -0.5, rel=1e-3)
+    assert found.covariance[place, place] == pytest.approx(found.error**2, rel=1e-3)

@@ -154,7 +154,8 @@ class ChangeDetector:
     ) -> list[FittedChange]:
         """All changes, fitted to a window of the stamps [ns].
 
-        None where the linear evidences' log ratio is below `least`, poses are too few, or the boat diverges.
+        Empty where the log ratio of the linear evidences is below `least`, there are too few poses, or the model
+        diverges.
         """
         logs = linear_evidences(self._space, window.quadratics)
         if log_ratio(mean_over_noises(self._space, logs)) < least:
@@ -173,15 +174,13 @@ class ChangeDetector:
         return fitted_changes(self._space, several, quadratics, len(every)) if quadratics else []
 
     def _confirmation(self, begin: int, now: int) -> BoatChange | None:
-        """The change in the window after the notice; None: too few poses tell, the next window is awaited."""
+        """The change in the window after the notice; None: none can be fitted, the next one is awaited."""
         window = self._running.window(begin, FEWEST_POSES)
-        if window is None:
-            self._begin_at(now)
-            self._noticed = now
-            return None
-        found = self._fitted(window, begin, now)
+        found = [] if window is None else self._fitted(window, begin, now)
         self._begin_at(now)
-        self._noticed = None
+        self._noticed = None if found else now
+        if not found:
+            return None
         if log_ratio(found) < CONFIRMED:
             return BoatChange(ChangeState.WITHDRAWN, now, NO_CHANGE)
         change = _finding(found, ChangeState.CONFIRMED, now)

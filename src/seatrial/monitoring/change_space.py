@@ -53,6 +53,11 @@ class PhysicalChange:
     shift: Array  # (m, n)
     what: str = ""
     size: Callable[[Array], float] | None = None  # phi to the relative change; None: it has none
+    least: float = -np.inf  # of phi: below, the boat changes no further
+
+    def inside(self, phi: Array) -> Array:
+        """Phi, so far from its bound that difference quotients are those of the side where the boat changes."""
+        return np.maximum(phi, self.least + DIFFERENCE)
 
     @property
     def unknowns(self) -> int:
@@ -245,7 +250,8 @@ class ChangeSpace:
         def factor(phi: Array) -> Array:
             return np.asarray(1.0 + size(phi) * own)
 
-        return PhysicalChange(ONE_THRUSTER, factor, np.zeros((1, len(own))), name, size)
+        gone = -1.0 / THRUSTER_CHANGE
+        return PhysicalChange(ONE_THRUSTER, factor, np.zeros((1, len(own))), name, size, gone)
 
 
 def change_space(model: Model) -> ChangeSpace:

@@ -95,7 +95,7 @@ def linearised(space: ChangeSpace, windows: Sequence[Window]) -> list[Quadratic]
 def fitted_changes(
     space: ChangeSpace, windows: Sequence[Window], quadratics: Sequence[Quadratic], noises: int
 ) -> list[FittedChange]:
-    """Every change of the space, the most probable first.
+    """Every change of the space, the most probable first; none where no change, or no other, can be fitted.
 
     windows: one interval with each probable noise; quadratics: `linearised` of them; noises: number of all.
     """
@@ -109,7 +109,9 @@ def fitted_changes(
         # of other noises, and of those with which the changed boat diverges, the likelihood is 0
         logs = [fit.log_evidence for fit in fits] + [-np.inf] * (noises - len(fits))
         found.append(replace(best, log_evidence=_mean(logs)))
-    return sorted(found, key=lambda one: -one.log_evidence)
+    causes = {one.change.cause for one in found}
+    compared = NO_CHANGE in causes and len(causes) > 1
+    return sorted(found, key=lambda one: -one.log_evidence) if compared else []
 
 
 def log_ratio(found: Sequence[Evidence]) -> float:
@@ -143,14 +145,15 @@ def _fitted(
         if again is None:
             return None
         quadratic = again
-    x, jacobian, log = _maximum(space, change, quadratic, x)
+    x, _, log = _maximum(space, change, quadratic, x)
+    near = np.concatenate([x[:k], change.inside(x[k:])])
+    jacobian, slopes = _jacobian(space, change, quadratic, near), _slopes(space, change, near)
     spread = np.linalg.inv(jacobian.T @ jacobian)
-    slopes = _slopes(space, change, x)
     size = error = None
     if change.size is not None:
         size_of = change.size
         size = size_of(x[k:])
-        along = difference_quotients(lambda phi: np.array([size_of(phi)]), x[k:])[0]
+        along = difference_quotients(lambda phi: np.array([size_of(phi)]), near[k:])[0]
         error = float(np.sqrt(along @ spread[k:, k:] @ along))
     theta = _parameters(space, change, x)
     return FittedChange(change, log, size, error, theta, slopes @ spread @ slopes.T)
@@ -168,6 +171,11 @@ def _slopes(space: ChangeSpace, change: PhysicalChange, x: Array) -> Array:
     return change.slopes(space.theta + space.root @ x[:k], space.root, x[k:])
 
 
+def _jacobian(space: ChangeSpace, change: PhysicalChange, quadratic: Quadratic, x: Array) -> Array:
+    """Of the residuals of `_maximum`: those of the priors, then of the likelihood."""
+    return np.vstack([np.eye(len(x)), quadratic.whitened[0] @ _slopes(space, change, x)])
+
+
 def _maximum(
     space: ChangeSpace, change: PhysicalChange, quadratic: Quadratic, x: Array
 ) -> tuple[Array, Array, float]:
@@ -178,10 +186,7 @@ def _maximum(
         theta = _parameters(space, change, y)
         return np.concatenate([y, root @ (theta - quadratic.at) - centre])
 
-    def jacobian_at(y: Array) -> Array:
-        return np.vstack([np.eye(len(y)), root @ _slopes(space, change, y)])
-
-    now, jacobian = residuals(x), jacobian_at(x)
+    now, jacobian = residuals(x), _jacobian(space, change, quadratic, x)
     for _ in range(INNER_ROUNDS if len(x) else 0):
         step, share = -np.linalg.lstsq(jacobian, now, rcond=None)[0], 1.0
         for _ in range(HALVINGS):
@@ -193,7 +198,7 @@ def _maximum(
             break
         moved = np.linalg.norm(jacobian @ (share * step))
         x, now = x + share * step, after
-        jacobian = jacobian_at(x)
+        jacobian = _jacobian(space, change, quadratic, x)
         if moved < INNER_CLOSE:
             break
     log = quadratic.value + 0.5 * float(centre @ centre) - 0.5 * float(now @ now)
