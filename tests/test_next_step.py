@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: MIT
 """The next step after a command: a line that can be run, from the finding that matters most."""
 
+import argparse
 import shlex
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import msgspec
 import numpy as np
 import pytest
+from cli_tools import run
 from conftest import make_model
 from survey_boat import TRUTH, boat
 
@@ -23,18 +26,21 @@ from seatrial.boat.findings import (
 )
 from seatrial.boat.schema import EstimatorEntry
 from seatrial.commands import make_parser
+from seatrial.commands.shared import add_recordings, recordings_again
 from seatrial.evaluation.scores import AxisScore, RecordingScore, Scores
 from seatrial.identification.console import MOST_FINDINGS, summary
 from seatrial.inspection.coverage import AxisCoverage
 from seatrial.inspection.overview import Inspection, RecordingView
 from seatrial.util.frames import AXES
-from seatrial.workflow.next_step import after_identify, after_inspect, after_validate
+from seatrial.workflow.next_step import after_identify, after_inspect, after_select, after_validate
 
 LOGS, VEHICLE = ["my log.bag", "b.bag"], "v.yaml"
 CURRENT = finding_of(FindingKind.UNMODELLED_CURRENT, size=0.08)
 MISSING = finding_of(FindingKind.MISSING_TERM, "yaw", "N_uv * u * v", errors=9.0, improvement=0.2)
 AT_BOUND = finding_of(FindingKind.AT_BOUND, "lag", bound=0.002)
 DISTURBED = finding_of(FindingKind.DISTURBED_INTERVAL, "my log", start=3.5, end=8.0, ratio=4.0)
+MISMATCH = finding_of(FindingKind.MODEL_MISMATCH, horizon=1.0)
+OUTLIERS = finding_of(FindingKind.OUTLIERS, share=0.05)
 
 
 def model_with(*findings, warnings=(), spread=0.001):
@@ -71,8 +77,8 @@ def test_an_unmodelled_effect_is_estimated_with_the_options_there_were():
     ("finding", "name", "attribute", "value"),
     [
         (MISSING, "identify", "structure", "auto"),
-        (finding_of(FindingKind.MODEL_MISMATCH, horizon=1.0), "select", "out", None),
-        (finding_of(FindingKind.OUTLIERS, share=0.05), "inspect", "vehicle", VEHICLE),
+        (MISMATCH, "select", "out", None),
+        (OUTLIERS, "inspect", "vehicle", VEHICLE),
         (DISTURBED, "identify", "without", ["my log=3.5-8"]),
     ],
 )
@@ -172,3 +178,78 @@ def inspected(*, usable=1.0, sway=0.3, findings=()):
 )
 def test_after_inspect_the_file_is_corrected_or_more_is_recorded_or_a_model_identified(found, do):
     assert after_inspect(found, LOGS, VEHICLE).do == do
+
+
+READ = {"start": 1.25, "end": 1234.56789012, "without": ["b=3-9", "b=20-"], "salvage": True}
+READ_AS = ["--start", "1.25", "--end", "1234.56789012", "--without", "b=3-9", "--without", "b=20-", "--salvage"]  # fmt: skip
+LINES = {
+    "inspect, then identify": lambda a: after_inspect(inspected(), a, VEHICLE),
+    **{
+        f"identify, then {finding.kind.name}": partial(after_identify, model_with(finding), vehicle=VEHICLE)
+        for finding in (CURRENT, MISSING, DISTURBED, MISMATCH, OUTLIERS)
+    },
+    "doubts": partial(after_identify, model_with(warnings=["9 % of the poses are left out"]), vehicle=VEHICLE),
+    "select, then identify": lambda a: after_select(a, VEHICLE),
+    "validate, then report": lambda a: after_validate("m.yaml", scores(0.3), a, ["--vehicle", VEHICLE]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_a_further_command_reads_the_same_recordings_in_the_same_way(line):
+    """Every option of `add_recordings` but --vehicle, which has its own place, is in `READ`, and survives."""
+    probe = argparse.ArgumentParser()
+    add_recordings(probe)
+    assert set(vars(probe.parse_args(LOGS))) == {"recordings", "vehicle", *READ}
+    args = probe.parse_args([*LOGS, *READ_AS])
+    assert {name: getattr(args, name) for name in READ} == READ
+    _, further = parsed(LINES[line](recordings_again(args)))
+    assert [str(path) for path in further.recordings] == LOGS and str(further.vehicle) == VEHICLE
+    without = [*READ["without"], "my log=3.5-8"] if DISTURBED.kind.name in line else READ["without"]
+    assert {name: getattr(further, name) for name in READ} == {**READ, "without": without}
+
+
+def test_commands_hand_on_how_they_read(pool, af, tmp_path, capsys, monkeypatch):
+    recording, vehicle, model = pool / "S7-AF", str(pool / "vehicle-AF.yaml"), pool / "model.yaml"
+    cut = [recording, "--start", "2.5", "--end", "61.125", "--without", "S7-AF=8-9", "--salvage"]
+    chosen = "seatrial.identification.selection.terms."
+    monkeypatch.setattr(f"{chosen}select", lambda *_, **__: SimpleNamespace(vehicle=af))
+    monkeypatch.setattr(f"{chosen}selection_text", lambda _: "no table")
+    monkeypatch.setattr(f"{chosen}selection_json", lambda _: {})
+    doubtful = model_with(warnings=["9 % of the poses are left out"])
+    method = "seatrial.identification.methods.identify_with_fit"
+    monkeypatch.setattr(method, lambda *_, **__: (doubtful, None))
+
+    def following(*arguments):
+        code, out, err = run(capsys, *arguments)
+        assert (code, err) == (0, "")
+        words = shlex.split(out.partition("\nnext: ")[2].partition("  (")[0])
+        return make_parser().parse_args(words[1:])
+
+    for arguments in (
+        ["inspect", *cut, "--vehicle", vehicle],
+        ["identify", *cut, "--vehicle", vehicle, "-o", tmp_path / "m.yaml"],
+        ["select", *cut, "--vehicle", vehicle, "-o", tmp_path / "chosen.yaml"],
+        ["validate", model, *cut, "--vehicle", vehicle, "--horizon", "1.5"],
+    ):
+        args = following(*arguments)
+        assert args.recordings == [recording] and args.salvage
+        assert (args.start, args.end, args.without) == (2.5, 61.125, ["S7-AF=8-9"])
+    assert (args.vehicle, args.horizon) == (vehicle, 1.5)
+    assert following("inspect", recording, "--salvage").salvage
+    assert following("init", recording, "--salvage", "-o", tmp_path / "v.yaml").salvage
+
+
+def test_a_further_identification_keeps_the_options_of_the_first(
+    pool, tmp_path, capsys, monkeypatch
+):
+    method = "seatrial.identification.methods.identify_with_fit"
+    monkeypatch.setattr(method, lambda *_, **__: (model_with(CURRENT), None))
+    options = ["--prior", pool / "model.yaml", "--prior-spread", "0.123", "--role", "yaw=S7-AF"]
+    options += ["--method", "equation-error", "--literal", "--effect", "lever"]
+    vehicle, out = ["--vehicle", pool / "vehicle-AF.yaml"], ["-o", tmp_path / "m.yaml"]
+    code, said, _ = run(capsys, "identify", pool / "S7-AF", *vehicle, *out, *options)
+    words = shlex.split(said.partition("\nnext: ")[2].partition("  (")[0])
+    args = make_parser().parse_args(words[1:])
+    assert code == 0 and args.effect == ["lever", "current"] and args.role == ["yaw=S7-AF"]
+    assert (args.prior, args.prior_spread) == (pool / "model.yaml", 0.123)
+    assert (args.method, args.literal) == ("equation-error", True)

@@ -11,6 +11,7 @@ from seatrial.commands.shared import (
     add_recordings,
     guard,
     read_all,
+    recordings_again,
     write_json,
 )
 from seatrial.commands.shared.workers import add_workers, on_workers
@@ -153,7 +154,8 @@ def _identify(
     if tables:
         _say_accuracy(args, solution)
     say(f"wrote {args.out}")
-    step = after_identify(model, args.recordings, args.vehicle, args.out, _same_options(args))
+    again = recordings_again(args)
+    step = after_identify(model, again, args.vehicle, args.out, _same_options(args))
     say(step.text)
     write_json(args, "identify 1", identified(model, args.out, step.text))
 
@@ -186,22 +188,17 @@ def _terms(
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:
-    """The options of this identification that a further one keeps."""
-    repeated = (("--effect", args.effect), ("--role", args.role), ("--without", args.without))
+    """The options of this identification that a further one of the same recordings keeps."""
+    repeated = (("--effect", args.effect), ("--role", args.role))
     kept = [word for option, values in repeated for value in values for word in (option, value)]
     for option, value in (
         ("--structure", args.structure),
         ("--method", args.method if args.method != DEFAULT_METHOD else None),
         ("--prior", args.prior),
-        ("--start", args.start),
-        ("--end", args.end),
+        ("--prior-spread", args.prior_spread),
     ):
-        kept += (
-            [option, f"{value:g}" if isinstance(value, float) else str(value)]
-            if value is not None
-            else []
-        )
-    return kept
+        kept += [] if value is None else [option, str(value)]
+    return [*kept, "--literal"] if args.literal else kept
 
 
 def _roles(given: Sequence[str]) -> dict[str, list[str]]:

@@ -12,6 +12,7 @@ from seatrial.commands.shared import (
     add_salvage,
     choices_of,
     guard,
+    recordings_again,
     to_programs,
     write_json,
 )
@@ -86,7 +87,7 @@ def run(args: argparse.Namespace) -> None:
     if proposal.sources.recognised:
         say(f"{recognised_text(proposal.sources.recognised)}\n")
     say(proposal.text, end="")
-    follow = command("inspect", *args.recordings, "--vehicle", args.out)
+    follow = command("inspect", *recordings_again(args), "--vehicle", args.out)
     for found in proposal.sources.notes.get("clock", []):
         say(found)
     say(f"wrote {args.out}")

@@ -3,7 +3,14 @@
 
 import argparse
 
-from seatrial.commands.shared import add_json, add_recordings, guard, read_all, write_json
+from seatrial.commands.shared import (
+    add_json,
+    add_recordings,
+    guard,
+    read_all,
+    recordings_again,
+    write_json,
+)
 from seatrial.util.printing import say
 from seatrial.util.progress import over, stage
 
@@ -20,6 +27,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.workflow.next_step import NextStep, after_inspect, command
 
     guard(args.json, "{", args.vehicle, *args.recordings)
+    again = recordings_again(args)
     if args.vehicle is None:
         if args.without or args.start is not None or args.end is not None:
             raise VehicleError(
@@ -29,7 +37,7 @@ def run(args: argparse.Namespace) -> None:
 
         found = [look(path, salvage=args.salvage) for path in over(args.recordings, "reading")]
         text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
-        kind, step = "contents 1", NextStep(command("init", *args.recordings, "-o", "vehicle.yaml"))
+        kind, step = "contents 1", NextStep(command("init", *again, "-o", "vehicle.yaml"))
     else:
         from seatrial.boat.vehicle import load_vehicle
         from seatrial.inspection.console import inspection_text
@@ -41,7 +49,7 @@ def run(args: argparse.Namespace) -> None:
         with stage("checking"):
             inspection = inspect(recordings, vehicle)
         text, content = inspection_text(inspection), inspection_json(inspection)
-        kind, step = "inspection 1", after_inspect(inspection, args.recordings, args.vehicle)
+        kind, step = "inspection 1", after_inspect(inspection, again, args.vehicle)
     write_json(args, kind, content)
     say(text)
     say(step.text)

@@ -10,6 +10,7 @@ from seatrial.commands.shared import (
     add_recordings,
     guard,
     read_all,
+    recordings_again,
     write_json,
 )
 from seatrial.commands.shared.workers import add_workers, on_workers
@@ -63,4 +64,4 @@ def run(args: argparse.Namespace) -> None:
     say(selection_text(found))
     if args.out is not None:
         say(f"wrote {args.out}")
-    say(after_select(args.recordings, args.out).text)
+    say(after_select(recordings_again(args), args.out).text)

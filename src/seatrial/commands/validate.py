@@ -11,6 +11,7 @@ from seatrial.commands.shared import (
     guard,
     load_model,
     read_all,
+    recordings_again,
     write_json,
 )
 from seatrial.util.printing import say
@@ -39,6 +40,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import head_to_head_text
+    from seatrial.evaluation.prediction import DEFAULT_HORIZON
     from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
     from seatrial.workflow.next_step import after_validate
@@ -56,4 +58,6 @@ def run(args: argparse.Namespace) -> None:
         say(head_to_head_text(scores.against))
     for doubt in model_concerns(model):
         say(f"  doubt: {doubt}")
-    say(after_validate(args.model, scores, args.recordings).text)
+    options = [] if args.vehicle is None else ["--vehicle", args.vehicle]
+    options += [] if args.horizon == DEFAULT_HORIZON else ["--horizon", f"{args.horizon:.15g}"]
+    say(after_validate(args.model, scores, recordings_again(args), options).text)

@@ -100,7 +100,7 @@ def whole_command(here: Task, model: Model, held_out: Sequence[Recording]) -> st
     if not any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out):
         return None
     whole = identify_line(
-        here.logs,
+        here.again(*here.logs),
         here.file("vehicle.yaml"),
         here.file("model-of-all.yaml"),
         *effect_options(model),

@@ -42,7 +42,7 @@ def report(
     here.say(f"report    -> {here.file('report.html')}")
     # what `auto` estimated stays, and so does its model
     vehicle, further = here.file("vehicle.yaml"), here.file("model-2.yaml")
-    wanted = asked_for(model, here.logs, vehicle, further, effect_options(model))
+    wanted = asked_for(model, here.again(*here.logs), vehicle, further, effect_options(model))
     if wanted is not None:
         return wanted
     return after_report(here, evidence, whole)
@@ -53,7 +53,7 @@ def after_report(here: Task, evidence: Evidence, whole: str | None) -> NextStep:
     odometry = next(one for one in evidence.fitness if one.use is Use.ODOMETRY)
     if not wished(evidence) and odometry.level is not Level.NOT_FIT:
         out = here.file("odometry.csv")
-        use = command("predict", here.file("model.yaml"), here.logs[0], "-o", out)
+        use = command("predict", here.file("model.yaml"), *here.again(here.logs[0]), "-o", out)
         return NextStep(use, "velocity and odometry as on board; other uses: docs/uses.md")
     wish = following(evidence).removeprefix("Next: ")
     # what is held out may have the driving that the model lacks

@@ -82,6 +82,10 @@ class Task:
         """In the folder."""
         return self.folder / name
 
+    def again(self, *logs: Path) -> list[str]:
+        """Logs, and how they are read, as words of a command line."""
+        return [*map(str, logs), *(["--salvage"] if self.salvage else [])]
+
     def made_from(self, recordings: Sequence[Recording], training: Sequence[Recording]) -> str:
         """Digest of what the model is made from: logs, vehicle file, what of them identifies, effects."""
         return digest_of(

@@ -26,6 +26,7 @@ MOST_NAMED = 3  # parameters in one line
 EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
 
 Paths = Sequence[str | Path]
+Recordings = Paths  # and the options with which they are read, as words of a command line
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class NextStep:
         return f"next: {self.do}" + (f"  ({self.why})" if self.why else "")
 
 
-def after_inspect(found: Inspection, recordings: Paths, vehicle: str | Path) -> NextStep:
+def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path) -> NextStep:
     """Correct the vehicle file, or record what is missing, or identify."""
     # what the vehicle file has wrong
     for remark in (*found.vehicle.remarks, *(f.text for f in found.signs.findings)):
@@ -67,7 +68,7 @@ def _forced(found: Inspection) -> list[str]:
 
 
 def identify_line(
-    recordings: Paths, vehicle: str | Path, model: str | Path = "model.yaml", *options: str
+    recordings: Recordings, vehicle: str | Path, model: str | Path = "model.yaml", *options: str
 ) -> str:
     """The command line of `identify`."""
     return command("identify", *recordings, "--vehicle", vehicle, "-o", model, *options)
@@ -80,7 +81,7 @@ def command(*words: str | Path) -> str:
 
 def after_identify(
     model: Model,
-    recordings: Paths = ("RECORDINGS",),
+    recordings: Recordings = ("RECORDINGS",),
     vehicle: str | Path = "VEHICLE",
     out: str | Path = "model.yaml",
     options: Sequence[str] = (),
@@ -107,7 +108,7 @@ def after_identify(
 
 def asked_for(
     model: Model,
-    recordings: Paths,
+    recordings: Recordings,
     vehicle: str | Path,
     out: str | Path,
     options: Sequence[str] = (),
@@ -125,7 +126,7 @@ def asked_for(
 
 def _remedy(
     finding: Finding,
-    recordings: Paths,
+    recordings: Recordings,
     vehicle: str | Path,
     out: str | Path,
     options: Sequence[str],
@@ -156,7 +157,7 @@ def _remedy(
     return NextStep(advice_of(finding), why)
 
 
-def after_select(recordings: Paths, out: str | Path | None) -> NextStep:
+def after_select(recordings: Recordings, out: str | Path | None) -> NextStep:
     """Write the chosen terms, or identify with them."""
     if out is not None:
         return NextStep(identify_line(recordings, out))
@@ -208,29 +209,31 @@ def fleet_of(folder: Path) -> NextStep:
     return NextStep(command("fleet", folder), "all boats: one table and one report")
 
 
-def after_validate(model: str | Path, scores: Scores, recordings: Paths) -> NextStep:
-    """What the scores ask for, or the report."""
+def after_validate(
+    model: str | Path, scores: Scores, recordings: Recordings, options: Sequence[str] = ()
+) -> NextStep:
+    """What the scores ask for, or the report. `options`: those of `validate` that `report` has, too."""
+    report = command("report", model, *recordings, *options, "-o", "report.html")
     rows = scores.recordings
     unseen = [row for row in rows if not row.seen]
     if not unseen:
         return NextStep(
-            command("validate", model, "TEST_RECORDING"),
+            command("validate", model, "TEST_RECORDING", *options),
             "the model was identified from these: they do not test it",
         )
     poor = [(row, axes) for row in unseen if (axes := _poor(row))]
     if poor:
         row, axes = poor[0]
         return NextStep(
-            command("report", model, *recordings, "-o", "report.html"),
+            report,
             f"{row.recording}: {joined(axes)} hardly better than a constant velocity; the report says what "
             "to drive",
         )
     for row in unseen:
         for finding in row.findings:
             if finding.kind is FindingKind.EXCEEDS_EXPECTED_ERROR:
-                again = command("report", model, *recordings, "-o", "report.html")
-                return NextStep(again, sentence_of(finding))
-    return NextStep(command("report", model, *recordings, "-o", "report.html"))
+                return NextStep(report, sentence_of(finding))
+    return NextStep(report)
 
 
 def _poor(row: RecordingScore) -> list[str]:

@@ -65,6 +65,19 @@ def read_all(args: argparse.Namespace, vehicle: "Vehicle") -> "list[Recording]":
     return [recording.cut(args.start, args.end) for recording in found]
 
 
+def recordings_again(args: argparse.Namespace) -> list[str]:
+    """The recordings of a command, and how it reads them, as words of a further command line.
+
+    All options of `add_recordings` but --vehicle; of `init`, which has only some of them, those.
+    """
+    given = vars(args)
+    words = [str(path) for path in args.recordings]
+    for name in ("start", "end"):
+        words += [] if given.get(name) is None else [f"--{name}", f"{given[name]:.15g}"]
+    words += [word for text in given.get("without", ()) for word in ("--without", text)]
+    return [*words, "--salvage"] if args.salvage else words
+
+
 def _called(name: str, recordings: "list[Recording]", paths: list[Path]) -> int:
     """Which recording is meant, by its name or by its path."""
     from seatrial.util.errors import RecordingError
