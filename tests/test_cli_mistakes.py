@@ -47,6 +47,14 @@ BAD = {
     "pictures without figures": (["report", "{p}/model.yaml", "{p}/S7-AF", "--png", "-o", "{o}"], "--figures FOLDER"),
     "negative horizon": (["report", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "-1", "-o", "{o}"], "horizon"),
     "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, paper-like"),
+    "read as, and nothing is read": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--start", "0", "--salvage"], "--start and --salvage belong to recordings; none is given"),
+    "of another boat, and nothing is read": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--vehicle", "{v}", "--horizon", "2"], "--vehicle and --horizon belong to recordings"),
+    "cut of nothing to allocate along": (["allocate", "{v}", "--without", "S1=2-3"], "--without belongs to recordings"),
+    "horizon of other scores": (["report", "{p}/model.yaml", "{p}/S7-AF", "--scores", "{p}/s.json", "--horizon", "1", "-o", "{o}"], "--horizon belongs to scores that are computed here"),
+    "live options along a recording": (["predict", "{p}/model.yaml", "{p}/S7-AF", "--adapt", "off", "--clock", "data", "-o", "{o}"], "--clock and --adapt belong to --live"),
+    "cut of a stream": (["predict", "{p}/model.yaml", "--live", "--end", "3"], "--end belongs to recordings"),
+    "hull of another format": (["export", "{p}/model.yaml", "--to", "c", "--mass", "0", "--added-mass", "1", "2", "3", "-o", "{o}.h"], "--mass and --added-mass belong to --to sdf"),
+    "version of another format": (["export", "{p}/model.yaml", "--to", "json", "--ros", "2", "-o", "{o}.json"], "--ros belongs to --to ros"),
     "unwritable": (["report", "{p}/model.yaml", "{p}/S7-AF", "-o", "{v}/x.html"], "can't be written"),
 }  # fmt: skip
 

@@ -333,7 +333,7 @@ def test_along_a_recording(path, recording, tmp_path, capsys):
         (("--live", "--rate", "0"), "0.1 to 1000 Hz"),
         (("--live", "--udp", "70000"), "UDP port 70000"),
         (("x",), "-o FILE"),
-        (("x", "--udp", "1"), "belong to --live"),
+        (("x", "--udp", "1"), "--udp belongs to --live"),
     ],
 )
 def test_a_mistake_is_one_line(path, arguments, words, capsys):

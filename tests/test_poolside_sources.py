@@ -180,10 +180,12 @@ def test_an_empty_datagram_ends_nothing(sender):
         assert [next(events).stamp for _ in range(2)] == [1_000_000_000, 2_000_000_000]
 
 
-def test_a_pace_is_of_a_replay(tmp_path):
+def test_options_of_a_replay_are_refused_for_a_stream(tmp_path):
     for text in ("-", "udp:0", "follow:here"):
         with pytest.raises(LiveError, match=r"--speed 2: .* is for a replay"):
             open_source(text, vehicle(), 2.0)
+        with pytest.raises(LiveError, match=r"--salvage: .* is for a replay"):
+            open_source(text, vehicle(), salvage=True)
 
 
 @pytest.mark.parametrize(

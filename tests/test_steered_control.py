@@ -30,6 +30,7 @@ from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import ControlError
+from seatrial.util.files import dump_yaml
 
 RATE = 20.0  # [Hz] of the controller
 BLIND = Sensors(pose=None, imu=None, lidar=None)
@@ -254,8 +255,16 @@ def test_the_command_shows_what_thrust_and_angle_can_do(found, tmp_path, capsys)
     assert [abs(float(word.strip(","))) for word in rows[0][5:]] == pytest.approx(
         [0.0, 0.0], abs=1e-9
     )
-    assert main(["allocate", str(path), "--wrench", "0.1", "0", "0"]) == 1
-    assert "have one allocation" in capsys.readouterr().err
+    own = tmp_path / "vehicle.yaml"
+    own.write_text(dump_yaml(found.vehicle.to_mapping()))
+    for options in (
+        ["--wrench", "0.1", "0", "0"], ["--scheme", "auto", "--priority", "yaw,surge"], ["--margin", "0.1"],
+        ["--vehicle", str(own), "--json", str(tmp_path / "x.json")], ["-o", str(tmp_path / "x.html")],
+    ):  # fmt: skip
+        assert main(["allocate", str(path), *options]) == 1
+        said = capsys.readouterr().err
+        assert "has a thrust and its angle, which have one allocation" in said
+        assert all(option in said for option in options if option.startswith("--"))
 
 
 def test_what_is_no_single_steered_thruster_is_refused_in_one_line():

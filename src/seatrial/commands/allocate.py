@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
+    HOW_TO_READ,
     add_exports,
     add_json,
     add_recordings,
     check_page,
     guard,
     read_all,
+    refuse_options,
     write_json,
 )
 from seatrial.control.allocation import PRIORITY, AllocatorScheme
@@ -30,12 +32,13 @@ def add(command: argparse.ArgumentParser) -> None:
     )
     add_recordings(command, count="*")
     command.add_argument(
-        "--scheme", default="auto", choices=[s.value for s in AllocatorScheme],
-        help="allocation scheme (default: %(default)s)",
+        "--scheme", choices=[s.value for s in AllocatorScheme],
+        help=f"allocation scheme (default: {AllocatorScheme.AUTO.value})",
     )  # fmt: skip
     command.add_argument(
-        "--priority", default=PRIORITY, metavar="AXES",
-        help="order in which axes keep their thrust at the limits; + scales axes alike (default: '%(default)s')",
+        "--priority", metavar="AXES",
+        help="order in which axes keep their thrust at the limits; + scales axes alike "
+        f"(default: '{PRIORITY}')",
     )  # fmt: skip
     command.add_argument(
         "--margin", type=float, metavar="C",
@@ -61,22 +64,28 @@ def run(args: argparse.Namespace) -> None:
         load_boat,
         wrench_text,
     )
-    from seatrial.workflow.next_step import after_allocate
+    from seatrial.workflow.next_step import NextStep, after_allocate, command
 
     inputs = args.boat, args.vehicle, *args.recordings
     guard(args.json, "{", *inputs)
     guard(args.out, "<!doctype html", *inputs)
     check_page(args)
+    if not args.recordings:
+        refuse_options(args, "recordings; none is given", *HOW_TO_READ)
     boat, vehicle = load_boat(args.boat, args.vehicle)
     if steered := _steered(args, boat):
         say(steered)
-        say(f"next: seatrial tune {args.boat} -o gains.yaml")
+        say(NextStep(command("tune", args.boat, "-o", "gains.yaml")).text)
         return
     with stage("reading", 0.3):
         recordings = read_all(args, vehicle)
     with stage("allocating", None if args.out is None else 0.5):
         found = compare_schemes(
-            boat, recordings, scheme=args.scheme, priority=args.priority, margin=args.margin
+            boat,
+            recordings,
+            scheme=args.scheme or AllocatorScheme.AUTO.value,
+            priority=args.priority or PRIORITY,
+            margin=args.margin,
         )
     text = allocation_text(found) if args.wrench is None else wrench_text(found, args.wrench)
     write_json(args, "allocation 1", allocation_json(found))
@@ -104,9 +113,8 @@ def _steered(args: argparse.Namespace, boat: "Model | Vehicle") -> str | None:
     steering = steering_of(boat) if isinstance(boat, Model) else None
     if steering is None or not isinstance(boat, Model):
         return None
-    if args.wrench or args.out or args.json or args.recordings:
-        raise AllocationError(
-            f"{args.boat}: has a thrust and its angle, which have one allocation; recordings, --wrench, "
-            "--json and -o compare schemes of thrusters in fixed directions: leave them out"
-        )
+    owner = f"thrusters in fixed directions; {args.boat} has a thrust and its angle, which have one allocation"
+    if args.recordings:
+        raise AllocationError(f"recordings belong to {owner}")
+    refuse_options(args, owner, "vehicle", "scheme", "priority", "margin", "wrench", "json", "out")
     return steered_text(boat, steering, float(steady_motions(boat)[:, 0].max()))

@@ -6,13 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
+    HOW_TO_READ,
     add_exports,
     add_horizon,
     add_json,
     add_recordings,
     check_page,
     guard,
+    horizon_of,
     read_all,
+    refuse_options,
     write_json,
 )
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
@@ -56,6 +59,8 @@ def run(args: argparse.Namespace) -> None:
     guard(args.json, "{", *inputs)
     guard(args.out, "<!doctype html", *inputs)
     check_page(args)
+    if not args.recordings:
+        refuse_options(args, "recordings; none is given", "vehicle", "horizon", *HOW_TO_READ)
     a, b = load(args.a), load(args.b)
     recordings: list[Recording] = []
     if args.recordings:
@@ -65,7 +70,7 @@ def run(args: argparse.Namespace) -> None:
             recordings = read_all(args, a.vehicle)
     labels = str(args.a), str(args.b)
     with stage("comparing", None if args.out is None else 0.5):
-        found = compare(a, b, recordings, horizon=args.horizon, labels=labels)
+        found = compare(a, b, recordings, horizon=horizon_of(args), labels=labels)
     write_json(args, COMPARISON_FORMAT, comparison_json(found))
     if args.out is not None:
         from seatrial.report.comparison import write_comparison
@@ -73,7 +78,7 @@ def run(args: argparse.Namespace) -> None:
         with stage("drawing"):
             write_comparison(
                 a, b, recordings, found, args.out,
-                horizon=args.horizon, figures=args.figures, raster=args.png, tables=args.tables,
+                horizon=horizon_of(args), figures=args.figures, raster=args.png, tables=args.tables,
             )  # fmt: skip
     say(comparison_text(found))
     if args.out is not None:

@@ -5,7 +5,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from seatrial.commands.shared import add_json, guard, load_model, write_json
+from seatrial.commands.shared import add_json, guard, load_model, refuse_options, write_json
 from seatrial.util.printing import say
 
 if TYPE_CHECKING:
@@ -42,15 +42,14 @@ def add(command: argparse.ArgumentParser) -> None:
         help="sdf: length, width, height of the hull [m]",
     )
     command.add_argument(
-        "--added-mass", type=float, nargs=3, metavar=("X", "Y", "N"), default=(0.0, 0.0, 0.0),
+        "--added-mass", type=float, nargs=3, metavar=("X", "Y", "N"),
         help="sdf: added mass in surge and sway [kg] and in yaw [kg m^2], not part of --mass (default: 0 0 0)",
     )  # fmt: skip
     command.add_argument(
         "--ros",
         type=int,
         choices=(1, 2),
-        default=2,
-        help="ros: version of ROS, 1 or 2 (default: %(default)d)",
+        help="ros: version of ROS, 1 or 2 (default: 2)",
     )
     add_json(command)
 
@@ -62,10 +61,14 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.workflow.next_step import after_export
 
     chosen = format_of(args.to)
+    if args.to != "sdf":
+        refuse_options(args, "--to sdf", *HULL, "added_mass")
+    if args.to != "ros":
+        refuse_options(args, "--to ros", "ros")
     guard(args.out, chosen.begins, args.model, args.vehicle)
     guard(args.json, "{", args.model, args.vehicle, args.out)
     model = load_model(args)
-    export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros)
+    export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros or 2)
     say(f"wrote {args.out}: {chosen.about}")
     say(after_export(args.out).text)
     found = ExportResult(str(args.model), args.to, chosen.about, str(args.out))
@@ -83,4 +86,6 @@ def _hull(args: argparse.Namespace) -> "Hull | None":
     if len(given) < len(HULL):
         missing = ", ".join(f"--{name}" for name in HULL if name not in given)
         raise ExportError(f"{missing} missing: give mass, inertia and size together")
-    return Hull(args.mass, args.inertia, tuple(args.size), tuple(args.added_mass))
+    return Hull(
+        args.mass, args.inertia, tuple(args.size), tuple(args.added_mass or (0.0, 0.0, 0.0))
+    )

@@ -12,6 +12,7 @@ from seatrial.commands.shared import (
     guard,
     read_all,
     recordings_again,
+    refuse_options,
     write_json,
 )
 from seatrial.commands.shared.workers import add_workers, on_workers
@@ -106,12 +107,11 @@ def run(args: argparse.Namespace) -> None:
     """A model, its summary, and the tables on request."""
     from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.util.errors import IdentificationError
 
     guard(args.out, "seatrial: model", args.vehicle, args.prior, *args.recordings)
     guard(args.json, "{", args.vehicle, args.prior, *args.recordings, args.out)
-    if args.prior_spread is not None and args.prior is None:
-        raise IdentificationError("--prior-spread belongs to --prior OLD; no prior is given")
+    if args.prior is None:
+        refuse_options(args, "--prior OLD; no prior is given", "prior_spread")
     vehicle = load_vehicle(args.vehicle)
     vehicle = vehicle if args.structure is None else vehicle.with_automatic_structure()
     prior = None if args.prior is None else load(args.prior)

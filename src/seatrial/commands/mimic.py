@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_ports, guard_lines, write_json
+from seatrial.commands.shared import add_json, add_ports, guard_lines, refuse_options, write_json
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.printing import complain
@@ -52,11 +52,9 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.mimic import Carrier, Mimic
     from seatrial.simulation.mimic.server import MimicStream
-    from seatrial.util.errors import LiveError
 
-    if args.udp is None and args.to is not None:
-        raise LiveError("--to belongs to --udp PORT")
-
+    if args.udp is None:
+        refuse_options(args, "--udp PORT", "to")
     guard_lines(args, args.model)
     names = [name.replace("-", "_") for name in LIMITS]
     carrier = Carrier(**{name: getattr(args, name) for name in names})

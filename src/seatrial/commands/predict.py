@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import (
+    HOW_TO_READ,
     add_json,
     add_recordings,
     guard,
     load_model,
     read_all,
+    refuse_options,
     write_json,
 )
 from seatrial.onboard.live.line_loop import CLOCKS as LINE_CLOCKS
@@ -45,8 +47,9 @@ def add(command: argparse.ArgumentParser) -> None:
         help="rate of the odometry [Hz] (default: %(default)g)",
     )
     command.add_argument(
-        "--clock", choices=LINE_CLOCKS, default=LINE_CLOCKS[0],
-        help="live: clock that paces the output: stamps of the input, or this machine's (default: %(default)s)",
+        "--clock", choices=LINE_CLOCKS,
+        help="live: clock that paces the output: stamps of the input, or this machine's "
+        f"(default: {LINE_CLOCKS[0]})",
     )  # fmt: skip
     command.add_argument(
         "--adapt", choices=ADAPT,
@@ -82,7 +85,7 @@ def run(args: argparse.Namespace) -> None:
     if args.live == bool(args.recordings):
         raise LiveError("give a recording, or --live for lines from standard input or --udp PORT")
     form = args.format or ("csv" if args.out is not None and args.out.suffix == ".csv" else "json")
-    settings = Settings(form, args.rate, args.clock)
+    settings = Settings(form, args.rate, args.clock or LINE_CLOCKS[0])
     if args.live:
         _predict_live(args, settings)
     else:
@@ -98,8 +101,9 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
         raise LiveError("--json belongs to a recording; with --live the lines themselves are JSON")
     if args.out is not None or args.vehicle is not None:
         raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
-    if args.udp is None and args.to is not None:
-        raise LiveError("--to belongs to --udp PORT")
+    refuse_options(args, "recordings; --live reads lines", *HOW_TO_READ)
+    if args.udp is None:
+        refuse_options(args, "--udp PORT", "to")
 
     adaptation = _adaptation(args)
     source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
@@ -143,10 +147,7 @@ def _predict_along(args: argparse.Namespace, settings: "Settings") -> None:
     from seatrial.util.files import write_text
     from seatrial.workflow.next_step import after_predict
 
-    if args.udp is not None or args.to is not None:
-        raise LiveError("--udp and --to belong to --live")
-    if args.adapted is not None:
-        raise LiveError("--adapted belongs to --live")
+    refuse_options(args, "--live", "udp", "to", "clock", "adapt", "adapted")
     if len(args.recordings) != 1 or args.out is None:
         raise LiveError("give one recording, and -o FILE for the odometry along it")
     model = load_model(args)

@@ -11,8 +11,10 @@ from seatrial.commands.shared import (
     add_recordings,
     check_png,
     guard,
+    horizon_of,
     load_model,
     read_all,
+    refuse_options,
     write_json,
 )
 from seatrial.util.printing import say
@@ -44,12 +46,16 @@ def run(args: argparse.Namespace) -> None:
     guard(args.out, "<!doctype html", args.model, args.vehicle, args.scores, *args.recordings)
     guard(args.json, "{", args.model, args.vehicle, args.scores, *args.recordings, args.out)
     check_png(args)
+    if args.scores is not None:
+        refuse_options(
+            args, "scores that are computed here; those of --scores have their own", "horizon"
+        )
     model = load_model(args)
     scores = None if args.scores is None else load_scores(args.scores)
     with stage("reading", 0.3):
         recordings = read_all(args, model.vehicle)
     with stage("report"):
-        evidence = collect(model, recordings, args.horizon, scores)
+        evidence = collect(model, recordings, horizon_of(args), scores)
         write_evidence(
             evidence, args.out, figures=args.figures, raster=args.png, tables=args.tables
         )

@@ -9,6 +9,7 @@ from seatrial.commands.shared import (
     add_json,
     add_recordings,
     guard,
+    horizon_of,
     read_all,
     recordings_again,
     write_json,
@@ -56,7 +57,7 @@ def run(args: argparse.Namespace) -> None:
         recordings = read_all(args, vehicle)
     with stage("selecting terms"), on_workers(args):
         found = select(
-            recordings, vehicle, candidates=candidates, horizon=args.horizon,
+            recordings, vehicle, candidates=candidates, horizon=horizon_of(args),
         )  # fmt: skip
     write_json(args, SELECTION_FORMAT, selection_json(found))
     if args.out is not None:

@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_ports, guard_lines, write_json
+from seatrial.commands.shared import add_json, add_ports, guard_lines, refuse_options, write_json
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import Settings
 from seatrial.util.printing import complain
@@ -49,11 +49,9 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.server import serve
     from seatrial.simulation.world import World
-    from seatrial.util.errors import LiveError
 
-    if args.udp is None and args.to is not None:
-        raise LiveError("--to belongs to --udp PORT")
-
+    if args.udp is None:
+        refuse_options(args, "--udp PORT", "to")
     guard_lines(args, *args.models, args.scene)
     kinds = [kind.strip() for kind in args.lines.split(",") if kind.strip()]
     settings = Settings(args.rate, args.speed, args.duration, kinds)

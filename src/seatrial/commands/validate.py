@@ -9,6 +9,7 @@ from seatrial.commands.shared import (
     add_json,
     add_recordings,
     guard,
+    horizon_of,
     load_model,
     read_all,
     recordings_again,
@@ -40,7 +41,6 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
     from seatrial.evaluation.head_to_head import head_to_head_text
-    from seatrial.evaluation.prediction import DEFAULT_HORIZON
     from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
     from seatrial.workflow.next_step import after_validate
@@ -51,7 +51,9 @@ def run(args: argparse.Namespace) -> None:
     with stage("reading", 0.4):
         recordings = read_all(args, model.vehicle)
     with stage("validating"):
-        scores = validate(model, recordings, args.horizon, other=other, reference=args.reference)
+        scores = validate(
+            model, recordings, horizon_of(args), other=other, reference=args.reference
+        )
     write_json(args, SCORES_FORMAT, scores_json(scores))
     say(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
     if scores.against is not None:
@@ -59,5 +61,5 @@ def run(args: argparse.Namespace) -> None:
     for doubt in model_concerns(model):
         say(f"  doubt: {doubt}")
     options = [] if args.vehicle is None else ["--vehicle", args.vehicle]
-    options += [] if args.horizon == DEFAULT_HORIZON else ["--horizon", f"{args.horizon:.15g}"]
+    options += [] if args.horizon is None else ["--horizon", f"{args.horizon:.15g}"]
     say(after_validate(args.model, scores, recordings_again(args), options).text)

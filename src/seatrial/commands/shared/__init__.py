@@ -25,6 +25,20 @@ if TYPE_CHECKING:
 JSON_HELP = "also write the result as JSON; -: to standard output, in place of the text"
 OTHER_VEHICLE = "vehicle file for signals and allocation (default: the model's); its terms and chain are not used"
 
+HOW_TO_READ = ("start", "end", "without", "salvage")  # options of `add_recordings` beside --vehicle
+
+
+def refuse_options(args: argparse.Namespace, owner: str, *names: str) -> None:
+    """Refuse options that this use of a command would ignore, as they belong to `owner`. Raises SeatrialError."""
+    from seatrial.util.errors import SeatrialError
+    from seatrial.util.format import joined
+
+    values = [(name, getattr(args, name)) for name in names]
+    given = [name for name, value in values if value not in (None, []) and value is not False]
+    if given:
+        options = joined([f"--{name.replace('_', '-')}" for name in given])
+        raise SeatrialError(f"{options} belong{'s' * (len(given) == 1)} to {owner}")
+
 
 def guard(out: Path | None, begins: str, *inputs: object) -> None:
     """Refuse an output that is an input, or a file that is something else."""
@@ -183,10 +197,19 @@ def add_recordings(
 
 
 def add_horizon(command: argparse.ArgumentParser, text: str) -> None:
-    """--horizon."""
+    """--horizon, which `horizon_of` reads."""
     from seatrial.evaluation.prediction import DEFAULT_HORIZON
 
-    command.add_argument("--horizon", type=float, default=DEFAULT_HORIZON, metavar="S", help=text)
+    command.add_argument(
+        "--horizon", type=float, metavar="S", help=text % {"default": DEFAULT_HORIZON}
+    )
+
+
+def horizon_of(args: argparse.Namespace) -> float:
+    """The horizon that is given, or the usual one [s]."""
+    from seatrial.evaluation.prediction import DEFAULT_HORIZON
+
+    return DEFAULT_HORIZON if args.horizon is None else float(args.horizon)
 
 
 def add_json(command: argparse.ArgumentParser) -> None:

@@ -27,6 +27,8 @@ def open_source(
         raise LiveError(
             f"--speed {speed:g}: {text} comes at its own pace; the option is for a replay"
         )
+    if live and salvage:
+        raise LiveError(f"--salvage: {text} is no damaged bag; the option is for a replay")
     if text == "-":
         return standard_input(vehicle)
     if text.startswith("udp:"):
