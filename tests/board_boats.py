@@ -36,6 +36,7 @@ pose: {topic: /odom, parent: map, clock: bag, lever: [0.1, -0.2], delay: 0.2, he
 commands:
   topic: /rc
   clock: bag
+  sampled: true
   inputs:
     port: {field: "channels[2]", offset: 1500, scale: 400, sign: -1}
     starboard: {topic: /other, field: channels, index: 0, offset: 1500, scale: 400}

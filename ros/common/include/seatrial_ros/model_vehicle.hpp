@@ -52,7 +52,7 @@ class VehicleReader {
  private:
   void read_signals() {
     const Value commands = file_.at("commands");
-    commands.only({"inputs", "stamp", "file", "topic", "clock"});
+    commands.only({"inputs", "stamp", "file", "topic", "clock", "sampled"});
     out_.pose = read_pose_source(file_.at("pose"), out_.from_right_down);
     out_.commands.topic = text_or(commands, "topic", "");
     out_.commands.clock = read_clock(commands);

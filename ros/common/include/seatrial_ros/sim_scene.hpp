@@ -84,23 +84,21 @@ inline void read_numbers(const Value& mapping,
 }
 
 inline void read_pose_sensor(const Value& given, PoseSensor& s) {
-  const std::vector<std::pair<std::string, double*>> fields = {
-      {"rate", &s.rate},
-      {"position_noise", &s.position_noise},
-      {"heading_noise", &s.heading_noise},
-      {"noise_correlation", &s.noise_correlation},
-      {"stamp_jitter", &s.stamp_jitter},
-      {"delay", &s.delay},
-      {"drop_outs", &s.drop_outs},
-      {"drop_out_shortest", &s.drop_out_shortest},
-      {"drop_out_longest", &s.drop_out_longest},
-      {"jumps", &s.jumps},
-      {"jump_shortest", &s.jump_shortest},
-      {"jump_longest", &s.jump_longest}};
-  Words known = {"jump_samples"};
-  for (const auto& field : fields) known.push_back(field.first);
-  given.only(known);
-  read_numbers(given, fields);
+  given.only({"rate", "position_noise", "heading_noise", "noise_correlation", "stamp_jitter",
+              "delay", "drop_outs", "drop_out_shortest", "drop_out_longest", "jumps",
+              "jump_shortest", "jump_longest", "jump_samples"});
+  read_numbers(given, {{"rate", &s.rate},
+                       {"position_noise", &s.position_noise},
+                       {"heading_noise", &s.heading_noise},
+                       {"noise_correlation", &s.noise_correlation},
+                       {"stamp_jitter", &s.stamp_jitter},
+                       {"delay", &s.delay},
+                       {"drop_outs", &s.drop_outs},
+                       {"drop_out_shortest", &s.drop_out_shortest},
+                       {"drop_out_longest", &s.drop_out_longest},
+                       {"jumps", &s.jumps},
+                       {"jump_shortest", &s.jump_shortest},
+                       {"jump_longest", &s.jump_longest}});
   if (const auto samples = given.find("jump_samples")) s.jump_samples = whole(*samples);
 }
 
