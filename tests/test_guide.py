@@ -204,6 +204,10 @@ def test_what_is_done_is_not_done_again(guided, drive, monkeypatch):
     with pytest.raises(SeatrialError, match="identified again"):
         seatrial.auto([drive], folder)
     file.write_text(text)
+    # and so does another version of the program
+    monkeypatch.setattr("seatrial.guide.steps.version", lambda _: "9.9.9")
+    with pytest.raises(SeatrialError, match="identified again"):
+        seatrial.auto([drive], folder)
 
 
 def test_only_what_no_log_can_tell_is_asked(drive, tmp_path, monkeypatch):

@@ -6,7 +6,6 @@ A worker does it, and writes the boat's folder. The result is the last file: a f
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from importlib.metadata import version
 from pathlib import Path
 from platform import node
 
@@ -24,7 +23,7 @@ from seatrial.evaluation.scores import Scores
 from seatrial.fleet.fleet_file import BOATS, Boat
 from seatrial.fleet.results import BoatResult, Change, Estimate, FleetRecording
 from seatrial.guide import Guide, auto
-from seatrial.guide.steps import digest_of
+from seatrial.guide.steps import digest_of, work_digest
 from seatrial.inspection.advice import USABLE_POSES
 from seatrial.inspection.overview import GOOD
 from seatrial.io import read
@@ -82,8 +81,7 @@ def _digest(boat: Boat) -> str:
         for path in (boat.vehicle, boat.previous)
     ]
     options = msgspec.to_builtins(boat.options)
-    return digest_of(
-        version("seatrial"),
+    return work_digest(
         boat.name,
         boat.kind,
         str(boat.vehicle),

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.guide.held_out import HELD_OUT_SUFFIX
 from seatrial.guide.steps import Task
 from seatrial.guide.vehicle_file import of_this_boat
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.io import read
-from seatrial.io.reader import recording_name
 from seatrial.recording.recording import Recording
 from seatrial.recording.undriven import undriven_motion
 from seatrial.util.files import write_text
@@ -25,6 +23,7 @@ def driven_recordings(
     """The recordings while the boat is driven, and the inspection of all of them."""
     with stage("reading", 0.1), of_this_boat(here, proposed_now=proposed_now):
         recordings = [read(path, vehicle, salvage=here.salvage) for path in over(here.logs)]
+    here.log_of |= {r.sources: log for r, log in zip(recordings, here.logs, strict=True)}
     with stage("inspecting", 0.05):
         inspection = _inspect(here, recordings, vehicle)
         return [while_driven(here, recording) for recording in recordings], inspection
@@ -62,11 +61,10 @@ def as_model_reads(
     """The recordings as the model's vehicle reads them: with the lever arm and delays that were estimated."""
     if (model.vehicle.lever, model.vehicle.delays) == (vehicle.lever, vehicle.delays):
         return [*recordings]
-    names = {recording_name(path): path for path in here.logs}
     found = []
     for one in recordings:
-        name = one.name.removesuffix(HELD_OUT_SUFFIX)
-        again = read(names[name], model.vehicle, salvage=here.salvage)
+        # two logs may have one name
+        again = read(here.log_of[one.sources], model.vehicle, salvage=here.salvage)
         part = again.cut(one.offset or None, one.offset + one.duration + 0.5 * one.period)
         found.append(replace(part, name=one.name))
     return found

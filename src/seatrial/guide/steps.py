@@ -5,10 +5,11 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from seatrial.recording.recording import Recording
+from seatrial.recording.recording import Recording, Source
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, expect_format, read_json, sha256, write_text
 from seatrial.util.questions import Questions
@@ -58,8 +59,13 @@ class Steps:
 
 
 def digest_of(*parts: object) -> str:
-    """Of everything that a step is made from."""
+    """Of values that JSON has, and of the text of others."""
     return hashlib.sha256(json.dumps(parts, default=str).encode()).hexdigest()
+
+
+def work_digest(*parts: object) -> str:
+    """Digest of everything that a step is made from, and of the program that does it."""
+    return digest_of(version("seatrial"), *parts)
 
 
 Say = Callable[[str], None]
@@ -77,6 +83,9 @@ class Task:
     steps: Steps
     effects: tuple[str, ...] = ()  # estimated from the beginning
     assumed: list[str] = field(default_factory=list)
+    log_of: dict[tuple[Source, ...], Path] = field(
+        default_factory=dict
+    )  # by the files of a recording
 
     def file(self, name: str) -> Path:
         """In the folder."""
@@ -88,7 +97,7 @@ class Task:
 
     def made_from(self, recordings: Sequence[Recording], training: Sequence[Recording]) -> str:
         """Digest of what the model is made from: logs, vehicle file, what of them identifies, effects."""
-        return digest_of(
+        return work_digest(
             [source.sha256 for r in recordings for source in r.sources],
             self.file("vehicle.yaml").read_text("utf-8"),
             [(r.name, r.offset, r.duration) for r in training],

@@ -1,0 +1,32 @@
+# SPDX-License-Identifier: MIT
+"""The logs of a guided path: each recording is read again from its own."""
+
+from types import SimpleNamespace
+
+import numpy as np
+from test_guide import one_drive, tables
+
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.guide.recordings import as_model_reads, driven_recordings
+from seatrial.guide.steps import Steps, Task
+from seatrial.guide.vehicle_file import vehicle_of
+from seatrial.inspection.proposal.sources import Choices
+
+
+def test_logs_of_one_name_are_each_read_again_from_their_own_file(tmp_path):
+    """As `recording` of two sessions, one of them to test the model: another lever arm was estimated."""
+    logs = tuple(tables(tmp_path / day / "run", one_drive(60.0, i)) for i, day in enumerate("ab"))
+    out = tmp_path / "out"
+    here = Task(logs, out, None, lambda _: None, salvage=False, steps=Steps(out))
+    vehicle, _ = vehicle_of(here, Choices())
+    recordings, _ = driven_recordings(here, vehicle, proposed_now=True)
+    assert [one.name for one in recordings] == ["run", "run"]
+    content = vehicle.to_mapping()
+    content["pose"]["lever"] = [0.3, 0.1]
+    model = SimpleNamespace(vehicle=vehicle_from(content, "vehicle.yaml"))
+    for some in (recordings, recordings[::-1]):
+        again = as_model_reads(here, model, vehicle, some)
+        for before, after in zip(some, again, strict=True):
+            np.testing.assert_allclose(after.raw[:, 2], before.raw[:, 2])
+            off = np.hypot(*(after.eta - before.eta)[:, :2].T)
+            np.testing.assert_allclose(off, np.hypot(0.3, 0.1))
