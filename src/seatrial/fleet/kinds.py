@@ -98,7 +98,7 @@ def compare_kind(boats: Sequence[BoatResult]) -> Compared:
     for name in alike[0].parameters:
         own = [boat for boat in alike if name in boat.parameters]
         if len(own) >= FEWEST_BOATS:
-            parameters[name], found = _deviations(name, own)
+            parameters[name], found = deviations(name, own)
             tested += zip((boat.name for boat in own), found, strict=True)
     return Compared(Kind(len(boats), len(alike), parameters), _significant(tested), why)
 
@@ -107,8 +107,8 @@ OTHER_STRUCTURE = "its model has other terms or actuator stages than most boats 
 FEW = "{count} boats of its kind have a model of one structure; {fewest} or more can be compared"
 
 
-def _deviations(name: str, boats: Sequence[BoatResult]) -> tuple[KindParameter, list[Deviation]]:
-    """One parameter of all boats against their centre; p without correction."""
+def deviations(name: str, boats: Sequence[BoatResult]) -> tuple[KindParameter, list[Deviation]]:
+    """One parameter of the boats of a kind that have it, against their centre; p without correction."""
     values = np.array([boat.parameters[name].value for boat in boats])
     errors = np.array([boat.parameters[name].error for boat in boats])
     centre = centre_of(values, errors)

@@ -9,6 +9,7 @@ from urllib.parse import quote
 import numpy as np
 
 from seatrial.fleet.console import asks, change_words, first_line, headline, verdict_of
+from seatrial.fleet.kinds import deviations
 from seatrial.fleet.results import FleetResult
 from seatrial.report.figures.base import BLUE, RED, Figure, figure, marks
 from seatrial.report.html import page
@@ -124,25 +125,30 @@ DIFFER_HEAD = ("boat", "parameter", "value", "centre", "z", "p")
 
 
 def _picture(found: FleetResult, name: str) -> Figure:
-    """A row for each parameter, a point for each boat: its z."""
+    """A row for each parameter, a point for each boat: the z of its test."""
     parameters = found.kinds[name].parameters
+    compared = [
+        boat for boat in found.boats
+        if boat.result.kind == name and not boat.not_compared and boat.result.error is None
+    ]  # fmt: skip
+    points: dict[bool, list[tuple[float, float, str]]] = {
+        False: [],
+        True: [],
+    }  # by whether it differs
+    for row, p in enumerate(parameters):
+        own = [boat for boat in compared if p in boat.result.parameters]
+        _, tested = deviations(p, [boat.result for boat in own])
+        for boat, one in zip(own, tested, strict=True):
+            far = p in {d.parameter for d in boat.differs}
+            points[far].append((one.z, -float(row), escape(boat.result.name)))
     traces = []
-    for odd, colour, words in ((False, BLUE, "as its kind"), (True, RED, "differs")):
-        points, hover = [], []
-        for boat in found.boats:
-            if boat.result.kind != name or boat.not_compared or boat.result.error is not None:
-                continue
-            far = {d.parameter for d in boat.differs}
-            for row, (p, kind) in enumerate(parameters.items()):
-                own = boat.result.parameters.get(p)
-                if own is None or (p in far) is not odd:
-                    continue
-                deviation = float(np.hypot(own.error, kind.between))
-                points.append([(own.value - kind.centre) / deviation, -float(row)])
-                hover.append(escape(boat.result.name))
-        if points:
-            trace = marks(words, np.array(points), colour, "circle" if not odd else "diamond")
-            traces.append(trace | {"text": hover, "hoverinfo": "text+x"})
+    for far, colour, words in ((False, BLUE, "as its kind"), (True, RED, "differs")):
+        if points[far]:
+            z, rows_of, hover = zip(*points[far], strict=True)
+            trace = marks(
+                words, np.column_stack([z, rows_of]), colour, "diamond" if far else "circle"
+            )
+            traces.append(trace | {"text": [*hover], "hoverinfo": "text+x"})
     places = (-np.arange(len(parameters), dtype=float)).tolist()
     names = [plotly_symbol(p) for p in parameters]
     rows = {"tickvals": places, "ticktext": names, "range": [-len(names) + 0.3, 0.7]}
