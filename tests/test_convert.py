@@ -12,7 +12,7 @@ from seatrial.commands.cli import main
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
-from seatrial.io.convert import convert
+from seatrial.io.convert import convert, write_table
 from seatrial.io.formats import open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import read
@@ -107,6 +107,17 @@ def test_what_can_not_be_converted_is_named(given, tmp_path):
     with pytest.raises(RecordingError, match="only logs of autopilots"):
         convert(tmp_path / "a.csv", tmp_path / "out")
     assert (tmp_path / "full" / "mine.txt").read_text() == "mine"
+
+
+def test_a_table_that_can_not_be_written_leaves_nothing(tmp_path, monkeypatch):
+    def full(_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("seatrial.util.files.os.fsync", full)
+    stamps = np.arange(3) * 10**9
+    with pytest.raises(FileError, match=r"poses\.csv: can't be written \(No space left"):
+        write_table(tmp_path / "poses.csv", ["x"], stamps, np.zeros((3, 1)))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_names_what_it_wrote(given, tmp_path, capsys):

@@ -15,7 +15,7 @@ from seatrial.boat.schema import VehicleFile
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import FileError, SeatrialError
-from seatrial.util.files import convert, dump_yaml, read_yaml, write_text
+from seatrial.util.files import convert, dump_yaml, read_yaml, write_chunks, write_text
 
 
 def test_numbers_are_numbers_and_words_are_words(tmp_path):
@@ -222,6 +222,37 @@ def test_written_files_have_the_users_usual_permissions(tmp_path):
     finally:
         os.umask(old)
     assert stat.S_IMODE((tmp_path / "deep" / "out.txt").stat().st_mode) == 0o644
+
+
+def test_no_other_thread_makes_files_that_anybody_may_write(tmp_path, monkeypatch):
+    """The mask of permissions is the process's: set for a moment, it is that of all threads."""
+
+    def forbidden(_):
+        raise AssertionError("the process's mask was set")
+
+    monkeypatch.setattr(os, "umask", forbidden)
+    write_text(tmp_path / "out.txt", "x")
+    assert (tmp_path / "out.txt").read_text() == "x"
+
+
+def test_what_is_made_while_it_is_written_is_whole_or_not_there(tmp_path):
+    def chunks(fault):
+        yield b"one\n"
+        if fault is not None:
+            raise fault
+        yield b"two\n"
+
+    path = tmp_path / "out.txt"
+    write_chunks(path, chunks(None))
+    assert path.read_bytes() == b"one\ntwo\n"
+    for fault, seen in (
+        (OSError(28, "No space left on device"), FileError),
+        (KeyError(), KeyError),
+    ):
+        with pytest.raises(seen):
+            write_chunks(path, chunks(fault))
+        assert path.read_bytes() == b"one\ntwo\n"
+        assert [p.name for p in tmp_path.iterdir()] == ["out.txt"]
 
 
 def test_a_folder_that_is_a_file_is_one_line(tmp_path):

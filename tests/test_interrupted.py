@@ -100,9 +100,12 @@ def test_a_file_that_can_not_be_synced_leaves_the_old_one(tmp_path, monkeypatch)
 
 
 def test_a_file_with_the_longest_name_is_written(tmp_path):
-    path = tmp_path / ("x" * 251 + ".txt")
-    write_text(path, "words")
-    assert path.read_text() == "words"
+    for name in (
+        "x" * 251 + ".txt",
+        "\N{CJK UNIFIED IDEOGRAPH-8239}" * 83 + ".txt",
+    ):  # 255, 253 bytes
+        write_text(tmp_path / name, "words")
+        assert (tmp_path / name).read_text() == "words"
 
 
 INTERRUPTED_AT = """

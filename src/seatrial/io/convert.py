@@ -8,6 +8,7 @@ file, so that the new recording is the old one.
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from seatrial.io.signals import Request, Rows
 from seatrial.recording.sampled_commands import sampled_commands
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.files import dump_yaml, write_text
+from seatrial.util.files import dump_yaml, write_chunks, write_text
 from seatrial.util.frames import Array, Stamps
 from seatrial.util.progress import over, stage
 
@@ -178,15 +179,7 @@ def write_table(
     )
     first = [STAMP, REST] if parts else [STAMP]
     head = ",".join([*first, *(f'"{n}"' if "," in n else n for n in names)])
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(f".{path.name}.part")
-        with part.open("w", encoding="utf-8") as file:
-            file.write(f"{head}\n")
-            file.writelines(f"{text}\n" for text in texts)
-        part.replace(path)
-    except OSError as error:
-        raise FileError(f"{path}: can't be written ({error.strerror})") from None
+    write_chunks(path, (f"{line}\n".encode() for line in chain([head], texts)))
 
 
 def _number(x: float) -> str:

@@ -5,8 +5,8 @@ import hashlib
 import json
 import math
 import os
-import tempfile
-from collections.abc import Iterator, Sequence
+import secrets
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=msgspec.Struct)
 MOST_BYTES = 64_000_000  # of a YAML or JSON file
+LONGEST_BEGINNING = (
+    40  # [characters] of a name in that of its temporary file: at most 160 of 255 bytes
+)
 MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file: bounds one that refers to itself
 
 
@@ -146,7 +149,12 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write atomically: to a temporary file in the same folder, then rename.
+    """`write_chunks` of one."""
+    write_chunks(path, [content])
+
+
+def write_chunks(path: Path, chunks: Iterable[bytes]) -> None:
+    """Write atomically: to a temporary file in the same folder, then rename. Raises FileError.
 
     A link is followed; a device or pipe (/dev/stdout) is written to as it is.
     """
@@ -154,28 +162,25 @@ def write_bytes(path: Path, content: bytes) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not path.is_file() and not path.is_dir():
-            path.write_bytes(content)
+            with path.open("wb") as file:
+                file.writelines(chunks)
             return
         if path.is_dir():
             raise FileError(f"{path}: is a folder; give a file name")
-        _replace(path, content)
+        _replace(path, chunks)
     except OSError as error:
         raise FileError(f"{path}: can't be written ({error.strerror})") from None
 
 
-def _replace(path: Path, content: bytes) -> None:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:100]}.")
-    temporary = Path(name)
+def _replace(path: Path, chunks: Iterable[bytes]) -> None:
+    beginning = path.name[:LONGEST_BEGINNING]
+    temporary = path.with_name(f".{beginning}.{secrets.token_hex(8)}")
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
+        with temporary.open("xb") as file:  # with the permissions that the user's mask leaves
+            file.writelines(chunks)
             file.flush()
-            os.fsync(
-                file.fileno()
-            )  # before the rename, so that a power cut leaves the old file or the new
-        mask = os.umask(0)
-        os.umask(mask)
-        temporary.chmod(0o666 & ~mask)
+            # before the rename, so that a power cut leaves the old file or the new
+            os.fsync(file.fileno())
         temporary.replace(path)
         sync_folder(path.parent)
     except BaseException:
