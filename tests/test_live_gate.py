@@ -4,6 +4,7 @@
 import asyncio
 import json
 import socket
+import sys
 import time
 from http.client import HTTPConnection
 
@@ -15,7 +16,7 @@ from waiting import PATIENCE
 
 from seatrial.poolside.web.app import LONGEST_DISCARD, MOST_BYTES, MOST_PAGES, make_app
 from seatrial.poolside.web.gate import check_address, known_host
-from seatrial.poolside.web.server import PageServer, Place, url_of
+from seatrial.poolside.web.server import SWITCH, PageServer, Place, url_of
 from seatrial.util.errors import LiveError
 
 TOKEN = "correct-horse-battery"
@@ -285,6 +286,14 @@ def test_the_server_listens_where_it_says(session):
     assert url.endswith(":8330/?token=a%20secret%20with%20spaces")
     assert "0.0.0.0" not in url
     assert url_of(Place("::1"), 1) == "http://[::1]:1/"
+
+
+def test_the_interpreter_switches_threads_as_before_once_the_server_ends(session):
+    before = sys.getswitchinterval()
+    with PageServer(Place(port=0)) as server:
+        server.serve(session)
+        assert sys.getswitchinterval() == pytest.approx(SWITCH)
+    assert sys.getswitchinterval() == pytest.approx(before)
 
 
 def test_connections_that_ask_for_nothing_lose_their_place(session, monkeypatch):

@@ -58,6 +58,7 @@ class PageServer:
         self.port = int(self._socket.getsockname()[1])
         self._server: uvicorn.Server | None = None
         self._thread: threading.Thread | None = None
+        self._switch = sys.getswitchinterval()  # [s] of the process, before
 
     def serve(self, controller: Controller) -> None:
         """Answer from now on, in a thread."""
@@ -88,6 +89,7 @@ class PageServer:
         if self._server is not None and self._thread is not None:
             self._server.should_exit = True
             self._thread.join(timeout=LONGEST_END)
+        sys.setswitchinterval(self._switch)
         self._socket.close()
 
 
