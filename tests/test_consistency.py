@@ -143,7 +143,7 @@ def test_where_no_model_is_found_what_is_wrong_with_the_signs_is_said_first(monk
     given, _, wrong = put_wrong([table], vehicle, faults(vehicle)["F_u<>F_v"])
 
     def nothing(*_, **__):
-        raise IdentificationError("no solution after 40 steps")
+        raise IdentificationError("no solution: the search does not converge")
 
     monkeypatch.setattr(import_module("seatrial.identification.methods"), "fit", nothing)
     with pytest.raises(IdentificationError, match=r"F_u and F_v are swapped.*; no solution"):

@@ -27,8 +27,9 @@ from seatrial.util.frames import Array, Stamps, frozen_array
 if TYPE_CHECKING:
     from seatrial.util.above import Figure
 
-LEVER_TOLD = "lever_stated"  # a setting: what the vehicle file had, where another was found
-DELAYS_TOLD = "delays_stated"  # the same of the delays of position and heading
+FIT_HORIZON = "belief"  # a setting [s]: horizon of a fit under model mismatch; 0: no mismatch
+STATED_LEVER = "lever_stated"  # a setting: what the vehicle file had, where another was found
+STATED_DELAYS = "delays_stated"  # the same of the delays of position and heading
 SURELY = 3.0  # standard errors from which on two lever arms are two
 GIVEN = EstimatorEntry("given")  # coefficients from elsewhere
 INTEGRATORS = ("runge-kutta", "forward-euler")  # in the order of the core's codes
@@ -137,9 +138,9 @@ class Model(ByFields):
         So they are where the vehicle states none, or what was stated before this model's were found.
         """
         settings = self.estimator.settings
-        if vehicle.stated_delays in (None, settings.get(DELAYS_TOLD)):
+        if vehicle.stated_delays in (None, settings.get(STATED_DELAYS)):
             vehicle = vehicle.with_delays(*self.vehicle.delays)
-        same = vehicle.stated_lever in (None, settings.get(LEVER_TOLD))
+        same = vehicle.stated_lever in (None, settings.get(STATED_LEVER))
         other = same and vehicle.lever != self.vehicle.lever
         return vehicle.with_lever(self.vehicle.lever) if other else vehicle
 

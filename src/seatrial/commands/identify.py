@@ -219,7 +219,7 @@ def _say_accuracy(args: argparse.Namespace, solution: "Fit | None") -> None:
     from seatrial.identification.on_request import accuracy_tables
 
     with stage("computing confidence intervals"):
-        told = accuracy_tables(
+        shown = accuracy_tables(
             solution, replicates=args.bootstrap, profiled=args.profile, lengths=args.minutes,
         )  # fmt: skip
-    say(f"\n{told}\n")
+    say(f"\n{shown}\n")

@@ -36,14 +36,14 @@ from seatrial.util.progress import over
 
 HORIZONS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0)  # [s]
 STARTS_PER_HORIZON = 8  # in a horizon: closer ones make predictions that are nearly the same
-DISTURBED = 2.0  # times the innovations elsewhere, of an interval that is worth a word
+DISTURBED = 2.0  # times the innovations elsewhere: a disturbed interval with less is not reported
 SAME_LENGTH = 1e-3  # [s] of a recording that is the same
 Ahead = tuple[float, Start, Prediction]  # horizon [s], start
 
 
 @dataclass(frozen=True)
 class Assessment:
-    """One recording: predictions, filter, scores; what could not be had, and why."""
+    """One recording: predictions, filter, scores; findings, also on scores that could not be computed."""
 
     recording: Recording
     seen: bool  # the model was identified from it, or from a part of it
@@ -92,7 +92,7 @@ def assess(
         return _assessed(model, recording, horizon, filtered, smooth)
 
     found = spread(one, list(zip(recordings, filters, strict=True)), "recording")
-    # intervals in which something else than the thrusters moved the boat
+    # intervals in which something other than the thrusters moved the boat
     if noise is not None and all(one.filtered is not None for one in found):
         found = _with_disturbances(model, found, noise)
     return [
@@ -211,7 +211,7 @@ def _findings(
     lost: Sequence[Finding],
     larger: Sequence[Finding],
 ) -> list[Finding]:
-    """What could not be had (`lost`: horizons), errors that are larger than expected, slow poses."""
+    """Scores that could not be computed and why (`lost`: horizons), errors above the expected ones, slow poses."""
     found = [*lost, *larger]
     if not isinstance(filtered, Filtered):
         found.insert(0, finding_of(FindingKind.NO_FILTER, reason=filtered))
@@ -225,8 +225,9 @@ def _all_horizons(
 ) -> tuple[list[Ahead], list[Finding]]:
     """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
 
-    From the filter's starts where there are any, and what could not be had. Beside the stencil's velocities from
-    these, too; beside smoothed ones with the filter's disturbance, too. `known`: what is predicted already.
+    And a finding on the horizon at which the model diverges. Starts are the filter's, if there is one; with the
+    stencil as reference also the stencil's; with a smoothed reference also the filter's with its disturbance.
+    `known`: a prediction that is there already.
     """
     period = look.recording.period
     found: list[Ahead] = []
@@ -244,7 +245,7 @@ def _all_horizons(
         try:
             ahead = look.predict(horizon, every, starts, disturbed=name == "odometry")
             found.append((horizon, name, ahead))
-        except RecordingError:  # no stretch is as long
+        except RecordingError:  # no interval is as long
             continue
         except ModelError as error:
             reason = str(error)
@@ -255,7 +256,7 @@ def _all_horizons(
 def _with_disturbances(model: Model, found: list[Assessment], noise: Array) -> list[Assessment]:
     """With findings on each recording that has intervals of far larger innovations.
 
-    A filter so sure of itself that it takes long to find back sees too much: it is given process noise.
+    An overconfident filter recovers slowly and so reports too many disturbances: it is given process noise.
     """
     ready = loosened(noise, 1.0)
     same = np.array_equal(ready, noise)

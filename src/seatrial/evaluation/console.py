@@ -16,7 +16,7 @@ STARTS: dict[Start, str] = {
     "filter": "from the velocity of the model's own filter; the model alone predicts",
     "odometry": "as filter; the disturbance force that it estimates goes on and fades, as on board without poses",
 }
-MOST_SAID = 2  # sentences on the residuals of a recording
+MOST_CORRELATIONS = 2  # of the residuals of a recording with forces, shown
 
 
 def scores_text(scores: Scores) -> str:
@@ -140,10 +140,10 @@ def _left(row: RecordingScore) -> list[str]:
     found = sorted(
         (c for c in row.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
     )
-    said = [in_words(c) for c in found[:MOST_SAID]]
-    if len(found) > MOST_SAID:
-        said[-1] += f" (and {len(found) - MOST_SAID} more, in --json)"
-    return said
+    shown = [in_words(c) for c in found[:MOST_CORRELATIONS]]
+    if len(found) > MOST_CORRELATIONS:
+        shown[-1] += f" (and {len(found) - MOST_CORRELATIONS} more, in --json)"
+    return shown
 
 
 LEGEND = """\

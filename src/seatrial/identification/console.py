@@ -60,7 +60,7 @@ def summary(model: Model, *, brief: bool = False) -> str:
     found = identifiability(model)
     scatter = model.estimator.method == EQUATION_ERROR
     lines = [*_parameters(found), *map(combined, found.combinations)]
-    lines += [] if brief else condition_said(found)
+    lines += [] if brief else condition_text(found)
     lines += [caution(model)] if scatter else [_noise(model)]
     lines += [] if scatter or brief else _how_long(model, found)
     lines += [SMOOTHER_BIAS] if model.estimator.method == SMOOTHER else []
@@ -88,12 +88,12 @@ def _important(model: Model) -> list[str]:
     used = [sentence_of(f) for f in found if f.kind is FindingKind.PRIOR_USED]
     findings = most_important(f for f in found if f.kind is not FindingKind.PRIOR_USED)
     asking = [finding_text(f) for f in findings if f.kind in ASK_FOR_ACTION]
-    said = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
-    rest = len(model.warnings) + len(findings) - len(said)
+    messages = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
+    rest = len(model.warnings) + len(findings) - len(messages)
     more = f" ({_further(rest)})" if rest > 0 else ""
-    if not said:
+    if not messages:
         return [*used, f"No finding asks for an action{more}."] if rest else used
-    return [*used, f"What matters most{more}:", *(f"  - {text}" for text in said)]
+    return [*used, f"What matters most{more}:", *(f"  - {text}" for text in messages)]
 
 
 def _further(count: int) -> str:
@@ -114,11 +114,11 @@ def _effects(model: Model) -> list[str]:
         )
     for recording in model.recordings:
         if recording.effects:
-            said = (
+            sizes = (
                 f"{name} {plus_minus(value, recording.errors.get(name, 0.0))}"
                 for name, value in recording.effects.items()
             )
-            lines.append(f"  {recording.name}: {', '.join(said)}")
+            lines.append(f"  {recording.name}: {', '.join(sizes)}")
         for found in earth_effects(model.vehicle, recording):
             size = plus_minus(found.size, found.error)
             lines.append(
@@ -142,24 +142,24 @@ def _parameters(found: Identifiability) -> list[str]:
             if error
             else f"{value:>{values}}{'':<{errors + 3}}"
         )
-        said = f"{one.unit:<{units}}  {_verdict(one, found.combinations)}"
-        lines.append(f"  {one.name:<{names}} {shown} {said}")
+        verdict = f"{one.unit:<{units}}  {_verdict(one, found.combinations)}"
+        lines.append(f"  {one.name:<{names}} {shown} {verdict}")
     return lines
 
 
 def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> str:
     """The verdict with the relative standard error, an upper limit or correlated parameters."""
-    said = found.verdict.value
+    text = found.verdict.value
     if found.verdict in RATED:
-        said += f" ({percent(found.relative)})"
+        text += f" ({percent(found.relative)})"
     if limit := reach_text(found):
-        said += f": {limit}"
-    told = {name for c in combinations if found.name in c.names for name in c.names}
+        text += f": {limit}"
+    shown = {name for c in combinations if found.name in c.names for name in c.names}
     near = [
-        f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > CORRELATED and n not in told
+        f"{n} ({rho:.2f})" for n, rho in found.partners if abs(rho) > CORRELATED and n not in shown
     ]
     loose = found.verdict is not ParameterVerdict.SHARP
-    return said + (f"; correlated with {', '.join(near)}" if near and loose else "")
+    return text + (f"; correlated with {', '.join(near)}" if near and loose else "")
 
 
 def combined(found: Combination) -> str:
@@ -173,7 +173,7 @@ def combined(found: Combination) -> str:
     )
 
 
-def condition_said(found: Identifiability) -> list[str]:
+def condition_text(found: Identifiability) -> list[str]:
     """The condition number of the correlations, and what makes it large."""
     if len(found.names) < 2:
         return []
@@ -188,13 +188,13 @@ def condition_said(found: Identifiability) -> list[str]:
 def _noise(model: Model) -> str:
     """Pose noise and process noise in words."""
     noise, process = model.noise, model.noise.process
-    said = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
+    text = f"Pose noise {1e3 * noise.position:.2g} mm and {1e3 * noise.heading:.2g} mrad"
     if noise.correlated is not None:
         c = noise.correlated
         lasting = _above(1e-7, (c.position, "mm"), (c.heading, "mrad"))
-        said += f" (white), {lasting} (time-correlated over {c.memory_text})"
+        text += f" (white), {lasting} (time-correlated over {c.memory_text})"
     if process is None:
-        return f"{said}."
+        return f"{text}."
     most = [full_thrust(model, axis) for axis in range(3)]
     sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
     driven = {force.axis for force in model.vehicle.forces}  # what else moves an axis is no measure
@@ -203,15 +203,15 @@ def _noise(model: Model) -> str:
         for axis, (size, thrust) in enumerate(zip(sizes, most, strict=True))
         if axis in driven and thrust > 0 and size > 1e-3 * thrust
     ]
-    said += (
+    text += (
         f"; process noise (disturbance force): {joined(parts)} of the largest commanded force, time constant "
         f"{process.memory:.2g} s{', earth-fixed' if process.earth_fixed else ''}{_with_effects(model)}"
         if parts else "; no significant process noise"
     )  # fmt: skip
     if max(process.walk_linear, process.walk_yaw) > LEAST_WALK:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
-        said += f"; velocity random walk {_above(LEAST_WALK, *walks)} in 1 s"
-    return f"{said}."
+        text += f"; velocity random walk {_above(LEAST_WALK, *walks)} in 1 s"
+    return f"{text}."
 
 
 def _with_effects(model: Model) -> str:

@@ -60,9 +60,10 @@ def output_error(
 ) -> Model:
     """Coefficients, and the constants of the actuator chain that the vehicle file does not state.
 
-    Latency and lag are estimated, and the dead zone where the commands identify it. `start`: a model to start
-    from; `prior`: a model whose estimates have the weight of their covariance. Raises IdentificationError where
-    the search finds no solution.
+    Latency and lag are estimated, and the dead zone where the commands identify it. Every recording counts for all
+    axes. `settings`: defaults and ranges stand at `OutputErrorSettings`. `start`: a model to start from, without
+    selection of stages; `prior`: a model whose estimates have the weight of their covariance. Raises
+    IdentificationError where the search finds no solution.
     """
     return fit(recordings, vehicle, settings=settings, start=start, prior=prior).model()
 

@@ -61,8 +61,8 @@ def maximised(
     except IdentificationError as error:
         if start is not None and not hold:
             return maximised(problem, recordings, None, hold=False)
-        said = disturbance_hint(problem, _from_start_values) or _lever_arm_hint(problem, recordings)
-        raise IdentificationError(f"{error}{said}") from error
+        hint = disturbance_hint(problem, _from_start_values) or _lever_arm_hint(problem, recordings)
+        raise IdentificationError(f"{error}{hint}") from error
 
 
 def _from_start_values(problem: Problem) -> Point:

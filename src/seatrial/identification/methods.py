@@ -66,11 +66,13 @@ def identify(
 ) -> Model:
     """The vehicle's model from its recordings, checked for plausible physics.
 
-    `roles` names the recordings that identify surge, sway and yaw; by default they are found from
-    the excitation. `prior`: an older model, from before a change of `prior_spread` of its parameters,
-    which a short recording corrects. `effects`: lever, current, trim, wind, where output-error is to
-    estimate them. Raises IdentificationError, RecordingError, ModelError
-    (unstable).
+    `method`: one of `METHODS`. output-error uses every recording for all axes. The other methods use for each axis
+    the recordings of its role: `roles` names them by surge, sway and yaw; by default those that drive this axis
+    most of all, else all that excite it. `settings`: of equation-error; see `EquationErrorSettings`.
+
+    Of output-error alone: `prior`, an older model that a short recording corrects, where its parameters have
+    changed by about `prior_spread` (a share above 0, default 0.2); `effects`, further unknowns to estimate: any of
+    lever, current, trim, wind, delay. Raises IdentificationError, RecordingError, ModelError (unstable).
     """
     return identify_with_fit(
         recordings, vehicle, method=method, roles=roles, settings=settings,

@@ -10,7 +10,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.boat.model import DELAYS_TOLD, LEVER_TOLD, Model
+from seatrial.boat.model import FIT_HORIZON, STATED_DELAYS, STATED_LEVER, Model
 from seatrial.boat.noise_parameters import (
     DISTURBANCES,
     MEMORY,
@@ -37,12 +37,12 @@ OUTPUT_ERROR = "output-error"
 
 @dataclass(frozen=True)
 class OutputErrorSettings:
-    """Choices of the estimator."""
+    """Settings of output-error."""
 
-    outlier: float = OUTLIER  # [sigma] beyond which an innovation counts linearly
-    block: float = BLOCK  # [s] over which scores may be correlated, for standard errors
-    step: float = 1 / 12  # [s] longest integration step; less where the boat is fast
-    effects: tuple[str, ...] = ()  # of lever, current, trim, wind and delay, those to estimate
+    outlier: float = OUTLIER  # [sigma] > 0, beyond which an innovation counts linearly (Huber)
+    block: float = BLOCK  # [s] > 0, over which scores may be correlated, for standard errors
+    step: float = 1 / 12  # [s] > 0, longest integration step; less where the boat is fast
+    effects: tuple[str, ...] = ()  # to estimate, any of lever, current, trim, wind and delay
     hold_noise: bool = False  # the noise stays that of the start model
     select_stages: bool = True  # further actuator stages are tested and estimated where significant
 
@@ -125,13 +125,13 @@ class Fit:
         problem, theta, n = self.problem, self.theta, self.problem.n_coefficients
         size = n + problem.n_constants
         settings: dict[str, str | float | int | bool | None] = {
-            "outlier": self.settings.outlier, "block": self.problem.block, "belief": self.horizon,
+            "outlier": self.settings.outlier, "block": self.problem.block, FIT_HORIZON: self.horizon,
             "effects": ", ".join(self.settings.effects),
         }  # fmt: skip
         if self._lever() and (stated := problem.vehicle.stated_lever) is not None:
-            settings[LEVER_TOLD] = stated
+            settings[STATED_LEVER] = stated
         if self._delays() and (stated := problem.vehicle.stated_delays) is not None:
-            settings[DELAYS_TOLD] = stated
+            settings[STATED_DELAYS] = stated
         recordings = problem.recordings
         noise = likelihood_noise(self.point, self.maximum_noise) if self.horizon else self.noise
         noise = folded(noise, min(r.period for r in recordings))

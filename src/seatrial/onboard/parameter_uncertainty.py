@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.model import Model
+from seatrial.boat.model import FIT_HORIZON, Model
 from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_TURN,
@@ -41,7 +41,7 @@ def onboard_uncertainty(model: Model) -> OnboardUncertainty:
     known = set(SYMBOLS) <= set(speeds)
     ranges = np.array([speeds[name] if known else (-1.0, 1.0) for name in SYMBOLS])
     covariance = model.covariance if known else np.zeros_like(model.covariance)
-    explained = model.estimator.settings.get("belief") == 0.0
+    explained = model.estimator.settings.get(FIT_HORIZON) == 0.0
     chain, constants = model.vehicle.chain, model.constants
     own = _noise_vector(model.noise)
     return OnboardUncertainty(

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from seatrial.boat.model import Model
+from seatrial.boat.model import FIT_HORIZON, Model
 from seatrial.boat.noise_parameters import OUTLIER, earth_fixed
 from seatrial.evaluation.filtering import filter_noise
 from seatrial.evaluation.input_errors import input_errors
@@ -77,7 +77,7 @@ def reference_point(
     if not len(estimated):
         raise ModelError("nothing was estimated: the model's values were given")
     noise = filter_noise(model, recordings) if noise is None else noise
-    horizon = float(model.estimator.settings.get("belief") or 0.0)
+    horizon = float(model.estimator.settings.get(FIT_HORIZON) or 0.0)
     if horizon > 0.0:
         noise = np.maximum(noise, noise_floor(_problem(model, recordings), horizon))
     return ReferencePoint(

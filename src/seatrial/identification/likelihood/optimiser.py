@@ -47,7 +47,7 @@ class Outcome(Enum):
 
     CONVERGED = "converged"
     STUCK = "no step improves the likelihood, far from its maximum"
-    OUT_OF_STEPS = f"no solution after {MOST_PASSES} steps"
+    OUT_OF_STEPS = "no solution: the search does not converge"
     DIVERGED = "the boat diverges from the start values"
 
 

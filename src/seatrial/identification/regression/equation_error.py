@@ -33,7 +33,7 @@ class EquationErrorSettings:
     """Settings of the paper's method."""
 
     literal: bool = False  # Eq. (17) as printed: surge acceleration one step late
-    correlation: float = 1.0  # [s] over which residuals are correlated, for the standard errors
+    correlation: float = 1.0  # [s] >= 0, correlation time of residuals, for standard errors
 
 
 @dataclass(frozen=True)

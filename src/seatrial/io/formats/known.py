@@ -36,7 +36,7 @@ class Known:
 
 E7 = {"scale": 1e7}
 FIX = "fix_type"
-POSITIONS = (  # the most raw first: the errors of a filter's output hang together for long
+POSITIONS = (  # the most raw first: the errors of a filter's output are correlated over a long time
     Known("GPS", ("Lat", "Lng"), "GNSS receiver", geographic=True, fix="Status"),
     Known("GPS2", ("Lat", "Lng"), "GNSS receiver", geographic=True, fix="Status"),
     Known("vehicle_gps_position", ("latitude_deg", "longitude_deg"), "GNSS receiver", geographic=True, fix=FIX),

@@ -122,10 +122,10 @@ def _cause(pair: ModelPair) -> Dial:
         return Dial("cause", title, "none", "no cause can be computed", ())
     if inseparable(found):
         whole = found[0].probability + found[1].probability
-        told = f"{found[0].cause} or {found[1].cause}"
+        cause = f"{found[0].cause} or {found[1].cause}"
     else:
-        whole, told = found[0].probability, found[0].cause
-    dial = share_dial("cause", title, whole, f"probability: {told}", CAUSE_LIMITS)
+        whole, cause = found[0].probability, found[0].cause
+    dial = share_dial("cause", title, whole, f"probability: {cause}", CAUSE_LIMITS)
     return replace(dial, figure=probability_text(whole))
 
 
@@ -146,9 +146,9 @@ def _changed(pair: ModelPair) -> Dial:
         return Dial("changed", "Changed", "none", "no parameter can be tested", ())
     number = len([one for one in tested if one.differs])
     share = number / len(tested)
-    told = f"of {len(tested)} parameters differ significantly ({100 * SIGNIFICANCE:g} %)"
+    meaning = f"of {len(tested)} parameters differ significantly ({100 * SIGNIFICANCE:g} %)"
     parts = [(0.0, share, Grade.PLAIN)] if number else []
-    return Dial("changed", "Changed", f"{number}", told, parts)
+    return Dial("changed", "Changed", f"{number}", meaning, parts)
 
 
 def _better(pair: ModelPair) -> Dial:
@@ -160,7 +160,7 @@ def _better(pair: ModelPair) -> Dial:
         Grade.NONE if one is None else Grade.PLAIN if one == "A" else Grade.SECOND
         for one in better.values()
     ]
-    told = ", ".join(f"{axis} {one or 'equal'}" for axis, one in better.items())
+    meaning = ", ".join(f"{axis} {one or 'equal'}" for axis, one in better.items())
     letters = [one for one in better.values() if one]
     figure = max(LETTERS, key=letters.count) if letters else "="
-    return part_dial("better", title, figure, told, grades)
+    return part_dial("better", title, figure, meaning, grades)

@@ -27,7 +27,7 @@ class Dial:
     name: str  # its anchor
     title: str
     figure: str  # the short text in its middle
-    told: str  # what the figure means
+    meaning: str  # what the figure means
     parts: Sequence[tuple[float, float, str]]
 
     def html(self) -> str:
@@ -36,32 +36,34 @@ class Dial:
             f'<path class="arc {grade}" d="{_arc(begin, end)}"/>'
             for begin, end, grade in self.parts
         )
-        label = f"{self.title}: {self.figure}, {self.told}"
+        label = f"{self.title}: {self.figure}, {self.meaning}"
         kind = "long" if len(self.figure) > LONG else "short"
         place = f'x="{CENTRE[0]:g}" y="{CENTRE[1] - 4:g}"'
         return (
             f'<figure class="dial" id="dial-{self.name}"><svg viewBox="0 0 120 66" role="img" '
             f'aria-label="{escape(label)}"><path class="arc none" d="{_arc(0.0, 1.0)}"/>{arcs}'
             f'<text class="{kind}" {place}>{escape(self.figure)}</text></svg>'
-            f"<figcaption><b>{escape(self.title)}</b> {escape(self.told)}</figcaption></figure>"
+            f"<figcaption><b>{escape(self.title)}</b> {escape(self.meaning)}</figcaption></figure>"
         )
 
 
-def share_dial(name: str, title: str, share: float, told: str, limits: tuple[float, float]) -> Dial:
+def share_dial(
+    name: str, title: str, share: float, meaning: str, limits: tuple[float, float]
+) -> Dial:
     """A share of 1 as an arc; `limits`: of good and of fair."""
     shown = float(np.clip(share, 0.0, 1.0))
     good, fair = limits
     grade = Grade.GOOD if share >= good else Grade.FAIR if share >= fair else Grade.POOR
     parts = [(0.0, shown, grade)] if shown > 0.0 else []
-    return Dial(name, title, f"{100.0 * shown:.0f} %", told, parts)
+    return Dial(name, title, f"{100.0 * shown:.0f} %", meaning, parts)
 
 
-def part_dial(name: str, title: str, figure: str, told: str, grades: Sequence[str]) -> Dial:
+def part_dial(name: str, title: str, figure: str, meaning: str, grades: Sequence[str]) -> Dial:
     """Equal parts side by side, each with its grade."""
     each = 1.0 / max(1, len(grades))
     ends = [(k * each + GAP / 2, (k + 1) * each - GAP / 2) for k in range(len(grades))]
     parts = [(b, e, grade) for (b, e), grade in zip(ends, grades, strict=True)]
-    return Dial(name, title, figure, told, parts)
+    return Dial(name, title, figure, meaning, parts)
 
 
 def _arc(begin: float, end: float) -> str:

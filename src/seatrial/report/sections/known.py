@@ -5,7 +5,7 @@ from html import escape
 
 from seatrial.boat.findings import finding_text
 from seatrial.boat.schema import EQUATION_ERROR
-from seatrial.identification.console import combined, condition_said
+from seatrial.identification.console import combined, condition_text
 from seatrial.identification.methods import caution
 from seatrial.identification.uncertainty.identifiability import Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import ParameterAccuracy, reach_text
@@ -30,7 +30,7 @@ def section(evidence: Evidence) -> Section:
         html = f"""<section id="known"><h2>What is known</h2>
 <p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""
         return Section("known", "What is known", html)
-    lines = [*map(combined, found.combinations), *condition_said(found)]
+    lines = [*map(combined, found.combinations), *condition_text(found)]
     combinations = [sentence(line, names) for line in lines]
     scatter = model.estimator.method == EQUATION_ERROR
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""

@@ -83,7 +83,7 @@ def _picture(evidence: Evidence, run: Run) -> str:
 def dials(evidence: Evidence) -> list[Dial]:
     """Prediction against the floor, what is known, fit for use."""
     known = known_score(evidence.known)
-    told = (
+    meaning = (
         f"of {known.estimated} parameters are sharp ({known.sharp}) or usable ({known.usable})"
         if known.estimated
         else "nothing was estimated"
@@ -93,7 +93,7 @@ def dials(evidence: Evidence) -> list[Dial]:
     levels = ", ".join(f"{one.use.value} {one.level.value}" for one in evidence.fitness)
     return [
         _floor_dial(evidence),
-        share_dial("known", "What is known", known.share, told, KNOWN_LIMITS),
+        share_dial("known", "What is known", known.share, meaning, KNOWN_LIMITS),
         part_dial("fitness", "Fit for use", f"{fit} of {len(grades)}", levels, grades),
     ]
 
@@ -104,9 +104,9 @@ def _floor_dial(evidence: Evidence) -> Dial:
         return Dial("floor", title, "none", "no recording could be predicted", ())
     worst = found.worst
     over, still = found.over_floor[worst], found.still_over_floor[worst]
-    told = f"of the way from constant velocity ({_times(still)} noise floor) to the floor; "
-    told += f"{AXES[worst]} is at {_times(over)}"
-    return share_dial("floor", title, float(found.share[worst]), told, FLOOR_LIMITS)
+    meaning = f"of the way from constant velocity ({_times(still)} noise floor) to the floor; "
+    meaning += f"{AXES[worst]} is at {_times(over)}"
+    return share_dial("floor", title, float(found.share[worst]), meaning, FLOOR_LIMITS)
 
 
 def _times(value: float) -> str:
@@ -126,5 +126,5 @@ def _uses(evidence: Evidence) -> str:
 
 def _action(one: Fitness) -> str:
     """What would make it fit; not on a phone, whose first screen has no room for it."""
-    told = f"{one.action[:1].upper()}{one.action[1:]}"
-    return f'<span class="do">. {escape(told)}.</span>' if told else ""
+    text = f"{one.action[:1].upper()}{one.action[1:]}"
+    return f'<span class="do">. {escape(text)}.</span>' if text else ""
