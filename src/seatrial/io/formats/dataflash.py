@@ -12,7 +12,7 @@ from seatrial.io.log import LogTopic
 
 HEADER = 3  # [bytes] before the columns of a binary message
 ARRAY = 32  # numbers of an array column
-CODES = {  # format character: of struct and numpy
+FORMAT_CODES = {  # format character: of struct and numpy
     "b": "b", "B": "B", "M": "B", "h": "h", "H": "H", "i": "i", "I": "I", "g": "e", "f": "f",
     "d": "d", "q": "q", "Q": "Q", "c": "h", "C": "H", "e": "i", "E": "I", "L": "i",
 }  # fmt: skip
@@ -49,13 +49,15 @@ class Format:
     @property
     def consistent(self) -> bool:
         """Whether each column has a known format and its own name."""
-        known = all(c in CODES or c in TEXTS for c in self.characters)
+        known = all(c in FORMAT_CODES or c in TEXTS for c in self.characters)
         return known and len(self.columns) == len(self.characters) == len(set(self.columns))
 
     @cached_property
     def body(self) -> struct.Struct:
         """The columns of a binary message."""
-        return struct.Struct("<" + "".join(CODES.get(c) or TEXTS[c] for c in self.characters))
+        return struct.Struct(
+            "<" + "".join(FORMAT_CODES.get(c) or TEXTS[c] for c in self.characters)
+        )
 
     @property
     def stamp(self) -> str | None:
@@ -78,13 +80,13 @@ class Format:
         offset = HEADER
         for name, character in zip(self.columns, self.characters, strict=True):
             yield name, character, offset
-            offset += struct.calcsize(f"<{CODES.get(character) or TEXTS[character]}")
+            offset += struct.calcsize(f"<{FORMAT_CODES.get(character) or TEXTS[character]}")
 
     def numbers(self) -> Iterator[tuple[str, Place]]:
         """Numeric columns, arrays spelled out."""
         for name, character, offset in self.places():
-            if character in CODES:
-                yield name, Place(offset, f"<{CODES[character]}", DIVISORS.get(character, 1))
+            if character in FORMAT_CODES:
+                yield name, Place(offset, f"<{FORMAT_CODES[character]}", DIVISORS.get(character, 1))
             elif character == "a":
                 for i in range(ARRAY):
                     yield f"{name}[{i}]", Place(offset + 2 * i, "<h")
@@ -92,7 +94,7 @@ class Format:
     def values(self, data: bytes, at: int) -> Values:
         """Columns of the binary message at a place, as they are."""
         found = zip(self.columns, self.body.unpack_from(data, at + HEADER), strict=True)
-        return {name: plain(x) if isinstance(x, bytes) else x for name, x in found}
+        return {name: c_text(x) if isinstance(x, bytes) else x for name, x in found}
 
     def layout(self) -> Layout:
         """Places of the numbers in a binary message."""
@@ -179,6 +181,6 @@ class Definitions:
             yield name, unit
 
 
-def plain(text: bytes) -> str:
-    """A text padded with zeros."""
+def c_text(text: bytes) -> str:
+    """A text that ends at its first zero byte."""
     return text.split(b"\0", 1)[0].decode("latin-1").strip()

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.io.formats.dataflash import plain
+from seatrial.io.formats.dataflash import c_text
 from seatrial.io.formats.layout import MOST_STAMP, Columns, Layout, Place, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import FileError, RecordingError
@@ -31,7 +31,7 @@ INSTALL = "pip install 'seatrial[ardupilot]'"
 STARTS = (0xFE, 0xFD)  # of version 1 and 2
 STAMP = 8  # [bytes] before each frame
 LONGEST = STAMP + 12 + 255 + 13  # [bytes] of a record
-CODES = {
+MAVLINK_CODES = {
     "int8_t": "b", "uint8_t": "B", "int16_t": "h", "uint16_t": "H", "int32_t": "i", "uint32_t": "I",
     "int64_t": "q", "uint64_t": "Q", "float": "f", "double": "d", "uint8_t_mavlink_version": "B",
 }  # fmt: skip
@@ -82,7 +82,7 @@ def _message(found: Any) -> Message:  # noqa: ANN401 (a class that is generated)
         if kind == "char":
             offset += max(length, 1)
             continue
-        code = f"<{CODES[kind]}"
+        code = f"<{MAVLINK_CODES[kind]}"
         for i in range(length or 1):
             places[f"{name}[{i}]" if length else name] = Place(offset, code)
             offset += np.dtype(code).itemsize
@@ -176,14 +176,14 @@ class MavlinkLog(Log):
         values = np.ascontiguousarray(found.values[:, :-1])
         stamps = found.stamps
         if self._offset is not None and len(stamps):
-            own = unwrapped(found.values[:, -1], time, stamps, self._offset)
+            own = own_stamps(found.values[:, -1], time, stamps, self._offset)
             if own is not None:
                 order = np.argsort(own, kind="stable")
                 stamps, values = own[order], values[order]
         return LogSamples(found.topic, stamps, values, found.dropped)
 
 
-def unwrapped(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps | None:
+def own_stamps(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps | None:
     """Own times on the clock of arrival; None: not sound. Microseconds in 32 bits wrap every 72 min."""
     own = np.minimum(times, MOST_STAMP // TIMES[name]).astype(np.int64) * TIMES[name] + offset
     if name == "time_usec":
@@ -301,6 +301,6 @@ class _Walk:
         elif number == PARAM_VALUE:
             stated = self.stated.setdefault(source, {})
             if len(stated) < MOST_PARAMETERS:
-                stated[plain(record[16:32])] = record[8:12], record[32]
+                stated[c_text(record[16:32])] = record[8:12], record[32]
         elif number == HEARTBEAT:
             self.px4[source] = record[STAMP + 5] == PX4

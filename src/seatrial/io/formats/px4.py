@@ -27,7 +27,7 @@ DATA_HEAD = Struct("<HBH")  # and of data the number of its topic
 DATA = 0x44  # D
 SYNC = b"\x2f\x73\x13\x20\x25\x0c\xbb\x12"
 KNOWN = frozenset(b"BFIMPQARDLCSO")
-CODES = {
+ULOG_CODES = {
     "int8_t": "<b", "uint8_t": "<B", "int16_t": "<h", "uint16_t": "<H", "int32_t": "<i",
     "uint32_t": "<I", "int64_t": "<q", "uint64_t": "<Q", "float": "<f", "double": "<d", "bool": "<B",
 }  # fmt: skip
@@ -303,14 +303,14 @@ class _Walk:
                 raise ValueError("too many fields")
             names = [f"{field}[{i}]" for i in range(length)] if length else [field]
             for each in names:
-                if kind in CODES:
-                    yield prefix + each, CODES[kind], Struct(CODES[kind]).size
+                if kind in ULOG_CODES:
+                    yield prefix + each, ULOG_CODES[kind], Struct(ULOG_CODES[kind]).size
                 else:
                     yield from self._fields(kind, f"{prefix}{each}.", depth + 1)
 
     def _parameter(self, body: bytes) -> None:
         kind, name = body[1 : 1 + body[0]].decode("latin-1").split(" ")
-        code = CODES.get(kind, "")
+        code = ULOG_CODES.get(kind, "")
         if code and len(self.parameters) < MOST_PARAMETERS:
             value = Struct(code)
             if len(body) == 1 + body[0] + value.size:

@@ -31,7 +31,7 @@ FRAME, TIME = "frame", "time"
 
 
 @dataclass(frozen=True)
-class Layout:
+class HeaderLayout:
     """The header of one program's exports: where it says what."""
 
     program: str
@@ -56,7 +56,7 @@ class Layout:
 
 AXES_OF_BODY = {f"Position {a}": a for a in POSITION} | {f"Rotation {a}": f"R{a}" for a in "XYZW"}
 LAYOUTS = (
-    Layout(
+    HeaderLayout(
         "OptiTrack Motive",
         (re.compile(r'"?Format Version"?([,;\t|])"?\d[\d.,]*"?\1"?[A-Z].*'),),
         re.compile("Frame"),
@@ -67,7 +67,7 @@ LAYOUTS = (
         pairs_in_line=True, rate="Export Frame Rate", begun="Capture Start Time", unit="Length Units",
         order="Rotation Type", space="Coordinate Space",
     ),
-    Layout(
+    HeaderLayout(
         "Qualisys QTM",
         (re.compile(rf"(?:NO_OF_FRAMES|FILE_VERSION){MARK}\d[\d.]*{NO_MORE}"),
          re.compile(rf"[A-Z][A-Z_]+{MARK}.*")),
@@ -78,7 +78,7 @@ LAYOUTS = (
         index={"Frame": FRAME, "Time": TIME}, pairs_in_lines=True, prefixed=True, rate="FREQUENCY",
         begun="TIME_STAMP", length="mm",
     ),
-    Layout(
+    HeaderLayout(
         "Vicon",
         (
             re.compile(rf'"?(?:Segments|Objects|Trajectories|Devices|Joints|Model Outputs)"?{NO_MORE}'),
@@ -96,7 +96,7 @@ LAYOUTS = (
 class JoinedHeader:
     """A header of several rows: a name for each column, and what it says of them."""
 
-    layout: Layout
+    layout: HeaderLayout
     row: int  # line that names the columns, from 0
     cells: list[str]  # of that line
     names: list[str]  # of the columns, from all rows
@@ -106,7 +106,7 @@ class JoinedHeader:
     about: Mapping[str, str]  # further keys and their values
 
 
-def layout_of(lines: Sequence[str]) -> Layout | None:
+def layout_of(lines: Sequence[str]) -> HeaderLayout | None:
     """The layout with which these lines begin; None: a plain table."""
     begins = [line[:LONGEST_WORDS].strip("\r\n") for line in lines[:LINES_OF_OPENING]]
     for layout in LAYOUTS:
@@ -159,7 +159,7 @@ def joined_header(path: Path, lines: Sequence[str]) -> JoinedHeader | None:
     return JoinedHeader(layout, at, cells, full, index, bodies, others, about)
 
 
-def _no_body(path: Path, layout: Layout, others: int, first: str) -> RecordingError:
+def _no_body(path: Path, layout: HeaderLayout, others: int, first: str) -> RecordingError:
     found = f" but {others} markers or other columns" if others else ""
     if layout.ends_blank:
         found += f" in its first table, {_words(first)[0]}"
@@ -169,7 +169,7 @@ def _no_body(path: Path, layout: Layout, others: int, first: str) -> RecordingEr
     )
 
 
-def _row_of_columns(layout: Layout, lines: Sequence[str]) -> int | None:
+def _row_of_columns(layout: HeaderLayout, lines: Sequence[str]) -> int | None:
     """Index of the row that names the columns."""
     for i, line in enumerate(lines[1:], 1):
         first = _words(line)
@@ -191,7 +191,7 @@ def _cells(line: str, mark: str) -> list[str]:
         return [cell.strip().strip('"') for cell in line.strip("\r\n").split(mark)]
 
 
-def _pairs(layout: Layout, lines: Sequence[str]) -> dict[str, str]:
+def _pairs(layout: HeaderLayout, lines: Sequence[str]) -> dict[str, str]:
     """Keys and values above the columns."""
     if layout.pairs_in_line:
         mark = lines[0][len(_words(lines[0])[0]) :].lstrip('"')[:1]
@@ -205,7 +205,7 @@ def _pairs(layout: Layout, lines: Sequence[str]) -> dict[str, str]:
 
 
 def _rows_above(
-    layout: Layout, lines: Sequence[str], mark: str, width: int, about: dict[str, str]
+    layout: HeaderLayout, lines: Sequence[str], mark: str, width: int, about: dict[str, str]
 ) -> dict[str, list[str]]:
     """Rows of the header, each (width,), by what they say; a rate goes to `about`."""
     found: dict[str, list[str]] = {}
@@ -224,7 +224,7 @@ def _rows_above(
     return found
 
 
-def _without_prefix(layout: Layout, cells: Sequence[str]) -> tuple[list[str], list[str]]:
+def _without_prefix(layout: HeaderLayout, cells: Sequence[str]) -> tuple[list[str], list[str]]:
     """Names of bodies where they begin, and of columns without them: `boat X` is X of boat."""
     bodies, names = [], []
     for cell in cells:
@@ -245,7 +245,7 @@ def _filled(row: Sequence[str]) -> list[str]:
 
 
 def _by_body(
-    layout: Layout, bodies: Sequence[str], kinds: Sequence[str], names: Sequence[str]
+    layout: HeaderLayout, bodies: Sequence[str], kinds: Sequence[str], names: Sequence[str]
 ) -> dict[str, dict[str, int]]:
     """Columns by body and by what they are of it; a column that comes again is of another body.
 

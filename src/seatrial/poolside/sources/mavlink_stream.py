@@ -14,7 +14,7 @@ from seatrial.io.formats.mavlink import (
     Message,
     frame_at,
     messages,
-    unwrapped,
+    own_stamps,
 )
 
 RESTART = 2_000_000_000  # [ns] by which its time falls back where it starts again
@@ -102,5 +102,5 @@ class AutopilotClock:
         """The stamp [ns]: its own time where it is sound, else that of its arrival."""
         if own is None or self.offset is None:
             return arrival
-        found = unwrapped(np.array([own]), unit, np.array([arrival]), self.offset)
+        found = own_stamps(np.array([own]), unit, np.array([arrival]), self.offset)
         return arrival if found is None else int(found[0])
