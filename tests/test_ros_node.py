@@ -186,62 +186,16 @@ def test_silence_is_handled_as_the_vehicle_says(program, model, tmp_path):
     assert not int(holds[1][13]) & 16
 
 
-def lines_of(steps) -> list[str]:
+def lines_of(steps, late=0) -> list[str]:
     events = []
     for t, kind, row in steps:
         if kind == "command":
             events.append(joy(t, row[1], row[0], 0.0, row[2]))
         elif kind == "pose":
-            events.append(f"{t} pose {t} map {' '.join(map(repr, row.tolist()))}")
+            events.append(f"{t} pose {t - late} map {' '.join(map(repr, row.tolist()))}")
         else:
             events.append(f"{t} tick")
     return events
-
-
-def test_a_model_that_is_read_once_more_goes_on(program, model):
-    events = lines_of(drive(8))
-    half = len(events) // 2
-    at = events[half].split()[0]
-    plain = [r for r in play(program, events, model=model[1]) if r[0].isdigit()]
-    again = play(program, [*events[:half], f"{at} reload", *events[half:]], model=model[1])
-    assert ["reload", "done"] in again
-    again = [r for r in again if r[0].isdigit()]
-    assert len(again) == len(plain)
-    for a, b in zip(plain, again, strict=True):
-        if a[1] != "unknown":
-            np.testing.assert_allclose(numbers(a), numbers(b), atol=5e-3)
-
-
-def other_inputs(known, path):
-    inputs = dict(reversed(known.vehicle.to_mapping()["commands"]["inputs"].items()))
-    vehicle = changed(known.vehicle, commands={"topic": "/joy", "inputs": inputs})
-    seatrial.save(replace(known, vehicle=vehicle), path)
-
-
-@pytest.mark.parametrize(
-    ("spoil", "words"),
-    [
-        (lambda _, path: path.unlink(), "no such file"),
-        (lambda _, path: path.write_text("seatrial: model 1\n"), "expected 'seatrial: model 3'"),
-        (other_inputs, "the new model has other inputs"),
-    ],
-)
-def test_a_bad_model_leaves_the_one_before(program, model, spoil, words):
-    known, path = model
-    first, second = f"{EPOCH} pose {EPOCH} map 1 2 0.5\n{EPOCH} tick\n", f"{EPOCH + 10**8} tick\n"
-    with subprocess.Popen(
-        [program, f"model={path}"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as process:
-        process.stdin.write(first + second)
-        process.stdin.flush()
-        before, plain = (process.stdout.readline().rstrip("\n") for _ in range(2))
-        spoil(known, path)
-        process.stdin.write(f"{EPOCH} reload\n{second}")
-        process.stdin.close()
-        said, after, *_ = process.stdout.read().splitlines()
-    assert words in said
-    assert "unknown" not in before
-    assert after == plain
 
 
 MISTAKES = [

@@ -239,6 +239,24 @@ TEST_CASE("a reload of the same model changes little, and odom continues") {
   CHECK(o->count(Source::kPose, Taken::kUsed) < 350);
 }
 
+TEST_CASE("inputs that are given again after a reload count as those that it has kept") {
+  auto kept = fresh();
+  auto again = fresh();
+  const auto inputs = onboard::drive(22, 5.0);
+  for (auto* o : {kept.get(), again.get()}) {
+    for (const Input& in : inputs) give(*o, in);
+  }
+  kept->reload(onboard::model(), kNoLever);
+  again->forget_inputs();
+  again->reload(onboard::model(), kNoLever);
+  const std::int64_t t = stamp_of(inputs.back().time);
+  CHECK((again->look(t).health & kNoPose) != 0U);
+  CHECK(again->count(Source::kPose, Taken::kUsed) == 0);
+  for (const Input& in : inputs) give(*again, in);
+  CHECK(difference(kept->at(t), again->at(t)) == 0.0);
+  CHECK(again->count(Source::kPose, Taken::kUsed) == kept->count(Source::kPose, Taken::kUsed));
+}
+
 TEST_CASE("nonsense leaves no mark, and a clock that is set back stops the way only for a while") {
   auto o = fresh();
   for (const Input& in : onboard::drive(2, 10.0)) give(*o, in, kEpoch);

@@ -9,7 +9,8 @@ namespace seatrial::ros {
 
 namespace {
 
-constexpr double kLateShown = 5.0;  // [s] for which a pose that came too late is reported
+constexpr std::size_t kRecent = 1024;  // messages that another model reads again
+constexpr double kLateShown = 5.0;     // [s] for which a pose that came too late is reported
 
 /// When a file was written [ns]; 0: there is none.
 std::int64_t written(const std::string& path) {
@@ -36,15 +37,28 @@ std::int64_t chosen(std::int64_t header, std::int64_t arrival, Clock clock) {
   return header == 0 || clock == Clock::kBag ? arrival : header;
 }
 
-void expect_same(const std::vector<Channel>& before, const std::vector<Channel>& now,
-                 const std::string& what) {
-  Words old;
-  Words own;
-  for (const Channel& c : before) old.push_back(c.topic + " " + c.field + " as " + c.name);
-  for (const Channel& c : now) own.push_back(c.topic + " " + c.field + " as " + c.name);
+/// Of commands and scale signals, each once.
+std::set<std::string> number_topics_of(const BoardModel& board) {
+  std::set<std::string> topics;
+  for (const auto* channels : {&board.inputs, &board.scales}) {
+    for (const Channel& c : *channels) topics.insert(c.topic);
+  }
+  return topics;
+}
+
+/// Those of the subscriptions: the pose's, then the others.
+Words topics_of(const BoardModel& board) {
+  Words found = {board.pose.topic};
+  for (const std::string& topic : number_topics_of(board)) found.push_back(topic);
+  return found;
+}
+
+void expect_same_topics(const BoardModel& before, const BoardModel& now) {
+  const Words old = topics_of(before);
+  const Words own = topics_of(now);
   if (old != own) {
-    throw std::runtime_error("the new model has other " + what + ": " + joined(own) +
-                             "; expected " + joined(old) + " as before; restart the node");
+    throw std::runtime_error("the new model has other topics: " + joined(own) + "; expected " +
+                             joined(old) + " as before; restart the node");
   }
 }
 
@@ -67,13 +81,7 @@ Node::Node(Settings settings)
   map_frame_ = settings_.map_frame;
 }
 
-std::set<std::string> Node::number_topics() const {
-  std::set<std::string> topics;
-  for (const auto* channels : {&board_.inputs, &board_.scales}) {
-    for (const Channel& c : *channels) topics.insert(c.topic);
-  }
-  return topics;
-}
+std::set<std::string> Node::number_topics() const { return number_topics_of(board_); }
 
 void Node::refuse_own_topic(const std::string& name) {
   throw std::runtime_error("topic " + name +
@@ -84,9 +92,26 @@ void Node::refuse_own_topic(const std::string& name) {
 void Node::set_type(const std::string& topic, const std::string& type) {
   known_shape(topic, type);
   for (Signal* signal : {&command_, &scale_}) signal->set_type(topic, type);
+  types_[topic] = type;
 }
 
 void Node::pose(const PoseMessage& in) {
+  keep(in);
+  take(in, true);
+}
+
+void Node::numbers(const NumbersMessage& in) {
+  keep(in);
+  take(in, true);
+}
+
+template <class Message>
+void Node::keep(const Message& in) {
+  recent_.emplace_back(in);
+  if (recent_.size() > kRecent) recent_.pop_front();
+}
+
+void Node::take(const PoseMessage& in, bool first) {
   const PoseSource& source = board_.pose;
   if (!source.parent.empty() && !in.frame.empty() && in.frame != source.parent) return;
   if (!source.child.empty() && !in.child.empty() && in.child != source.child) return;
@@ -107,7 +132,7 @@ void Node::pose(const PoseMessage& in) {
     late_ = behind;
     late_at_ = in.arrival;
   }
-  send_pose(stamp, eta, own ? covariance : nullptr);
+  if (first) send_pose(stamp, eta, own ? covariance : nullptr);
 }
 
 void Node::send_pose(std::int64_t stamp, const double* eta, const double* covariance) {
@@ -120,15 +145,15 @@ void Node::send_pose(std::int64_t stamp, const double* eta, const double* covari
   live_.send("pose", stamp, in_file_axes(eta, channels), spread);
 }
 
-void Node::numbers(const NumbersMessage& in) {
+void Node::take(const NumbersMessage& in, bool first) {
   const std::int64_t stamp = chosen(in.stamp, in.arrival, board_.commands.clock);
   if (command_.update(in)) {
     odometer_->command(stamp, command_.values());
-    live_.send("command", stamp, in_file_axes(command_.values(), command_.channels()));
+    if (first) live_.send("command", stamp, in_file_axes(command_.values(), command_.channels()));
   }
   if (scale_.update(in)) {
     odometer_->scale(stamp, scale_.values());
-    live_.send("scale", stamp, in_file_axes(scale_.values(), scale_.channels()));
+    if (first) live_.send("scale", stamp, in_file_axes(scale_.values(), scale_.channels()));
   }
 }
 
@@ -204,12 +229,22 @@ std::string Node::change_to(const std::string& path) {
   try {
     BoardModel board = load(path);
     apply_topics(board);
-    expect_same(board_.inputs, board.inputs, "inputs");
-    expect_same(board_.scales, board.scales, "scales");
+    expect_same_topics(board_, board);
+    Signal command(board.inputs);
+    Signal scale(board.scales);
+    for (Signal* signal : {&command, &scale}) {
+      for (const auto& [topic, type] : types_) signal->set_type(topic, type);
+    }
+    odometer_->forget_inputs();
     odometer_->reload(board.model, board.pose.lever);
-    board_.model = board.model;
-    board_.name = board.name;
+    board_ = std::move(board);
+    command_ = std::move(command);
+    scale_ = std::move(scale);
     path_ = path;
+    // recent messages once more, as the new model reads them
+    for (const auto& message : recent_) {
+      std::visit([this](const auto& in) { take(in, false); }, message);
+    }
     return "";
   } catch (const std::runtime_error& error) {
     return error.what();

@@ -113,17 +113,14 @@ class NumberTopics {
   void on_message(const std::string& topic, const ShapeShifter& any) {
     const std::string& type = any.getDataType();
     if (types_[topic] != type) {
-      types_[topic] = type;
-      refused_[topic].clear();
+      types_[topic].clear();
       try {
         node_->set_type(topic, type);
-      } catch (const std::runtime_error& error) {
-        refused_[topic] = error.what();
+      } catch (const std::runtime_error& error) {  // until a model is reloaded that reads them
+        ROS_ERROR_THROTTLE(10.0, "%s", error.what());
+        return;
       }
-    }
-    if (!refused_[topic].empty()) {
-      ROS_ERROR_THROTTLE(10.0, "%s", refused_[topic].c_str());
-      return;
+      types_[topic] = type;
     }
     NumbersMessage in;
     in.topic = topic;
@@ -135,7 +132,6 @@ class NumberTopics {
   Node* node_;
   Take take_;
   std::map<std::string, std::string> types_;
-  std::map<std::string, std::string> refused_;  // why a topic's messages can't be used
   std::vector<::ros::Subscriber> subscribers_;  // last, so gone first
 };
 

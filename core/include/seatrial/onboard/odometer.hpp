@@ -91,6 +91,13 @@ class BasicOdometer {
     for (int i = 0; i < recents_; ++i) give(recent_[(first_ + i) % kRecent]);
   }
 
+  /// Forgets the inputs that a reload would process again, and their counts: for whoever gives them
+  /// again, read in another way.
+  void forget_inputs() {
+    recents_ = 0;
+    std::fill(&counts_[0][0], &counts_[0][0] + std::ptrdiff_t{kSources} * kOutcomes, 0);
+  }
+
   /// Number of inputs of a source with this outcome.
   std::uint64_t count(Source source, Taken outcome) const {
     return counts_[static_cast<int>(source)][static_cast<int>(outcome)];

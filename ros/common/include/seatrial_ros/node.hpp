@@ -2,9 +2,12 @@
 // The odometry node without ROS: what the shells for ROS 1 and ROS 2 do with each message and at
 // each tick. All stamps are nanoseconds; `arrival` is the node's own clock.
 #pragma once
+#include <deque>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "seatrial/onboard/odometer.hpp"
@@ -70,11 +73,16 @@ class Node {
   /// call that changed to it. Empty: nothing to do, or done; else why the previous model stays.
   std::string adopt();
 
-  /// Reloads the model file. Empty: done; else, in one line, why the previous model stays in use.
+  /// Reloads the model file, with how it reads messages of the same topics. Empty: done; else, in
+  /// one line, why the previous model stays in use.
   std::string reload();
 
  private:
   [[noreturn]] static void refuse_own_topic(const std::string& name);
+  template <class Message>
+  void keep(const Message& in);
+  void take(const PoseMessage& in, bool first);  // first: not read again for another model
+  void take(const NumbersMessage& in, bool first);
   void send_pose(std::int64_t stamp, const double* eta, const double* covariance);
   std::string change_to(const std::string& path);
   BoardModel load(const std::string& path) const;
@@ -91,6 +99,8 @@ class Node {
   std::unique_ptr<Odometer> odometer_;
   Signal command_;
   Signal scale_;
+  std::map<std::string, std::string> types_;  // of topics of commands and scale signals
+  std::deque<std::variant<PoseMessage, NumbersMessage>> recent_;
   std::string map_frame_;
   Odometry last_;
   double ahead_ = 0.0;         // [s] of the newest input's stamp, at the last tick
