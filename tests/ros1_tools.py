@@ -112,6 +112,10 @@ class Ros1:
         time.sleep(0.2)  # [s] from a subscriber's queue into its bag
         self.finish(process, signal.SIGINT)
 
+    def shut_down(self, name: str) -> None:
+        """Ask a node to end as the master and `rosnode kill` do."""
+        self._node(name, "shutdown", "the test says so")
+
     def subscribers(self, topic: str) -> list[str]:
         """Nodes that have subscribed to a topic and live: the master keeps those that were killed."""
         return [name for name in dict(self._state()[1]).get(topic, []) if self._lives(name)]
@@ -153,8 +157,10 @@ class Ros1:
             return bool(self._node(name, "getPid"))
         return False
 
-    def _node(self, name: str, question: str) -> Any:
-        return ask(ask(self.environment["ROS_MASTER_URI"], "lookupNode", name), question)
+    def _node(self, name: str, question: str, *arguments: object) -> Any:
+        return ask(
+            ask(self.environment["ROS_MASTER_URI"], "lookupNode", name), question, *arguments
+        )
 
     def processes(self) -> list[int]:
         """All that was started here, whatever group it is in, by its environment."""

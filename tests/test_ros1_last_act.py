@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: MIT
+"""The last message of the ROS 1 nodes that drive something, however they are ended: it stops what they drive."""
+
+import signal
+
+import numpy as np
+import pytest
+from ros1_node_tools import messages, needed, nodes
+
+import seatrial
+from seatrial.control import save_gains, tune
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import plant_model
+
+pytestmark, ros = needed, nodes
+STANDS = "{header: {stamp: now, frame_id: map}, pose: {pose: {orientation: {w: 1}}}}"
+GOAL = "{header: {frame_id: map}, pose: {position: {x: 0.05}, orientation: {w: 1}}}"
+
+
+@pytest.fixture(scope="module")
+def files(mp, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("last")
+    boat = plant_model(load_plan("paper-like"), mp)
+    seatrial.save(boat, folder / "model.yaml")
+    save_gains(tune(boat, 1.0, draws=5), folder / "gains.yaml")
+    return folder
+
+
+def driven(ros, program, files):
+    """The node, what makes it drive, and the topic of what it drives."""
+    if program == "mimic":
+        node = ros.node("mimic", hears="/joy", model=files / "model.yaml")
+        return node, [ros.joypad(3600.0, 0.0, 0.8, 0.0, 0.0)], "/cmd_vel"
+    node = ros.node(
+        "tracking", hears="/goal", model=files / "model.yaml", gains=files / "gains.yaml"
+    )
+    stands = [
+        ros.start("rostopic", "pub", "-s", "-r", "20", topic, kind, STANDS)
+        for topic, kind in (
+            ("/odom", "nav_msgs/Odometry"), ("/map_pose", "geometry_msgs/PoseWithCovarianceStamped"),
+        )
+    ]  # fmt: skip
+    goal = ros.start("rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", GOAL)
+    return node, [*stands, goal], "/joy"
+
+
+def numbers(message):
+    """What is driven, of either topic."""
+    return list(message.axes) if hasattr(message, "axes") else [message.linear.x, message.linear.y]
+
+
+@pytest.mark.parametrize("by", ["the master", "a signal"])
+@pytest.mark.parametrize("program", ["mimic", "tracking"])
+def test_what_is_driven_is_stopped_at_the_end(ros, files, tmp_path, program, by):
+    ros.run("rosparam", "set", "use_sim_time", "false")
+    node, drivers, topic = driven(ros, program, files)
+    recorder = ros.record("-O", tmp_path / "out.bag", topics=(topic,))
+    row = (
+        "rostopic",
+        "echo",
+        "-p",
+        "-n1",
+        topic + ("/linear/x" if program == "mimic" else "/axes"),
+    )
+    ros.until(lambda: any(np.atleast_1d(driven_row(ros.run(*row)))), f"{program} to drive")
+    if by == "the master":
+        ros.shut_down(f"/seatrial_{program}")
+        ros.finish(node)
+    else:
+        ros.finish(node, signal.SIGTERM)
+    for process in (*drivers, recorder):
+        ros.finish(process, signal.SIGINT)
+    given = np.array([numbers(m) for _, m in messages(tmp_path / "out.bag", topic)])
+    assert given[-2].any()
+    assert not given[-1].any()
+
+
+def driven_row(said: str) -> list[float]:
+    """The numbers of `rostopic echo -p` behind the time."""
+    return [float(word) for word in said.splitlines()[-1].split(",")[1:]]
