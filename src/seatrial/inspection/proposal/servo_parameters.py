@@ -11,8 +11,9 @@ FUNCTIONS = {  # SERVOn_FUNCTION of ArduPilot
     26: "steering", 70: "throttle", 73: "throttle_left", 74: "throttle_right",
     **{32 + i: f"motor_{i}" for i in range(1, 9)}, **{73 + i: f"motor_{i}" for i in range(9, 13)},
 }  # fmt: skip
-PX4_SERVO = 201  # PWM_MAIN_FUNCn of the first servo; motors begin at 101
+PX4_MOTOR, PX4_SERVO = 101, 201  # PWM_MAIN_FUNCn of the first motor and of the first servo
 USUAL = {"MIN": 1100.0, "MAX": 1900.0, "TRIM": 1500.0, "REVERSED": 0.0}  # of ArduPilot
+PX4_USUAL = {"MIN": 1000.0, "MAX": 2000.0, "DIS": 0.0}
 OFF = 0.0  # [us] pulse of an output that is not driven
 UNEVEN = 0.02  # of the range: a trim that is further from the middle
 
@@ -56,13 +57,16 @@ def _ardupilot(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Mot
 
 
 def _pulse(least: float, most: float, trim: float) -> tuple[dict[str, Any], str]:
-    """Offset and scale of pulse widths [us]; of an uneven trim the longer side is the scale."""
+    """Offset and scale of pulse widths [us], of no thrust at `trim`; the longer side of it is the scale.
+
+    A motor that does not reverse has its trim at an end of its range.
+    """
     if not least < most:
         least, most = USUAL["MIN"], USUAL["MAX"]
-    if not least <= trim < most:
+    if not least <= trim <= most:
         trim = (least + most) / 2
     up, down = most - trim, trim - least
-    uneven = down > 0 and abs(up - down) > UNEVEN * (most - least)
+    uneven = min(up, down) > 0 and abs(up - down) > UNEVEN * (most - least)
     text = f"{least:.0f} to {most:.0f} us, trim {trim:.0f}"
     if uneven:
         text += "; check: the trim is not in the middle, so forward and reverse differ in scale"
@@ -90,19 +94,29 @@ def _place(parameters: Mapping[str, float], i: int) -> str:
 
 
 def _px4_outputs(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Motor]:
-    """Pulse widths of the outputs that PWM_MAIN_FUNCn gives to motors and servos."""
+    """Pulse widths of the outputs that PWM_MAIN_FUNCn gives to motors and servos.
+
+    PX4 maps -1 to 1 to the range; of a motor without its bit in CA_R_REV, 0 to 1.
+    """
     for i in range(16):
         key = f"PWM_MAIN_FUNC{i + 1}"
         function = int(parameters.get(key, 0))
-        name = {True: f"motor_{function - 100}", False: f"servo_{function - 200}"}[
-            function < PX4_SERVO
-        ]
         field = f"output[{i}]"
         if function // 100 not in (1, 2) or field not in topic.fields:
             continue
-        least = parameters.get(f"PWM_MAIN_MIN{i + 1}", 1000.0)
-        most = parameters.get(f"PWM_MAIN_MAX{i + 1}", 2000.0)
-        column, range_ = _pulse(least, most, (least + most) / 2)
-        if int(parameters.get("PWM_MAIN_REV", 0)) >> i & 1:
+        least, most, idle = (
+            parameters.get(f"PWM_MAIN_{name}{i + 1}", usual) for name, usual in PX4_USUAL.items()
+        )
+        turned = bool(int(parameters.get("PWM_MAIN_REV", 0)) >> i & 1)
+        trim, name = (least + most) / 2, f"servo_{function - PX4_SERVO + 1}"
+        if function < PX4_SERVO:
+            name = f"motor_{function - PX4_MOTOR + 1}"
+            if not int(parameters.get("CA_R_REV", 0)) >> (function - PX4_MOTOR) & 1:
+                trim = most if turned else least
+        column, range_ = _pulse(least, most, trim)
+        if turned:
             column["sign"] = -1
+        # the pulse of a stopped or disarmed output, where no command has it
+        if idle > OFF and not least <= idle <= most:
+            column["off"] = idle
         yield Motor(name, {"field": field, **column}, f"{key} {function}, {range_}")
