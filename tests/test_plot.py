@@ -10,6 +10,7 @@ import matplotlib as mpl
 import msgspec
 import numpy as np
 import pytest
+import steered_boat
 from conftest import TABLE_II, make_model
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
@@ -113,6 +114,16 @@ def test_a_model_that_is_given_has_no_empty_plot_of_intervals(mp):
     given = replace(given, covariance=np.zeros_like(given.covariance))
     figure = drawn(given.plot())
     assert [axes.get_title("left") for axes in figure.axes] == ["Thrust curve", "Step response"]
+
+
+def test_an_angle_has_an_axis_of_its_own_in_degrees():
+    figure = drawn(steered_boat.known().plot())
+    assert [line.get_label() for line in titled(figure, "Thrust curve").lines] == ["motor"]
+    axes = titled(figure, "Angle")
+    (helm,) = axes.lines
+    assert axes.get_ylabel() == "angle [deg]" and helm.get_label() == "helm"
+    assert helm.get_ydata()[[0, 120, -1]] == pytest.approx([-39.0, -4.0, 31.0])
+    assert {line.get_label() for line in titled(figure, "Step response").lines} >= {"motor", "helm"}
 
 
 def test_a_boat_without_sway_thrust_has_no_empty_axes():

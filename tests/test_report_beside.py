@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import steered_boat
 from html_tables import Tables
 
 from seatrial.evaluation.comparison.compare import compare
@@ -95,6 +96,14 @@ def test_what_changed_is_said_first_and_names_stay_text(text):
     assert "1 s ahead, the change matters for prediction: A is better in surge" in said
     assert "(*)" not in said
     assert "<b>new" not in text
+
+
+def test_angles_are_compared_in_degrees(tmp_path):
+    both = steered_boat.known(), steered_boat.known({"angle_deg": 30.0})
+    write_comparison(*both, [], compare(*both), tmp_path / "c.html", figures=tmp_path / "f")
+    angle, curve = ((tmp_path / "f" / f"{name}.svg").read_text() for name in ("angle", "curve"))
+    assert "angle [deg]" in angle and "A: helm" in angle and "B: helm" in angle
+    assert "thrust [share of full]" in curve and "motor" in curve and "helm" not in curve
 
 
 def test_without_recordings_the_page_is_shorter_and_asks_for_them(models, tmp_path):

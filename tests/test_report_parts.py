@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import steered_boat
 from conftest import TABLE_II, make_model
 
 import seatrial
@@ -15,7 +16,7 @@ from seatrial.evaluation.pooled_scores import pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.report.evidence import homogeneity as agreement
-from seatrial.report.evidence.actuators import curves, step_responses
+from seatrial.report.evidence.actuators import angle_curves, curves, step_responses
 from seatrial.report.evidence.model_evidence import collect
 from seatrial.report.evidence.physics import physics
 from seatrial.report.evidence.runs import gather, judged, thinned
@@ -102,6 +103,28 @@ def test_the_answer_to_a_step_has_its_latency_and_its_lag(mp):
     assert found.y == pytest.approx(expected / expected[-1], abs=2e-3)
     assert np.array_equal(found.low, found.high)  # nothing was estimated
     assert STARTS["lag"] > 0
+
+
+def test_an_angle_is_drawn_in_degrees_and_steps_at_full_thrust():
+    """By hand: 35 deg with a trim of -4 and a dead zone of 0.08, which turns at 40 deg/s after 0.1 s."""
+    model = steered_boat.known()
+    ((thrust,), (angle,)) = curves(model), angle_curves(model)
+    assert (thrust.names, angle.names) == (("motor",), ("helm",))
+    assert thrust.y == pytest.approx(thrust.x)
+    beyond = np.sign(angle.x) * np.maximum(np.abs(angle.x) - 0.08, 0.0) / 0.92
+    assert angle.y == pytest.approx(-4.0 + 35.0 * beyond)
+    motor, helm = step_responses(model)
+    assert (motor.names, helm.names) == (("motor",), ("helm",))
+    late = np.maximum(motor.x - 0.1, 0.0)
+    assert motor.y == pytest.approx((1.0 - np.exp(-late / 0.3)) / (1.0 - np.exp(-late[-1] / 0.3)))
+    angles = np.radians(-4.0 + np.minimum(40.0 * late, 35.0))
+    start, end = np.sin(np.radians([-4.0, 31.0]))
+    assert helm.y == pytest.approx((np.sin(angles) - start) / (end - start), abs=1e-9)
+
+
+def test_a_step_response_shows_the_whole_stroke_of_a_slow_rudder():
+    _, helm = step_responses(steered_boat.known({"rate_deg": 2.0}))
+    assert helm.x[-1] > 0.1 + 35.0 / 2.0 and helm.y[helm.x < 17.5].max() < 0.999
 
 
 def test_recordings_that_agree_are_not_told_apart_and_others_are():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Plots of a model: how well each parameter is known, thrust curves, step responses."""
+"""Plots of a model: how well each parameter is known, curves of thrust and angles, step responses."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -8,7 +8,8 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.display.canvas import GREY, SMALL, drawn_on, finished, literal, symbol
-from seatrial.report.evidence.actuators import Curve, curves, step_responses
+from seatrial.report.evidence.actuators import Curve, angle_curves, curves, step_responses
+from seatrial.report.figures.actuators import ANGLE, COMMANDS, THRUST
 from seatrial.report.figures.base import BLUE, CYCLE, GREEN, ORANGE, PURPLE
 from seatrial.report.text.markup import true_minus
 from seatrial.util.format import plus_minus
@@ -20,39 +21,36 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, LEAST_HEIGHT = 10.0, 5.0  # [inch]
-ROW_HEIGHT, HEAD_HEIGHT = 0.27, 1.4  # [inch]
+ROW_HEIGHT, HEAD_HEIGHT, CURVE_HEIGHT = 0.27, 1.4, 2.5  # [inch]
 GROUP_COLOURS = (BLUE, ORANGE, GREEN, PURPLE)  # surge, sway, yaw, thrusters
 THRUSTERS = len(AXES)  # group of the chain's constants
 LEAST_SHOWN, MOST_SHOWN = 0.1, 1000.0  # [% of the value] ends of the axis
 MOST_CURVES = 6  # of one plot
+TITLES = {  # of both axes and the plot
+    "curve": (COMMANDS, THRUST, "Thrust curve"),
+    "angle": (COMMANDS, ANGLE, "Angle"),
+    "step": ("time since a full command [s]", "force [share of final value]", "Step response"),
+}
 DASHES = ("-", "--", ":")
 
 
 def plot_model(model: Model, figure: "Figure | None" = None) -> "Figure":
-    """Half-widths of the 95 % intervals, thrust curves and step responses with 95 % bands."""
+    """Half-widths of the 95 % intervals, curves of thrust and angles, and step responses with 95 % bands."""
     rows = _intervals(model)
-    found, responses = curves(model), step_responses(model)
-    names = [["known"]] * 2 if rows else []
-    right = [["curve"], *([["step"]] if responses else [])]
-    mosaic = [[*left, *other] for left, other in zip(names, right, strict=False)] or right
-    if rows and not responses:
-        mosaic = [["known", "curve"]]
-    canvas = drawn_on(figure, WIDTH, max(LEAST_HEIGHT, HEAD_HEIGHT + ROW_HEIGHT * len(rows)))
+    found = {"curve": curves(model), "angle": angle_curves(model), "step": step_responses(model)}
+    found = {name: own for name, own in found.items() if own}
+    mosaic = [["known", name] if rows else [name] for name in found]
+    heights = LEAST_HEIGHT, HEAD_HEIGHT + ROW_HEIGHT * len(rows), CURVE_HEIGHT * len(found)
+    canvas = drawn_on(figure, WIDTH, max(heights))
     axes = canvas.subplot_mosaic(mosaic)  # type: ignore[arg-type]
     canvas.suptitle(literal(model.name, 80))
     if rows:
         _draw_intervals(axes["known"], rows)
-    _draw_curves(axes["curve"], found)
-    finished(axes["curve"], "command [command units]", "thrust [share of full]", "Thrust curve")
-    if responses:
-        _draw_curves(axes["step"], responses)
+    for name, own in found.items():
+        _draw_curves(axes[name], own)
+        finished(axes[name], *TITLES[name])
+    if "step" in found:
         axes["step"].axvline(0.0, color=GREY, linewidth=0.8)
-        finished(
-            axes["step"],
-            "time since a full command [s]",
-            "force [share of final value]",
-            "Step response",
-        )
     return canvas
 
 

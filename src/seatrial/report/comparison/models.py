@@ -10,10 +10,12 @@ from seatrial.evaluation.comparison.parameters import Pair
 from seatrial.evaluation.comparison.prediction_text import prediction_text
 from seatrial.report.comparison import draw, first
 from seatrial.report.comparison.two_models import LETTERS, ModelPair
-from seatrial.report.evidence.actuators import curves, step_responses
+from seatrial.report.evidence.actuators import angle_curves, curves, step_responses
 from seatrial.report.evidence.advice import advice
 from seatrial.report.evidence.model_evidence import Evidence
+from seatrial.report.figures.actuators import ANGLE, COMMANDS, THRUST
 from seatrial.report.figures.base import Figure
+from seatrial.report.sections.actuators import about, plots
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.sections.known import share, verdict_text
 from seatrial.report.sections.physics import PHYSICS_HEAD, physics_cells
@@ -154,19 +156,22 @@ def _difference(one: Pair) -> list[Cell]:
 def actuators(pair: ModelPair) -> Section:
     """Static curves and step responses of both."""
     static = draw.curves(
-        [curves(m) for m in pair.models], "command [command units]", "thrust [share of full]",
-        {"xaxis": {"range": [-1.02, 1.02]}},
+        [curves(m) for m in pair.models], COMMANDS, THRUST, {"xaxis": {"range": [-1.02, 1.02]}},
     )  # fmt: skip
+    angles = [angle_curves(m) for m in pair.models]
+    steered = any(angles)
     response = draw.curves(
         [step_responses(m) for m in pair.models], "time since the command [s]", "force [share of final value]",
         {"yaxis": {"range": [-0.05, 1.1]}},
     )  # fmt: skip
     html = f"""<section id="actuators"><h2>Actuators</h2>
-<p class="note">{prose.ACTUATORS}</p>
-<div class="pair">{plot(ALL, "curve", "thrust against command", "middle", "static curve")}
-{plot(ALL, "answer", "force after a step of the command", "middle", "step response, full command at 0 s")}</div>
+<p class="note">{about(steered=steered)}</p>
+{plots(steered=steered)}
 </section>"""
-    return Section("actuators", "Actuators", html, {ALL: {"curve": static, "answer": response}})
+    figures = {"curve": static, "answer": response}
+    if steered:
+        figures["angle"] = draw.curves(angles, COMMANDS, ANGLE, {"xaxis": {"range": [-1.02, 1.02]}})
+    return Section("actuators", "Actuators", html, {ALL: figures})
 
 
 def boat(pair: ModelPair) -> Section:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The actuator chain by the core: static curve and step response."""
+"""The actuator chain by the core: static curves and step responses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,11 +8,13 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
+from seatrial.boat.steering import angle_names, steered_entries
 from seatrial.util.frames import Array
 
 CHAIN_DRAWS = 200  # of the constants
 CHAIN_SEED = 7
 CURVE_POINTS = 241
+DEGREES = 180.0 / np.pi  # of a radian
 BEFORE_STEP, AFTER_STEP = 0.5, 3.0  # [s] that a step response shows at least
 
 
@@ -22,7 +24,7 @@ class Curve:
 
     names: tuple[str, ...]
     x: Array  # (n,) command, or time since the step [s]
-    y: Array  # (n,) share of the thrust at full command
+    y: Array  # (n,) share of the thrust at full command; [deg] of an angle
     low: Array  # (n,)
     high: Array  # (n,)
 
@@ -35,31 +37,52 @@ class Curve:
 
 
 def curves(model: Model) -> list[Curve]:
-    """Thrust against command of every kind of actuator, the others at rest."""
+    """Thrust against command of every kind of thruster, the others at rest."""
+    angles = angle_names(model.vehicle.file.chain)
+    return _static(model, [name for name in model.vehicle.actuators if name not in angles], 1.0)
+
+
+def angle_curves(model: Model) -> list[Curve]:
+    """Angle [deg] against command of every kind of angle, with its trim; empty where the boat has none."""
+    return _static(model, angle_names(model.vehicle.file.chain), DEGREES)
+
+
+def _static(model: Model, names: Sequence[str], unit: float) -> list[Curve]:
+    """Static curves of these actuators. `unit`: of one in the core."""
     vehicle = model.vehicle
     x = np.linspace(-1.0, 1.0, CURVE_POINTS)
     drawn = _drawn(model)
     found: list[Curve] = []
-    for k, name in enumerate(vehicle.actuators):
+    for name in names:
+        k = vehicle.actuators.index(name)
         commands = np.zeros((CURVE_POINTS, len(vehicle.actuators)))
         sign = vehicle.actuator_signs[k]  # drawn in the file's signs
         commands[:, k] = sign * x
-        every = sign * np.array([_core.curve(vehicle.chain, q, k, commands) for q in drawn])
+        every = unit * sign * np.array([_core.curve(vehicle.chain, q, k, commands) for q in drawn])
         _add(found, _curve((name,), x, every))
     return found
 
 
 def step_responses(model: Model) -> list[Curve]:
-    """Force after a step of each input from rest to full, over its final value."""
+    """Force after a step of each input from rest to full, over its final value.
+
+    An angle has a force where its thrust has: that is full ahead all the time.
+    """
     vehicle = model.vehicle
     drawn = _drawn(model)
-    longest = 4.0 * max([_slowest(model, q) for q in drawn[:1]])
+    longest = _settling_time(model)
     t = np.linspace(-max(BEFORE_STEP, longest / 4.0), max(AFTER_STEP, longest), CURVE_POINTS)
+    thrust_of = {
+        angle: thrust for e in steered_entries(vehicle.file.chain) for thrust, angle in e.of
+    }
     references = [vehicle.file.scales[name].reference for name in vehicle.scales]
     scales = np.array([references], dtype=float).reshape(1, len(references))
     found: list[Curve] = []
     for i, name in enumerate(vehicle.inputs):
         commands = np.zeros((2, len(vehicle.inputs)))
+        if (held := thrust_of.get(name)) in vehicle.inputs:
+            k = vehicle.inputs.index(held)
+            commands[:, k] = vehicle.input_signs[k]
         commands[1, i] = 1.0
         every = np.array([_step(model, q, commands, scales, t) for q in drawn])
         if not np.isfinite(every).all():
@@ -78,23 +101,24 @@ def _add(found: list[Curve], new: Curve) -> None:
 
 
 def _step(model: Model, q: Array, commands: Array, scales: Array, t: Array) -> Array:
-    """The force that a step changes most, over its final value; NaN where it changes none."""
+    """The force that a step changes most, as share of the change; NaN where it changes none."""
     begin = np.array([t[0] - 60.0, 0.0])
     trace = _core.ThrustTrace(model.vehicle.chain, q, begin, commands, begin[:1], scales)
     forces = np.asarray(trace.forces(t))
-    most = int(np.argmax(np.abs(forces[-1])))
-    last = float(forces[-1, most])
-    return forces[:, most] / last if abs(last) > 0 else np.full(len(t), np.nan)
+    changes = forces - forces[0]
+    most = int(np.argmax(np.abs(changes[-1])))
+    last = float(changes[-1, most])
+    return changes[:, most] / last if abs(last) > 0 else np.full(len(t), np.nan)
 
 
-def _slowest(model: Model, q: Array) -> float:
-    """Largest latency and lag together [s]."""
-    kinds = [name.partition(".")[0] for name in model.vehicle.constants.names]
-    parts = [
-        [v for k, v in zip(kinds, q.tolist(), strict=True) if k == kind]
-        for kind in ("latency", "lag")
-    ]
-    return sum(max((abs(v) for v in part), default=0.0) for part in parts)
+def _settling_time(model: Model) -> float:
+    """Four times the largest latency and lag, and the longest stroke at its rate limit [s]."""
+    each, q = model.vehicle.constants.of_each, model.constants
+    rate, stroke = each("angle_rate", q), each("full_angle", q)  # [deg/s], [deg]
+    limited = rate > 0.0
+    strokes = stroke[limited] / rate[limited]
+    slowest = np.abs(each("latency", q)).max() + np.abs(each("lag", q)).max()
+    return float(4.0 * slowest + strokes.max(initial=0.0))
 
 
 def _drawn(model: Model) -> Array:

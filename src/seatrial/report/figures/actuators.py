@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Static curve of the thrusters with its dead zone, and step response with latency and lag."""
+"""Static curves of thrusters and angles with their dead zones, and step response with latency and lag."""
 
 from collections.abc import Sequence
 
 from seatrial.boat.model import Model
-from seatrial.report.evidence.actuators import Curve, curves, step_responses
+from seatrial.report.evidence.actuators import Curve, angle_curves, curves, step_responses
 from seatrial.report.figures.base import (
     BLACK,
     ORANGE,
@@ -19,23 +19,32 @@ from seatrial.report.figures.base import (
 )
 
 MOST_CURVES = 8  # of one plot
+COMMANDS, THRUST, ANGLE = "command [command units]", "thrust [share of full]", "angle [deg]"
 
 
 def static_curve(model: Model) -> Figure:
     """Thrust against command, with 95 % bands and the edges of the dead zones."""
+    return _static(model, curves(model), THRUST)
+
+
+def angle_curve(model: Model) -> Figure:
+    """Angle against command, likewise."""
+    return _static(model, angle_curves(model), ANGLE)
+
+
+def _static(model: Model, found: Sequence[Curve], y: str) -> Figure:
     each = model.vehicle.constants.of_each
+    own = [model.vehicle.actuators.index(name) for curve in found for name in curve.names]
     edges = {
         sign * float(edge)
         for sign, kind in ((1.0, "edge_forward"), (-1.0, "edge_reverse"))
-        for edge in each(kind, model.constants)
+        for edge in each(kind, model.constants)[own]
         if edge
     }
     shapes = [upright(edge, ORANGE) for edge in sorted(edges)]
-    traces = _drawn(curves(model))
     return figure(
-        traces, "command [command units]", "thrust [share of full]",
-        xaxis={"range": [-1.02, 1.02]}, shapes=shapes, showlegend=True,
-    )  # fmt: skip
+        _drawn(found), COMMANDS, y, xaxis={"range": [-1.02, 1.02]}, shapes=shapes, showlegend=True
+    )
 
 
 def step_response(model: Model) -> Figure:

@@ -3,6 +3,7 @@
 
 from html import escape
 
+from seatrial.boat.steering import angle_names
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures import actuators as draw
 from seatrial.report.sections.base import ALL, Section, plot
@@ -22,13 +23,31 @@ def section(evidence: Evidence) -> Section:
 <p>{escape(scheme)} {prose.NO_CONSTANTS}</p></section>"""
         return Section("actuators", "Actuators", html)
     table = constants(evidence)
+    steered = bool(angle_names(model.vehicle.file.chain))
     html = f"""<section id="actuators"><h2>Actuators</h2>
-<p class="note">{escape(scheme)} {prose.ACTUATORS}</p>
-<div class="pair">{plot(ALL, "curve", "thrust against command", "middle", "static curve")}
-{plot(ALL, "answer", "force after a step of the command", "middle", "step response, full command at 0 s")}</div>
+<p class="note">{escape(scheme)} {about(steered=steered)}</p>
+{plots(steered=steered)}
 {table.html()}</section>"""
     figures = {"curve": draw.static_curve(model), "answer": draw.step_response(model)}
+    figures |= {"angle": draw.angle_curve(model)} if steered else {}
     return Section("actuators", "Actuators", html, {ALL: figures}, (table,))
+
+
+def about(*, steered: bool) -> str:
+    """What the curves are."""
+    return f"{prose.ACTUATORS} {prose.ANGLES}" if steered else prose.ACTUATORS
+
+
+def plots(*, steered: bool) -> str:
+    """The plots `curve`, `answer` and, of a steered boat, `angle`."""
+    curve = plot(ALL, "curve", "thrust against command", "middle", "static curve")
+    answer = plot(
+        ALL, "answer", "force after a step of the command", "middle", "step response, full command at 0 s"
+    )  # fmt: skip
+    if not steered:
+        return f'<div class="pair">{curve}\n{answer}</div>'
+    angle = plot(ALL, "angle", "angle against command", "middle", "static curve of the angle")
+    return f'<div class="three">{curve}\n{angle}\n{answer}</div>'
 
 
 def constants(evidence: Evidence) -> Table:

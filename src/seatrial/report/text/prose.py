@@ -40,6 +40,9 @@ ACTUATORS = """From command to thrust: a static curve, flat within the dead zone
 latency and a first-order lag. The latency is transport delay plus clock offset, which the data do not
 separate; it may be negative. Shaded: 95 % interval from the standard errors."""
 
+ANGLES = """An angle has its own curve, in degrees and with its trim. Its step response is the change of the force
+across, at full thrust ahead."""
+
 RECORDED_NOTE = """Excluded poses are not used anywhere. No velocity spans a gap or a jump, and no prediction spans
 an interval without commands. A larger mark means more time at that speed and command. The model is
 identified there and extrapolates elsewhere. The scatter plots of a recording are a sample of at most
