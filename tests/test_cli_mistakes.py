@@ -55,6 +55,7 @@ BAD = {
     "cut of a stream": (["predict", "{p}/model.yaml", "--live", "--end", "3"], "--end belongs to recordings"),
     "hull of another format": (["export", "{p}/model.yaml", "--to", "c", "--mass", "0", "--added-mass", "1", "2", "3", "-o", "{o}.h"], "--mass and --added-mass belong to --to sdf"),
     "version of another format": (["export", "{p}/model.yaml", "--to", "json", "--ros", "2", "-o", "{o}.json"], "--ros belongs to --to ros"),
+    "vehicle that the node does not read": (["export", "{p}/model.yaml", "--to", "ros", "--vehicle", "mallard-mp", "-o", "{o}.yaml"], "--vehicle belongs to the other formats; the node reads .*with_vehicle.*mallard-mp"),
     "unwritable": (["report", "{p}/model.yaml", "{p}/S7-AF", "-o", "{v}/x.html"], "can't be written"),
 }  # fmt: skip
 

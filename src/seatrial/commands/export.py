@@ -11,6 +11,10 @@ from seatrial.util.printing import say
 if TYPE_CHECKING:
     from seatrial.export import Hull
 
+NODE_READS_ITS_OWN = (
+    "the other formats; the node reads {args.model} and the vehicle in it. Save the model with the other "
+    "vehicle, model.with_vehicle(seatrial.load_vehicle('{args.vehicle}')), and export that"
+)
 HULL = ("mass", "inertia", "size")
 
 
@@ -65,6 +69,8 @@ def run(args: argparse.Namespace) -> None:
         refuse_options(args, "--to sdf", *HULL, "added_mass")
     if args.to != "ros":
         refuse_options(args, "--to ros", "ros")
+    else:
+        refuse_options(args, NODE_READS_ITS_OWN.format(args=args), "vehicle")
     guard(args.out, chosen.begins, args.model, args.vehicle)
     guard(args.json, "{", args.model, args.vehicle, args.out)
     model = load_model(args)
