@@ -16,10 +16,11 @@ from waiting import PATIENCE
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.commands.cli import main
 from seatrial.io.reader import read
-from seatrial.poolside.recorder import NANO, Recorder
+from seatrial.poolside.recorder import Recorder
 from seatrial.poolside.session.saving import save_mcap
 from seatrial.poolside.sources import open_source
 from seatrial.util.errors import FileError
+from seatrial.util.frames import NS_PER_S
 
 BEGIN = 1_700_000_000_123_456_789  # [ns]
 FRD = "forward-right-down"
@@ -284,7 +285,7 @@ def test_a_killed_process_leaves_a_recording_that_inspect_opens(tmp_path, capsys
         assert all(line.count(",") == head.count(",") for line in lines)
     recording = read(folder, load_vehicle(folder / "vehicle.yaml"))
     assert (
-        recording.stamps[-1] >= 1_700_000_000 * NANO + 10_000_000 * last - 50_000_000
+        recording.stamps[-1] >= 1_700_000_000 * NS_PER_S + 10_000_000 * last - 50_000_000
     )  # dense poses are averaged
     main(["inspect", str(folder), "--vehicle", str(folder / "vehicle.yaml")])
     assert "poses" in capsys.readouterr().out

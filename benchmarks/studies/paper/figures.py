@@ -16,13 +16,12 @@ from seatrial.report.figures.base import (
     GREEN,
     ORANGE,
     RED,
-    SPEED_UNITS,
     Figure,
     figure,
     level,
     line,
 )
-from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.frames import SPEED_UNITS, SYMBOLS, Array
 from seatrial.util.statistics import autocorrelation, white_band
 from tests.boats.scenes import ALLOCATIONS, UNSEEN, driven
 

@@ -10,7 +10,7 @@ from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.velocity import motion
 from seatrial.report.figures.base import BLUE, CYCLE, GREEN, ORANGE, RED, SKY
-from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.frames import AXES, SPEED_UNITS, SYMBOLS, Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +20,6 @@ WIDTH, ROW_HEIGHT, HEAD_HEIGHT = 11.0, 1.3, 1.0  # [inch]
 LEAST_HEIGHT = 5.0  # [inch]
 MOST_SIGNALS = 12  # in one plot
 FEW_SIGNALS = 6  # in one column of a legend
-SPEED_UNITS = ("m/s", "m/s", "rad/s")
 STILL = 1e-12  # [m/s], [rad/s] velocity of an axis that never moves
 
 

@@ -7,7 +7,7 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.evaluation.scores import AxisScore, Scored
 from seatrial.util.frames import AXES, SYMBOLS
 
-BEYOND = 1.25  # times the expected error, from which on that is worth a word
+BEYOND = 1.25  # times the expected error, above which it is reported
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
 SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
 SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err

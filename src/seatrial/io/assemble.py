@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.io.poses import POSE_UNITS, heading_of, in_plane, lengths_of_degrees, of_origin
+from seatrial.io.poses import UNITS_OF_POSES, heading_of, in_plane, lengths_of_degrees, of_origin
 from seatrial.io.signals import (
     Request,
     Rows,
@@ -105,8 +105,8 @@ def _requested_poses(signals: Signals, vehicle: Vehicle) -> list[Request]:
         there = zip(GEOGRAPHIC, (spec.latitude, spec.longitude), strict=True)
         columns = {key: as_column(c) for key, c in there} | {HEADING: columns[HEADING]}
     for key, column in columns.items():
-        if key in POSE_UNITS:
-            checked_unit(column, f"{vehicle.source}: pose: {key}", POSE_UNITS[key])
+        if key in UNITS_OF_POSES:
+            checked_unit(column, f"{vehicle.source}: pose: {key}", UNITS_OF_POSES[key])
     found = grouped(signals, "poses", columns, spec, f"{vehicle.source}: pose")
     if len(found) == 1:
         return found
@@ -128,7 +128,7 @@ def _requested_rates(signals: Signals, vehicle: Vehicle) -> list[Request]:
     if spec.yaw_rate is None:
         return []
     column = as_column(spec.yaw_rate)
-    checked_unit(column, f"{vehicle.source}: pose: yaw_rate", POSE_UNITS["yaw_rate"])
+    checked_unit(column, f"{vehicle.source}: pose: yaw_rate", UNITS_OF_POSES["yaw_rate"])
     return grouped(signals, "yaw rates", {"yaw_rate": column}, spec, f"{vehicle.source}: pose")
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from seatrial.boat.schema import Column, PoseSource
 from seatrial.boat.vehicle import Vehicle, vehicle_from
-from seatrial.io.assemble import requests
+from seatrial.io.assemble import GEOGRAPHIC, requests
 from seatrial.io.bags.write import BAG_FORMATS, BagTopic, write_bag
 from seatrial.io.formats import is_log, open_log
 from seatrial.io.log import Wanted
@@ -37,7 +37,6 @@ NAMES = {
     "yaw rates": "yaw_rate",
 }  # of tables, by role; poses, commands, scales
 VECTOR = ("vector.x", "vector.y", "vector.z")
-GEOGRAPHIC = ("latitude", "longitude")
 
 
 @dataclass(frozen=True)

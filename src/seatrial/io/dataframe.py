@@ -11,14 +11,11 @@ from seatrial.io.tables.frame_table import FrameTable, pandas_for
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.velocity import motion
-from seatrial.util.frames import SYMBOLS, Array, Axes
+from seatrial.util.frames import POSE, POSE_UNITS, SPEED_UNITS, SYMBOLS, Array, Axes
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-POSE = ("x", "y", "psi")
-POSE_UNITS = ("m", "m", "rad")
-SPEED_UNITS = ("m/s", "m/s", "rad/s")
 VALID, TIME = "valid", "t"
 
 

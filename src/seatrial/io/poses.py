@@ -15,7 +15,7 @@ from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps, earth_offset
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "cm", "mm")
 LARGEST_POSE = 1e9  # [m], [rad] a larger value is not a pose
-POSE_UNITS = {"x": LENGTH_UNITS, "y": LENGTH_UNITS, "psi": ANGLE_UNITS, "yaw_rate": ANGLE_UNITS}
+UNITS_OF_POSES = {"x": LENGTH_UNITS, "y": LENGTH_UNITS, "psi": ANGLE_UNITS, "yaw_rate": ANGLE_UNITS}
 NO_FIX = 1e-6  # [deg] from latitude and longitude 0, where a receiver without a fix is
 LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
 EARTH_RADIUS = 6.371e6  # [m] mean
@@ -27,7 +27,7 @@ def pose_columns(vehicle: Vehicle) -> list[Column]:
     spec = vehicle.file.pose
     columns = [as_column(c) for c in (spec.x, spec.y, spec.psi)]
     for name, column in zip(("x", "y", "psi"), columns, strict=True):
-        checked_unit(column, f"{vehicle.source}: pose: {name}", POSE_UNITS[name])
+        checked_unit(column, f"{vehicle.source}: pose: {name}", UNITS_OF_POSES[name])
     return columns
 
 

@@ -38,6 +38,7 @@ from seatrial.monitoring.running_likelihood import RunningLikelihood, RunningWin
 from seatrial.monitoring.window_likelihood import noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.util.errors import RecordingError
+from seatrial.util.frames import NS_PER_S
 
 WINDOWS = (10.0, 20.0, 40.0)  # [s]
 EVERY = 2.0  # [s] from test to test
@@ -47,7 +48,6 @@ CONFIRMATION = 40.0  # [s] after that: all of this window is the changed boat's
 CONFIRMED = 3.0  # log ratio there: odds of 20 to 1
 LINEAR_ERROR = 5.0  # by which the log ratio of linear changes may be below that of the full test
 FEWEST_POSES = 20  # of a window
-NANO = 1_000_000_000
 
 
 class ChangeDetector:
@@ -69,7 +69,7 @@ class ChangeDetector:
         false_alarms: float = FALSE_ALARMS,
     ) -> None:
         self.threshold = math.log(len(lengths) * 3600.0 / every / false_alarms)
-        self._lengths, self._every = tuple(sorted(lengths)), round(NANO * every)
+        self._lengths, self._every = tuple(sorted(lengths)), round(NS_PER_S * every)
         self._suspicious = self.threshold - LINEAR_ERROR  # log ratio of linear changes
         self._kept = max(*lengths, CONFIRMATION) + 2.0 * every  # [s]
         self._log = RecentLog(model.vehicle, self._kept)
@@ -121,8 +121,9 @@ class ChangeDetector:
         self._running.advance(self._log, self._since, now)
         if self._noticed is None:
             return self._notice(now, self._since)
-        begin = self._noticed + round(NANO * PASSING)
-        return self._confirmation(begin, now) if now >= begin + round(NANO * CONFIRMATION) else None
+        begin = self._noticed + round(NS_PER_S * PASSING)
+        end = begin + round(NS_PER_S * CONFIRMATION)
+        return self._confirmation(begin, now) if now >= end else None
 
     def _begin_at(self, stamp: int) -> None:
         """Windows begin after a stamp [ns]."""
@@ -139,7 +140,7 @@ class ChangeDetector:
     def _notice(self, now: int, since: int) -> BoatChange | None:
         """The change in the shortest window that shows one."""
         for length in self._lengths:
-            start = now - round(NANO * length)
+            start = now - round(NS_PER_S * length)
             if start < since:
                 break
             window = self._running.window(start, FEWEST_POSES)

@@ -25,12 +25,11 @@ from seatrial.monitoring.window_likelihood import (
     without_nuisances,
 )
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array
+from seatrial.util.frames import NS_PER_S, Array
 
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 5_000_000_000  # [ns] before new poses, which shows their faults
 BEGINNING = 3_000_000_000  # [ns] of poses with which the filters begin
-NANO = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class RunningLikelihood:
 
     def __init__(self, model: Model, wider: Model, theta: Array, length: float) -> None:
         self._model, self._wider, self._theta = model, wider, theta
-        self._length = round(NANO * length)
+        self._length = round(NS_PER_S * length)
         self.restart()
 
     def restart(self) -> None:

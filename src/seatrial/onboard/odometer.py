@@ -18,7 +18,6 @@ from seatrial.boat.model import Model
 from seatrial.boat.model_file import load
 from seatrial.onboard.predictor import (
     HEADING,
-    POSE,
     POSITION,
     Estimate,
     Running,
@@ -30,7 +29,7 @@ from seatrial.onboard.predictor import (
     row_of,
 )
 from seatrial.util.errors import PredictorError
-from seatrial.util.frames import Array, frozen_array
+from seatrial.util.frames import POSE, Array, frozen_array
 from seatrial.util.rows import finite_row
 
 FARTHEST_STAMP = 2**63 - 1  # [ns] of the core

@@ -20,11 +20,10 @@ from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
 from seatrial.util import rows
 from seatrial.util.errors import ModelError, PredictorError
-from seatrial.util.frames import SYMBOLS, Array, frozen_array
+from seatrial.util.frames import POSE, SYMBOLS, Array, frozen_array
 
 R = TypeVar("R", bound="Running")
 Answer = tuple[float, Array, Array, Array, Array, float, int]
-POSE = ("x", "y", "psi")
 UNBOUNDED = (-1e300, 1e300)  # range of a quantity without an envelope
 LONGEST_WINDOW = 5.0  # [s] of out-of-sequence inputs: bounds memory
 DEFAULT_SPEED = 1.0  # [m/s], [rad/s] largest speed of a model without an envelope

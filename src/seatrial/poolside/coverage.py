@@ -17,7 +17,7 @@ from seatrial.util.frames import AXES, Array
 SPEED_BINS = 8  # even: the range doubles by joining pairs
 COMMAND_EDGES = (-1.0, -2 / 3, -1 / 3, -AT_REST_COMMAND, AT_REST_COMMAND, 1 / 3, 2 / 3, 1.0)
 FIRST_SPEEDS = np.array([0.2, 0.2, 0.4])  # [m/s, m/s, rad/s] range at the start
-LONGEST_INTERVAL = 0.5  # [s] between two poses that counts; a longer one is a gap
+LONGEST_INTERVAL = 0.5  # [s] between two poses that counts as driven; a longer one is a gap
 SNAPSHOT, MOST_SNAPSHOTS = 1.0, 3600  # [s] between two of them, and how many: 5 MB
 
 

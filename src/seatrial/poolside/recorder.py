@@ -25,12 +25,11 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.poolside.sources.source import EventKind
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_yaml, sync_folder, write_text
-from seatrial.util.frames import POSE_SIGNS, Array, Axes
+from seatrial.util.frames import NS_PER_S, POSE_SIGNS, Array, Axes
 
 SYNC = 0.5  # [s] between two writes to the disk
 SECONDS, NANOSECONDS = "stamp [s]", "stamp [ns]"  # no name of an input ends so
 STAMP = Column(column=SECONDS, nanoseconds=NANOSECONDS)
-NANO = 1_000_000_000
 FILES: dict[EventKind, str] = {
     "pose": "poses.csv", "position": "positions.csv", "heading": "headings.csv", "command": "commands.csv",
     "scale": "scales.csv",
@@ -79,7 +78,7 @@ class Recorder:
         Raises FileError, too, where the folder is not there any more.
         """
         own = (values * self._signs[kind]).tolist()
-        seconds, rest = divmod(stamp, NANO)
+        seconds, rest = divmod(stamp, NS_PER_S)
         line = ",".join([str(seconds), str(rest), *map(repr, own)])
         with self._lock:
             if kind == "position" and FILES["position"] not in self._handles:
@@ -238,7 +237,7 @@ class Recorder:
         seconds, rest, _ = row.split(b",", 2)
         if not rest.isdigit():  # the header
             return False
-        stamp = int(seconds) * NANO + int(rest)
+        stamp = int(seconds) * NS_PER_S + int(rest)
         return any(start <= stamp <= end for start, end in self._discarded)
 
 

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.poolside.signal_stream import NANO, SIGNALS, WINDOW, SignalStream, StreamTiming
+from seatrial.poolside.signal_stream import SIGNALS, WINDOW, SignalStream, StreamTiming
 from seatrial.poolside.sources.source import EventKind
 from seatrial.poolside.state import Level
 from seatrial.recording.faults.pose_faults import GAP_FACTOR
 from seatrial.recording.other_clock import FACTOR_SLACK, FACTORS, other_zone
+from seatrial.util.frames import NS_PER_S
 
 MISSING = 2.0  # [s] after which a signal that has not arrived is missing
 STOPPED = 1.0  # [s] least silence after which a periodic signal has stopped
@@ -98,7 +99,7 @@ def _apart(apart: float) -> str:
 def step_findings(stream: SignalStream, timing: StreamTiming, now: int) -> Iterator[Found]:
     """Silence, order and gaps."""
     parts = PARTS[stream.kind]
-    silent = (now - stream.newest[1]) * NANO
+    silent = (now - stream.newest[1]) / NS_PER_S
     periodic = stream.kind not in SIGNALS or timing.regular
     if periodic and silent > max(STOPPED, STOPPED_STEPS * timing.usual):
         yield Found(
@@ -121,7 +122,7 @@ def step_findings(stream: SignalStream, timing: StreamTiming, now: int) -> Itera
 def command_findings(name: str, stream: SignalStream, i: int, now: int) -> Iterator[Found]:
     """Raw, constant and saturated values of column `i`."""
     low, high, largest = stream.least[i], stream.most[i], stream.largest[i]
-    seconds, share = (now - stream.first) * NANO, stream.at_largest[i] / stream.rows
+    seconds, share = (now - stream.first) / NS_PER_S, stream.at_largest[i] / stream.rows
     if stream.kind != "command":
         return
     if largest > RAW:
@@ -148,10 +149,10 @@ def frozen_findings(
     stream: SignalStream, commands: SignalStream | None, now: int
 ) -> Iterator[Found]:
     """Poses that repeat while the commands change."""
-    still = (now - max(stream.changed)) * NANO
+    still = (now - max(stream.changed)) / NS_PER_S
     if commands is None or still < FROZEN or max(commands.changed) < max(stream.changed):
         return
-    if now - stream.newest[1] < STOPPED / NANO:
+    if now - stream.newest[1] < STOPPED * NS_PER_S:
         yield Found(
             "error",
             f"the same pose for {still:.1f} s while the commands change: the tracker is frozen; start it again",

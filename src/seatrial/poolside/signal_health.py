@@ -23,14 +23,14 @@ from seatrial.poolside.signal_findings import (
     missing,
     step_findings,
 )
-from seatrial.poolside.signal_stream import NANO, SignalStream, StreamTiming
+from seatrial.poolside.signal_stream import SignalStream, StreamTiming
 from seatrial.poolside.sources.source import EventKind
 from seatrial.poolside.state import Level, SignalState
 from seatrial.recording.faults.pose_faults import FaultKind, examine
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import FEW_STEPS
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array
+from seatrial.util.frames import NS_PER_S, Array
 
 SETTLED = 2.0  # [s] of poses after a jump that show whether it is one
 EXAMINED = 1.0  # [s] between two examinations of the poses
@@ -82,7 +82,10 @@ class SignalHealth:
         with self._lock:
             self._begin = now if self._begin is None else self._begin
             self._examine(now)
-            if now - self._timed >= TIMED / NANO or self._timings.keys() != self._streams.keys():
+            if (
+                now - self._timed >= TIMED * NS_PER_S
+                or self._timings.keys() != self._streams.keys()
+            ):
                 self._timed = now
                 self._timings = {kind: one.timing() for kind, one in self._streams.items()}
             return tuple(self._states(now, self._timings))
@@ -108,7 +111,7 @@ class SignalHealth:
         """One signal; `index`: its column in the rows of its kind."""
         stream = self._streams.get(kind)
         if stream is None:
-            found = missing(kind, (now - (self._begin or now)) * NANO)
+            found = missing(kind, (now - (self._begin or now)) / NS_PER_S)
             return SignalState(name, kind, 0, level=found.level, finding=found.text)
         timing = timings[kind]
         all_found = [*clock_findings(kind, timings), *step_findings(stream, timing, now)]
@@ -117,7 +120,7 @@ class SignalHealth:
         _, arrival, values = stream.newest
         own = values if index is None else values[index : index + 1]
         return SignalState(
-            name, kind, stream.rows, timing.rate, max(0.0, (now - arrival) * NANO),
+            name, kind, stream.rows, timing.rate, max(0.0, (now - arrival) / NS_PER_S),
             timing.delay if abs(timing.delay) < OWN_CLOCK else None, timing.jitter, stream.gaps,
             self._jumps if kind in PLACED else 0, tuple(own), worst.level, worst.text, worst.line,
         )  # fmt: skip
@@ -147,7 +150,7 @@ class SignalHealth:
         if (
             stream is None
             or len(stream.recent) < FEW_STEPS
-            or now - self._examined < EXAMINED / NANO
+            or now - self._examined < EXAMINED * NS_PER_S
         ):
             return
         self._examined = now
@@ -159,8 +162,8 @@ class SignalHealth:
             self._two_places = str(error)
             return
         self._two_places = ""
-        first, settled = int(stamps[found.in_order][0]), int(stamps[-1] - SETTLED / NANO)
+        first, settled = int(stamps[found.in_order][0]), int(stamps[-1] - SETTLED * NS_PER_S)
         for fault in found.faults:
             if fault.kind in (FaultKind.JUMP, FaultKind.EXCURSION):
-                self._jumps += self._judged < first + round(fault.start / NANO) <= settled
+                self._jumps += self._judged < first + round(fault.start * NS_PER_S) <= settled
         self._judged = max(self._judged, settled)

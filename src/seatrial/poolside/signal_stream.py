@@ -10,12 +10,11 @@ import numpy as np
 from seatrial.poolside.sources.source import EventKind
 from seatrial.recording.faults.pose_faults import GAP_FACTOR, usual_step
 from seatrial.recording.timing import FEW_STEPS, regular_period, silence_length
-from seatrial.util.frames import Array, Stamps
+from seatrial.util.frames import NS_PER_S, Array, Stamps
 
 WINDOW = 10.0  # [s] of arrivals that timing is judged by
 MOST_ROWS = 4096  # in it
 PACE_TIME = 2.0  # [s] of arrivals that show the pace of the stamps
-NANO = 1e-9
 TURN = (350.0, 370.0)  # a step of a heading between these is a turn in degrees
 SIGNALS: tuple[EventKind, ...] = ("command", "scale")  # which hold until the next row
 
@@ -58,7 +57,7 @@ class SignalStream:
         row = values.tolist()  # lists: of few numbers at a time they cost a tenth of arrays
         if self.rows:
             last, _, before = self.recent[-1]
-            self.gaps += 0.0 < self._gap < (stamp - last) * NANO
+            self.gaps += 0.0 < self._gap < (stamp - last) / NS_PER_S
             if self.kind in ("pose", "heading"):
                 self.turns += TURN[0] < abs(row[-1] - before[-1]) < TURN[1]
             if row != before:
@@ -69,7 +68,7 @@ class SignalStream:
             self._range(i, value)
         self.rows += 1
         self.recent.append((stamp, arrival, row))
-        while self.recent[0][1] < arrival - WINDOW / NANO:
+        while self.recent[0][1] < arrival - WINDOW * NS_PER_S:
             self.recent.popleft()
 
     def _range(self, i: int, value: float) -> None:
@@ -94,11 +93,11 @@ class SignalStream:
     def timing(self) -> StreamTiming:
         """Timing of the window; later gaps are counted by it."""
         stamps, arrivals = self.clocks()
-        steps = np.diff(stamps) * NANO
+        steps = np.diff(stamps) / NS_PER_S
         forward = steps[steps > 0]
         usual = usual_step(forward) if len(forward) >= FEW_STEPS else 0.0
         self._gap = _least_gap(self.kind, usual) if usual else 0.0
-        delay = float(np.median(arrivals - stamps)) * NANO
+        delay = float(np.median(arrivals - stamps)) / NS_PER_S
         if not len(forward):
             return StreamTiming(None, delay, None, 0.0, len(steps), None, False, 0.0)
         middle = float(np.median(forward))
@@ -116,7 +115,7 @@ def _least_gap(kind: EventKind, usual: float) -> float:
 def _pace(stamps: Stamps, arrivals: Stamps) -> float | None:
     """Seconds of stamps for one of arrivals. Rows that arrive together count as their last."""
     last = np.flatnonzero(np.diff(arrivals, append=arrivals[-1] + 1))
-    span = float(arrivals[last[-1]] - arrivals[last[0]]) * NANO
+    span = float(arrivals[last[-1]] - arrivals[last[0]]) / NS_PER_S
     if span < PACE_TIME:
         return None
-    return float(stamps[last[-1]] - stamps[last[0]]) * NANO / span
+    return float(stamps[last[-1]] - stamps[last[0]]) / NS_PER_S / span

@@ -60,7 +60,7 @@ def block_length(squares: Array, index: NDArray[np.int64], overlap: int) -> int:
 def block_sums(values: Array, index: NDArray[np.int64], length: int) -> Array | None:
     """Sums (b, q) of values (m, q) at rising samples `index` (m,), block by block.
 
-    None where there are fewer than `FEWEST` blocks.
+    None where there are fewer than `FEWEST_BLOCKS` blocks.
     """
     _, first = np.unique((index - index[0]) // length, return_index=True)
     return np.add.reduceat(values, first, axis=0) if len(first) >= FEWEST_BLOCKS else None

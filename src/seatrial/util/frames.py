@@ -20,6 +20,8 @@ Mask = NDArray[np.bool_]
 
 AXES = ("surge", "sway", "yaw")
 SYMBOLS = ("u", "v", "r")
+SPEED_UNITS = ("m/s", "m/s", "rad/s")
+POSE, POSE_UNITS = ("x", "y", "psi"), ("m", "m", "rad")
 POSE_SIGNS = np.array([1.0, -1.0, -1.0])  # [x, y, psi] and [u, v, r] between the two systems
 
 

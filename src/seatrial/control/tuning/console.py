@@ -9,9 +9,7 @@ from seatrial.control.tuning.dead_zone import dead_zone
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT, Tuning
 from seatrial.control.tuning.loops import Margins
 from seatrial.util.format import table
-from seatrial.util.frames import AXES
-
-POSE_UNITS = ("m", "m", "rad")
+from seatrial.util.frames import AXES, POSE_UNITS
 
 
 def tuning_text(tuning: Tuning) -> str:

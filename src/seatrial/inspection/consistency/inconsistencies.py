@@ -13,8 +13,9 @@ from seatrial.boat.steering import steered_entries
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import ASSIGN_T
 from seatrial.inspection.consistency.effects import UNCLEAR
-from seatrial.inspection.consistency.repair import POSE, Repair, cycles, repaired_heading
+from seatrial.inspection.consistency.repair import Repair, cycles, repaired_heading
 from seatrial.util.format import joined
+from seatrial.util.frames import POSE
 
 UNIT_NAMES = {
     "m": "metres",

@@ -12,7 +12,6 @@ from seatrial.util.frames import Array
 
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # [m]
 ANGLES = {"rad": 1.0, "deg": float(np.pi / 180.0)}  # [rad]
-POSE = ("x", "y", "psi")
 REVERSED = 1.5  # edits: likelier than another zero of the heading and one negation
 COMPASS = 1  # quarter turn: psi = 90 deg - heading, where x is east
 QUARTER_BACK = np.array([[0.0, 1.0], [-1.0, 0.0]])

@@ -21,7 +21,6 @@ from seatrial.util.frames import Mask, Stamps
 
 SECOND_FRAME = 0.01  # share of messages above which a second frame is an error
 QUATERNION = ("x", "y", "z", "w")
-GEOGRAPHIC = ("latitude", "longitude")
 
 
 def usual_columns(bag: Bag, vehicle: Vehicle) -> Mapping[str, Column]:

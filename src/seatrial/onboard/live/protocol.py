@@ -12,9 +12,9 @@ from seatrial.boat.schema import Strict
 from seatrial.boat.vehicle import Vehicle
 from seatrial.onboard.boat_change import BoatChange
 from seatrial.onboard.odometer import Odometry
-from seatrial.onboard.predictor import POSE, Estimate
+from seatrial.onboard.predictor import Estimate
 from seatrial.util.errors import LiveError
-from seatrial.util.frames import POSE_SIGNS, SYMBOLS, Array, Axes
+from seatrial.util.frames import POSE, POSE_SIGNS, SYMBOLS, Array, Axes
 
 LINE_FORMATS = ("json", "csv")
 NANO = 1_000_000_000

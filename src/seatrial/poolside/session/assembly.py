@@ -15,15 +15,13 @@ from seatrial.poolside.live_estimator import LiveEstimator
 from seatrial.poolside.live_prediction import LivePrediction
 from seatrial.poolside.recorder import Recorder
 from seatrial.poolside.session.guide import DriveGuide
-from seatrial.poolside.session.live_session import Session
+from seatrial.poolside.session.live_session import RECORDING, Session
 from seatrial.poolside.session.parts import Parts
 from seatrial.poolside.session.saving import save_drive, save_mcap
 from seatrial.poolside.signal_health import SignalHealth
 from seatrial.poolside.sources import EventSource
 from seatrial.util.errors import FileError, ModelError
 from seatrial.workflow.fitness import Use
-
-RECORDING = "recording"  # folder in the session's folder
 
 
 @dataclass(frozen=True)

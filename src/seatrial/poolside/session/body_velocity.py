@@ -8,12 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.poolside.session.track import MOST_LATE
-from seatrial.util.frames import Array, body_velocity
+from seatrial.util.frames import NS_PER_S, Array, body_velocity
 
 BASELINE = 0.4  # [s] between the two poses
 MEDIAN_OF = 5  # differences: a jump of one pose is none of the boat's
 LONGEST = 2.0  # [s]: a longer one is a gap
-NANO = 1e-9  # [s]
 
 
 class BodyVelocity:
@@ -31,12 +30,12 @@ class BodyVelocity:
         if kind not in ("pose", "position"):
             return False
         self._pose[: len(values)] = values
-        if self._kept and not -MOST_LATE <= NANO * (stamp - self._kept[-1][0]) <= LONGEST:
+        if self._kept and not -MOST_LATE <= (stamp - self._kept[-1][0]) / NS_PER_S <= LONGEST:
             self._kept.clear()
         if math.isnan(sum(self._pose.tolist())) or (self._kept and stamp <= self._kept[-1][0]):
             return False
         self._kept.append((stamp, self._pose.copy()))
-        while len(self._kept) > 2 and NANO * (stamp - self._kept[1][0]) >= BASELINE:
+        while len(self._kept) > 2 and (stamp - self._kept[1][0]) / NS_PER_S >= BASELINE:
             self._kept.popleft()
         self._rates.append(self._rate())
         return True
@@ -53,7 +52,7 @@ class BodyVelocity:
         if len(self._kept) < 2:
             return np.full(3, np.nan)
         (begin, first), (end, last) = self._kept[0], self._kept[-1]
-        step = NANO * (end - begin)
+        step = (end - begin) / NS_PER_S
         rate = (last - first) / step
         rate[2] = (np.remainder(last[2] - first[2] + np.pi, 2.0 * np.pi) - np.pi) / step
         middle = first[2] + 0.5 * step * rate[2]

@@ -18,7 +18,7 @@ from seatrial.poolside.session.turn import Turn
 from seatrial.poolside.sources import SourceEvent
 from seatrial.poolside.state import LiveState, SignalState
 from seatrial.util.errors import LiveError, SeatrialError
-from seatrial.util.frames import Array
+from seatrial.util.frames import NS_PER_S, Array
 from seatrial.util.progress import show_progress
 from seatrial.util.status import Status, duration_text
 
@@ -30,8 +30,7 @@ CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
 LATE = 1.0  # [s] by which this computer falls behind, that is reported
 LONGEST_END = 5.0  # [s] until a source that is closed ends
-NANO = 1e-9  # [s]
-RECORDING = "recording"
+RECORDING = "recording"  # its folder in the session's, and the signal that states its faults
 ENDED = "The source has ended. Press stop and save."
 Save = Callable[[Path], dict[str, str]]  # from the recording's folder: what was saved to its path
 
@@ -124,11 +123,11 @@ class Session:
         parts = self._parts
         with self._lock:
             now = self._newest()
-            start = now - round(seconds / NANO)
+            start = now - round(seconds * NS_PER_S)
             self._track.discard(start)
         parts.estimator.discard(start, now)
         with self._inputs:
-            parts.coverage.discard(NANO * start)
+            parts.coverage.discard(start / NS_PER_S)
             parts.prediction.discard(start, now)
             if parts.detector is not None:
                 parts.detector.begin_after(now)
@@ -180,7 +179,7 @@ class Session:
         if event.kind == "command":
             self._command = event.values
         if self._velocity.use(event.kind, event.stamp, event.values) and self._command is not None:
-            self._parts.coverage.add(NANO * event.stamp, self._velocity.nu, self._command)
+            self._parts.coverage.add(event.stamp / NS_PER_S, self._velocity.nu, self._command)
 
     def _look(self) -> None:
         """Signals, coverage and predictions, several times a second."""
@@ -192,7 +191,7 @@ class Session:
             if late > LATE:  # what has arrived is used first
                 continue
             with self._reported("signals"), self._inputs:
-                signals = parts.health.states(parts.source.now() - round(behind / NANO))
+                signals = parts.health.states(parts.source.now() - round(behind * NS_PER_S))
                 coverage, predictions = parts.coverage.state(), parts.prediction.states()
                 self._publish(
                     signals=(*self._not_recorded(), *signals),

@@ -7,13 +7,12 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import AT_REST_COMMAND
-from seatrial.util.frames import POSE_SIGNS, Array, Axes
+from seatrial.poolside.coverage import LONGEST_INTERVAL
+from seatrial.util.frames import NS_PER_S, POSE_SIGNS, Array, Axes
 
 STEP = 200_000_000  # [ns] between two rows of the track
 MOST_ROWS = 20_000  # more are thinned to half: 67 min at 5 Hz
-LONGEST_INTERVAL = 0.5  # [s] between two poses that counts as driven
 MOST_LATE, LONGEST_PAUSE = 5.0, 600.0  # [s] from a pose to the next: beyond these the clock was set
-NANO = 1e-9  # [s]
 Row = tuple[float, float, float, float]
 
 
@@ -69,7 +68,7 @@ class Track:
         self.changes += 1
 
     def _seconds(self, stamp: int) -> float:
-        return NANO * (stamp - (self.origin or 0))
+        return (stamp - (self.origin or 0)) / NS_PER_S
 
     def _set_clock(self, step: int) -> None:
         """The time goes on where it was, by the clock that was set by `step` [ns]."""
@@ -81,7 +80,7 @@ class Track:
         self.poses += 1
         if self.newest is None:
             self.origin = self.newest = stamp
-        step = NANO * (stamp - self.newest)
+        step = (stamp - self.newest) / NS_PER_S
         if not -MOST_LATE <= step <= LONGEST_PAUSE:
             self._set_clock(stamp - self.newest)
         self.newest = max(stamp, self.newest)

@@ -9,7 +9,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.report.text.names import plotly_symbol
-from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.frames import AXES, SPEED_UNITS, SYMBOLS, Array
 
 Figure = dict[str, Any]
 
@@ -25,7 +25,6 @@ DASHES = ("solid", "dash", "dot")  # the next dash after each cycle of colours
 SIGNS = ("circle", "square", "diamond", "cross", "triangle-up")
 FORCE_COLOURS = (BLUE, GREEN, PURPLE, ORANGE, SKY)
 COMMAND = "F [command units]"
-SPEED_UNITS = ("m/s", "m/s", "rad/s")
 
 
 def forces_in(model: Model, axis: int) -> list[int]:

@@ -16,7 +16,6 @@ from seatrial.report.figures.base import (
     GREEN,
     ORANGE,
     RED,
-    SPEED_UNITS,
     Figure,
     driven_axes,
     figure,
@@ -28,7 +27,7 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.frames import SPEED_UNITS, SYMBOLS, Array
 
 PICTURE_MARGIN = {"l": 52, "r": 10, "t": 24, "b": 38}  # [px]
 PANEL_GAP = 0.05  # [share of the height] between panels of a picture

@@ -16,9 +16,9 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.model_file import load
 from seatrial.boat.schema import NotNegative, Positive, Strict
-from seatrial.onboard.predictor import POSE, row_of
+from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import MimicError
-from seatrial.util.frames import Array, frozen_array
+from seatrial.util.frames import POSE, Array, frozen_array
 
 ADVICE = {
     1: "no pose of the carrier: its drift is not corrected; check its odometry",

@@ -7,7 +7,7 @@ from html import escape
 import numpy as np
 
 from seatrial.control import Tuning
-from seatrial.control.tuning.console import POSE_UNITS, guidance_lines, remarks
+from seatrial.control.tuning.console import guidance_lines, remarks
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.control.tuning.loops import Margins
 from seatrial.control.tuning.page import draw
@@ -16,7 +16,7 @@ from seatrial.report.sections.base import ALL, Section, three
 from seatrial.report.text.cells import Cell, Number, Text, known
 from seatrial.report.text.names import sentence
 from seatrial.report.text.table import Table
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, POSE_UNITS, SYMBOLS
 
 MARGINS = """Each loop with the other two closed, the worst of rest, of the fastest motion along each axis both
 ways, and of a turn at speed. Gain margin: factor by which thrust may exceed the model's. Delay: additional
