@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""Rows of a growing table that can't be used: found at little cost, named by their line, and no others are lost."""
+"""What can't be used of a table or bag that grows: found at little cost, named, and nothing else is lost."""
 
 import pytest
+from bag_tools import by_time, joy_sent, poses_sent
+from bag_tools import vehicle as bag_boat
+from mcap_writer import mcap
 from test_poolside_sources import poses_of, table, vehicle
 
 from seatrial.poolside.sources import open_source
@@ -60,3 +63,19 @@ def test_a_growing_table_without_a_column_is_named_and_not_its_copy(tmp_path):
     path.write_text(path.read_text().replace("psi", "phi"))
     with pytest.raises(RecordingError, match=r"^run\.csv: no column 'psi'"):
         followed(path)
+
+
+def test_poses_of_a_bag_that_can_not_be_used_take_no_commands_with_them(tmp_path):
+    """The tracker begins anew in another frame: of those messages no pose is the vehicle's."""
+    other = [sent for sent in poses_sent(4.0, frame="odom") if sent.time > poses_sent(2.0)[-1].time]
+    sent = by_time(poses_sent(2.0) + other + joy_sent(4.0))
+    mcap(tmp_path / "run_0.mcap", sent[: len(sent) // 2])
+    mcap(tmp_path / "run_1.mcap", sent[len(sent) // 2 + 4 :])
+    source = open_source(f"follow:{tmp_path}", bag_boat(pose={"parent": "map"}))
+    source.close()
+    events = list(source)
+    commands = [s for s in sent[: len(sent) // 2] + sent[len(sent) // 2 + 4 :] if s.topic == "/joy"]
+    assert [e.kind for e in events].count("command") == len(commands)
+    assert 0 < len(poses_of(events)) <= len(poses_sent(2.0))
+    (said,) = source.problems
+    assert "no pose on /slam/pose has header.frame_id 'map'" in said

@@ -117,13 +117,15 @@ class FollowBag(EventSource):
         wanted = [one for one in conversion.wanted if one.place in topics] if conversion else []
         if conversion is None or not wanted:
             return
-        try:
-            rows = self._signals.read(wanted)
-        except RecordingError as error:
-            conversion.mistakes.total += 1
-            conversion.mistakes.add(str(error))
-            return
-        parts = [(one, each.stamps, each.values) for one, each in zip(wanted, rows, strict=True)]
-        for event in conversion.events(parts):
+        parts = []
+        for one in wanted:  # each by itself: poses that can't be used take no commands with them
+            try:
+                (rows,) = self._signals.read([one])
+            except RecordingError as error:
+                conversion.mistakes.total += 1
+                conversion.mistakes.add(str(error))
+                continue
+            parts.append((one, rows.stamps, rows.values))
+        for event in conversion.events(parts) if parts else ():
             self._now = event.arrival
             yield event
