@@ -340,6 +340,23 @@ def test_rows_that_had_arrived_are_recorded_at_the_end(parted):
     assert len(recorded) == 200
 
 
+def test_the_recording_does_not_end_before_the_rows_that_had_arrived(parted, monkeypatch):
+    """A large table that was begun just before, on a slow disk: each time that is waited for takes 20 rows."""
+    one, some = parted(), threading.Semaphore(0)
+    notes, source = one.notes, one.session._threads[0]
+    one.recorder.use = lambda *_: some.acquire() and notes.append("row")
+    one.drive(200)
+
+    def join(_):
+        wanted = notes.count("row") + 20
+        some.release(20)
+        until(lambda: notes.count("row") == wanted < 200 or not source.is_alive())
+
+    monkeypatch.setattr(source, "join", join)
+    one.session.stop()
+    assert notes.count("row") == 200 and notes[-1] == ("finish",)
+
+
 def test_stop_saves_once_and_shows_its_progress(parted):
     seen = []
 

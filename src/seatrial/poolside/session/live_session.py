@@ -29,7 +29,7 @@ RELOAD = 5.0  # [s] between two models of the predictions, at least
 CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
 LATE = 1.0  # [s] by which this computer falls behind, that is reported
-LONGEST_END = 5.0  # [s] until a source that is closed ends
+LONGEST_END = 5.0  # [s] without a row, in which a source that is closed ends
 RECORDING = "recording"  # its folder in the session's, and the signal that states its faults
 ENDED = "The source has ended. Press stop and save."
 Save = Callable[[Path], dict[str, str]]  # from the recording's folder: what was saved to its path
@@ -71,6 +71,7 @@ class Session:
         self._ending = threading.Event()
         self._failed: dict[str, str] = {}  # what a thread could not do
         self._saved: dict[str, str] | None = None
+        self._taken = 0  # rows
         self._slow = ""  # that this computer falls behind
         self._changed = False  # whether the estimate is newer than the predictions' model
         self._threads = [
@@ -158,6 +159,7 @@ class Session:
         for event in self._parts.source:
             with self._reported(RECORDING):
                 self._parts.recorder.use(event.kind, event.stamp, event.values)
+            self._taken += 1
             if self._ending.is_set():  # rows that had arrived are recorded
                 continue
             with self._reported("event"):
@@ -306,7 +308,9 @@ class Session:
         self._ending.set()
         self._parts.source.close()
         for thread in self._threads:  # a search ends at its next step
-            if thread.is_alive():
+            before = -1
+            while thread.is_alive() and before != self._taken:  # rows that had arrived are recorded
+                before = self._taken
                 thread.join(LONGEST_END)
 
     def _finish(self) -> dict[str, str]:
