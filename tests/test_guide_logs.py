@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The logs of a guided path: each recording is read again from its own."""
+"""What a guided path takes from its folder: each recording from its own log, scores of the model that is there."""
 
 from types import SimpleNamespace
 
@@ -7,6 +7,7 @@ import numpy as np
 from test_guide import one_drive, tables
 
 from seatrial.boat.vehicle import vehicle_from
+from seatrial.guide import scores_and_report
 from seatrial.guide.recordings import as_model_reads, driven_recordings
 from seatrial.guide.steps import Steps, Task
 from seatrial.guide.vehicle_file import vehicle_of
@@ -30,3 +31,13 @@ def test_logs_of_one_name_are_each_read_again_from_their_own_file(tmp_path):
             np.testing.assert_allclose(after.raw[:, 2], before.raw[:, 2])
             off = np.hypot(*(after.eta - before.eta)[:, :2].T)
             np.testing.assert_allclose(off, np.hypot(0.3, 0.1))
+
+
+def test_scores_of_another_model_are_not_those_of_this_one(tmp_path, monkeypatch):
+    """The model was removed and made again from the same logs, with another answer on an effect."""
+    for name, found in (("validate", "new"), ("scores_json", {}), ("load_scores", "kept")):
+        monkeypatch.setattr(scores_and_report, name, lambda *_, found=found: found)
+    here = Task((), tmp_path, None, lambda _: None, salvage=False, steps=Steps(tmp_path))
+    for text, expected in (("lever", "new"), ("lever", "kept"), ("no lever", "new")):
+        here.file("model.yaml").write_text(text)
+        assert scores_and_report.scores_on(here, None, [], "of these logs") == expected

@@ -9,13 +9,13 @@ from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.evaluation.validation import scores_of, validate
 from seatrial.guide.model import effect_options
-from seatrial.guide.steps import Task
+from seatrial.guide.steps import Task, digest_of
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.advice import wants_more_data
 from seatrial.report.evidence.model_evidence import Evidence, evidence_of
 from seatrial.report.evidence.verdict import following, predicted, wished
 from seatrial.report.model_report import write_evidence
-from seatrial.util.files import dump_json, write_text
+from seatrial.util.files import dump_json, sha256, write_text
 from seatrial.workflow.fitness import Level, Use
 from seatrial.workflow.next_step import NextStep, asked_for, command
 
@@ -23,11 +23,13 @@ from seatrial.workflow.next_step import NextStep, asked_for, command
 def scores_on(here: Task, model: Model, tested: Sequence[Recording], made_from: str) -> Scores:
     """Validate; or the scores that are there."""
     path = here.file("scores.json")
-    if here.steps.done("scores", made_from, [path]):
+    # of what the model is made from, its answers may differ
+    own = digest_of(made_from, sha256(here.file("model.yaml")))
+    if here.steps.done("scores", own, [path]):
         return load_scores(path)
     scores = validate(model, tested)
     write_text(path, dump_json(scores_json(scores)))
-    here.steps.note("scores", made_from, [path])
+    here.steps.note("scores", own, [path])
     return scores
 
 
