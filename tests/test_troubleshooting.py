@@ -35,8 +35,8 @@ def messages() -> str:
 
 
 def test_a_message_is_found_by_its_words():
-    (entry,) = troubleshooting.found("one edge for both sides").split("\n- ")
-    assert entry.startswith("- `dead zone of …: one edge for both sides")
+    (entry,) = troubleshooting.found("directions have the same edge").split("\n- ")
+    assert entry.startswith("- `dead zone of …: both directions have the same edge")
     assert "**Do:**" in entry
     assert troubleshooting.found("no such words") == ""
     assert troubleshooting.found("").count("\n- ") > len(FindingKind)

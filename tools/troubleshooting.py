@@ -28,12 +28,11 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
     "Thrusters": {
         K.THRUSTER_LAYOUT_CONTRADICTED: "The allocation computes other commands than the boat's software does, so that "
         "the dead zone acts elsewhere.",
-        K.COMMANDS_SAMPLED: "No action is necessary; with the line in the vehicle file every command takes them so.",
-        K.FORCE_ADDED: "Actuators that serve one force were commanded one against the other, too, which coupled thrust may "
-        "need. No action is necessary.",
-        K.THRUSTER_LAYOUT_SELECTED: "A dead zone is the thrusters'. The recordings tell how it acts under combined commands.",
+        K.COMMANDS_SAMPLED: "No action is necessary. With this line in the vehicle file every command reads the logs so.",
+        K.FORCE_ADDED: "Actuators of one force were also commanded against each other. No action is necessary.",
+        K.THRUSTER_LAYOUT_SELECTED: "Dead zones act thruster by thruster, so that combined commands show the layout.",
     K.DEAD_ZONE_NOT_SOUGHT: "The vehicle file has generalised forces as inputs, so that no thruster has a curve.",
-        K.DEAD_ZONE_ONE_EDGE: "Commands to one side are too few for an edge of their own.",
+        K.DEAD_ZONE_ONE_EDGE: "There are too few commands in one direction for an edge of its own.",
         K.DEAD_ZONE_NOT_IDENTIFIABLE: "All thrusts are of about one size, as with always-forward allocation. The "
         "model predicts well at such thrusts, not at others.",
         K.SCALE_POWER_HELD: "One value of a signal shows no exponent.",
@@ -43,7 +42,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
     },
     "Estimate": {
         K.SHORT_BLOCKS: "Standard errors may be too small.",
-        K.AT_BOUND: "The data would have the parameter beyond its range: the model lacks something, or it is absent.",
+        K.AT_BOUND: "The likelihood rises beyond the range: the model lacks something, or the boat has no such stage.",
         K.MISSING_TERM: "The model has no such term, and the data show it.",
         K.MODEL_MISMATCH: "The structure does not describe this boat fully. Standard errors account for it.",
         K.OUTLIERS: "More than a few false matches: the poses have errors of another kind.",
@@ -60,7 +59,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.UNMODELLED_CURRENT: "The water moves, and the model takes the boat's velocity as that through the water.",
         K.UNMODELLED_TRIM: "The boat is pushed to one side at command zero.",
         K.UNMODELLED_WIND: "A force from one direction of the earth acts on the boat.",
-        K.UNMODELLED_DELAY: "As of a GNSS beside a gyro: the position lags the heading.",
+        K.UNMODELLED_DELAY: "The position is older than the heading, as with GNSS and a gyro.",
         K.HEADING_OFFSET: "The sensor is mounted at an angle, or the heading has another zero. Until that is corrected "
         "all coefficients are of a misaligned boat.",
     },
@@ -68,9 +67,9 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.HOMOGENEITY: "The boat changed between the recordings (battery, payload, trim, weeds), or its drag has another "
         "form at other speeds. The model is their mean.",
         K.CLOCK_HOMOGENEITY: "The computers of poses and commands have two clocks.",
-        K.PARAMETER_DRIFT: "The boat changed during the recording, as by a battery that runs down.",
+        K.PARAMETER_DRIFT: "The boat changed during the recording, for example as its battery ran down.",
         K.DISTURBED_INTERVAL: "Something other than thrusters and water moved the boat there.",
-        K.DISTURBANCE_INFLUENCE: "What these intervals cost.",
+        K.DISTURBANCE_INFLUENCE: "How much these intervals change the estimate.",
     },
     "Identification with a prior": {
         K.PRIOR_USED: "The older model counts as much as its own data did, less the change allowed.",
@@ -170,7 +169,7 @@ ERRORS: Mapping[str, tuple[tuple[str, str, str], ...]] = {  # message, meaning, 
         ("the boat diverges from the start values",
          "A command moves another axis than its name, or a clock is off by seconds.",
          "Run `seatrial inspect` with the vehicle file."),
-        ("no solution after", "A clock is off by seconds, the prior is another boat's, or there is too little driving.",
+        ("no solution: the search does not converge", "A clock is off by seconds, the prior is another boat's, or there is too little driving.",
          "Check signals and clocks with `seatrial inspect`, or drive longer."),
         ("a delay that position and heading have in common is indistinguishable",
          "A common delay looks like the thrusters' latency.", "State `heading_delay`, or the latency of all thrusters."),
@@ -187,7 +186,7 @@ ERRORS: Mapping[str, tuple[tuple[str, str, str], ...]] = {  # message, meaning, 
     "Models": (
         ("the model is unstable: driven in", "A drag coefficient has the wrong sign or is not known.",
          "Record this axis at several speeds, and identify again."),
-        ("the model runs away from", "The recording is faster than those that the model is from.",
+        ("the model diverges from", "The recording is faster than those that the model is from.",
          "Identify from recordings at these speeds."),
         ("has other terms than the model", "Model and vehicle file do not belong together.",
          "Leave `--vehicle` out, or give the model's own."),

@@ -4,20 +4,20 @@
 from seatrial.boat.finding_texts.spec import NAMES, ONE_NAME, Spec
 
 DEAD_ZONE_NOT_SOUGHT = Spec(
-    "dead zone: not estimated, as the commands are {forces}, not thrusters'. If the thrusters have "
-    "one, force and drag coefficients are biased",
+    "dead zone: not estimated, as the inputs {forces} are forces and not thruster commands. If the "
+    "thrusters have a dead zone, force and drag coefficients are biased",
     "Add thrusters: and allocation: to the vehicle file",
     {"forces": NAMES},
 )
 COMMANDS_SAMPLED = Spec(
-    "commands: their rows are a logger's samples. With each change halfway to the row before, -2 log L falls "
-    "by {gain:.0f}, so the model has 'sampled: true'",
+    "commands: their rows are samples of a logger. With each change put halfway between its row and the row "
+    "before, -2 log L falls by {gain:.0f}, so the model has 'sampled: true'",
     "For other models of these logs write 'sampled: true' below commands: in the vehicle file",
     numbers={"gain": "-"},
 )
 FORCE_ADDED = Spec(
-    "force {force}: the commands drive a combination of {actuators} for which the vehicle file has no force. The "
-    "model has it as {force}, a force of {axis}, and its terms may use it",
+    "force {force}: the commands drive a combination of {actuators} for which the vehicle file has no force. "
+    "The model has it as {force}, a force in {axis}, and its terms may use it",
     "To keep it, copy {force} from forces: in the model file to the vehicle file",
     {"force": ONE_NAME, "axis": ONE_NAME, "actuators": NAMES},
 )
@@ -32,27 +32,27 @@ THRUSTER_LAYOUT_SELECTED = Spec(
 )
 THRUSTER_LAYOUT_CONTRADICTED = Spec(
     "thrusters: the usual layout '{layout}' explains the recordings much better than the layout in the "
-    "vehicle file (-2 log L falls by {gain:.0f}). A thruster, its direction or the allocation scheme is "
-    "probably wrong there, and forces and drag are biased",
+    "vehicle file (-2 log L falls by {gain:.0f}). Probably a thruster, its direction or the allocation scheme "
+    "is wrong in the vehicle file; then force and drag coefficients are biased",
     "Compare thrusters: and allocation: in the vehicle file with the boat",
     numbers={"gain": "-"},
     words={"layout": None},
 )
 DEAD_ZONE_ONE_EDGE = Spec(
-    "dead zone of {actuators}: one edge for both sides, as they hardly push {side}",
-    "If the two edges differ, record commands that push {side}",
+    "dead zone of {actuators}: both directions have the same edge, as there is hardly any thrust {side}",
+    "If the two edges differ, record commands with thrust {side}",
     {"actuators": NAMES},
     words={"side": {"ahead": "", "astern": ""}},
 )
 DEAD_ZONE_NOT_IDENTIFIABLE = Spec(
-    "dead zone of {actuators}: not identifiable, as it takes the same share of each force under these "
-    "commands. The force coefficients include it",
-    "If the edge is needed, record thrusts of several sizes",
+    "dead zone of {actuators}: not identifiable, as under these commands it reduces every force by the same "
+    "share. The force coefficients include it",
+    "To estimate the edge, record thrusts of several sizes",
     {"actuators": NAMES},
 )
 SCALE_POWER_HELD = Spec(
-    "{parameter}: held at {power:g}, as the scale signal {signal} hardly changes while there is a "
-    "command",
+    "{parameter}: held at {power:g}, as the scale signal {signal} hardly changes while thrusters are "
+    "commanded",
     "To estimate it, record with {signal} at several values",
     {"parameter": ONE_NAME, "signal": ONE_NAME},
     {"power": "-"},
@@ -61,7 +61,7 @@ SCALE_POWER_HELD = Spec(
 CURVE_STAGE_SELECTED = Spec(
     "actuator-stage selection: {stage_means} of the thrust curve is estimated",
     "To estimate it always, state it as 'estimate' in the vehicle file's chain",
-    words={"stage": {"reverse_ratio": "reverse over forward", "power": "the power"}},
+    words={"stage": {"reverse_ratio": "the ratio of reverse to forward", "power": "the power"}},
 )
 GROUP_STAGES_SELECTED = Spec(
     "actuator-stage selection: {stage_means} is estimated for each of {groups}",
@@ -72,7 +72,7 @@ GROUP_STAGES_SELECTED = Spec(
             "latency": "a latency",
             "lag": "a lag",
             "power": "a power",
-            "reverse_ratio": "a reverse over forward",
+            "reverse_ratio": "a ratio of reverse to forward thrust",
         }
     },
 )

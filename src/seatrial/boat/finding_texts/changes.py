@@ -42,8 +42,8 @@ DISTURBED_INTERVAL = Spec(
     signed=("start", "end"),
 )
 DISTURBANCE_INFLUENCE = Spec(
-    "without the disturbed intervals standard errors are {ratio:.2g} times these, and {parameter}, which "
-    "changes most, is {value:.3g} ± {error:.2g}",
+    "external disturbance: without the disturbed intervals standard errors are {ratio:.2g} times the stated ones. "
+    "{parameter} changes most, to {value:.3g} ± {error:.2g}",
     "Exclude the intervals if their cause is known",
     {"parameter": ONE_NAME},
     {"ratio": "-", "value": "of the parameter", "error": "of the parameter"},

@@ -4,6 +4,7 @@
 from seatrial.boat.finding_texts.spec import NAMES, Spec
 
 UNMODELLED = "would remove more than half of the process noise, or move a coefficient by half its standard error"
+UNMODELLED_BESIDE_NOISE = UNMODELLED.replace("noise,", "noise or of the correlated pose noise,")
 ASK_EFFECT = "If it is plausible, identify with --effect {effect} before further terms are selected"
 
 UNMODELLED_LEVER_ARM = Spec(
@@ -17,13 +18,12 @@ UNMODELLED_CURRENT = Spec(
     numbers={"size": "m/s"},
 )
 UNMODELLED_TRIM = Spec(
-    f"unmodelled effect: a steady force, as of thrusters that are not quite at rest, {UNMODELLED}",
+    f"unmodelled effect: a steady force, for example of thrusters that do not quite stop, {UNMODELLED}",
     ASK_EFFECT.format(effect="trim"),
 )
 UNMODELLED_WIND = Spec(f"unmodelled effect: wind {UNMODELLED}", ASK_EFFECT.format(effect="wind"))
 UNMODELLED_DELAY = Spec(
-    "unmodelled effect: position and heading are of two times, about {size:.2g} s apart, which "
-    f"{UNMODELLED} or of the correlated pose noise",
+    f"unmodelled effect: a delay of about {{size:.2g}} s between position and heading {UNMODELLED_BESIDE_NOISE}",
     ASK_EFFECT.format(effect="delay"),
     numbers={"size": "s"},
 )
@@ -35,7 +35,7 @@ UNEQUAL_THRUSTER_GAINS = Spec(
     {
         "weak": {
             "one": "Is a propeller fouled or damaged?",
-            "several": "Several are equally weak, which an offset payload looks like, too: check with "
+            "several": "Several are equally weak, and an offset payload looks the same: check with "
             "'seatrial select' whether a coupled force explains it",
         }
     },

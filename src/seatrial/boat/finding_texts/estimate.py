@@ -6,13 +6,14 @@ from seatrial.boat.finding_texts.spec import NAMES, ONE_NAME, Spec
 SAME_RUN = "Check with 'seatrial inspect' that poses and commands are of the same run and time base"
 
 SHORT_BLOCKS = Spec(
-    "standard errors: scores are summed over blocks of {length:.1f} s only, as the recordings are short",
-    "Record longer where errors are correlated for longer than that",
+    "standard errors: they include correlation of errors over {length:.1f} s only, as the recordings are short",
+    "Record longer if errors are correlated for longer than that",
     numbers={"length": "s"},
 )
 AT_BOUND = Spec(
     "{parameter}: the estimate is at the bound {bound:g} of its range and has no standard error",
-    "A lag or a dead zone at its lower bound is none. A latency at its bound is a wrong clock",
+    "A lag or a dead zone at its lower bound means that there is none. A latency at a bound means that a clock is "
+    "wrong",
     {"parameter": ONE_NAME},
     {"bound": "of the parameter"},
     signed=("bound",),
@@ -32,16 +33,16 @@ MODEL_MISMATCH = Spec(
     numbers={"horizon": "s"},
 )
 OUTLIERS = Spec(
-    "outliers: {share:.1%} of the poses are outliers to the model and have less weight",
-    "Look for false matches and for two clocks with 'seatrial inspect'",
+    "outliers: {share:.1%} of the poses do not fit the model and have less weight",
+    "Look for false matches of the localisation and for two clocks with 'seatrial inspect'",
     numbers={"share": "-"},
 )
 NO_SIGNIFICANT_COEFFICIENT = Spec(
     "no coefficient differs from zero by more than two standard errors", SAME_RUN
 )
 NOT_PREDICTABLE = Spec(
-    "no 1 s prediction is possible: the model diverges at the recorded velocities, or nowhere are there "
-    "poses in a row",
+    "no 1 s prediction is possible: the model diverges at the recorded velocities, or no second of a recording "
+    "has poses without a gap",
     "Look at the recordings with 'seatrial inspect'",
 )
 NO_BETTER_THAN_CONSTANT = Spec(
@@ -64,13 +65,13 @@ LEVER_ARM_ERRORS = Spec(
 )
 DELAY_DIFFERENCE = Spec(
     "sensor delays: the {older} is {delay:.3f} ± {error:.1g} s older than the {newer}",
-    "If you know what both are late by, state it: it is indistinguishable from the thrusters' latency",
+    "A delay of both is indistinguishable from the thrusters' latency: if you know it, state it",
     {"older": ONE_NAME, "newer": ONE_NAME},
     {"delay": "s", "error": "s"},
 )
 DELAY = Spec(
-    "sensor delays: the {part} is {delay:.3f} ± {error:.1g} s late, with the thrusters' latency as stated",
-    "An error of the stated latency is one of the delay",
+    "sensor delays: the {part} is {delay:.3f} ± {error:.1g} s late if the thrusters' latency is as stated",
+    "An error of the stated latency is an error of the delay, too: check it",
     {"part": ONE_NAME},
     {"delay": "s", "error": "s"},
     signed=("delay",),

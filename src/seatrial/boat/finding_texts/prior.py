@@ -23,7 +23,7 @@ PRIOR_CONFLICT = Spec(
     parameter=("prior", "found"),
 )
 PRIOR_FACTOR = Spec(
-    "prior and recording disagree: {quantity} in {axis} is {factor:.2f} of the prior's",
+    "prior and recording disagree: {quantity} in {axis} is {factor:.2f} times the prior's",
     PRIOR_OFF,
     {"axis": ONE_NAME},
     {"factor": "-"},
@@ -36,8 +36,8 @@ ADAPTED = Spec(
     words={"text": None},
 )
 PRIOR_DOMINATES = Spec(
-    "the recording has little information on {parameters}: they are mostly the prior's",
-    "Record more, with more excitation, if they matter",
+    "the recording has little information on {parameters}: their values are mostly the prior's",
+    "If they matter, record more, with more excitation",
     {"parameters": NAMES},
 )
 PRIOR_COUNTED_TWICE = Spec(
