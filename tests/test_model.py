@@ -99,7 +99,7 @@ def edit(path, change):
         (lambda c: c["covariance"].pop(), "11 x 11"),
         (lambda c: c["covariance"][0].__setitem__(0, -1.0), "variances >= 0"),
         (lambda c: c["covariance"][0].__setitem__(1, 9.0), "symmetric"),
-        (lambda c: [c["covariance"][i].__setitem__(1 - i, 9.0) for i in (0, 1)], "variances below 0"),
+        (lambda c: [c["covariance"][i].__setitem__(1 - i, 9.0) for i in (0, 1)], "negative eigenvalue"),
         (lambda c: c["coefficients"]["X_u"].update(standard_error=-1.0), r"X_u\.standard_error"),
         (lambda c: c["coefficients"]["X_u"].update(unit="kg"), "X_u is in 'kg'; it must be in '1/s'"),
         (lambda c: c.update(axes="forward-right-down"), "its vehicle's are"),

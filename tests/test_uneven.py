@@ -58,7 +58,7 @@ def test_poses_that_come_in_twos_and_threes_are_refused_in_words(offsets):
         return np.sort(np.concatenate([np.arange(o, seconds, 0.1) for o in offsets]))
 
     vehicle, recording = driven({}, [both, both], stamps=stamps, seconds=150.0)
-    with pytest.raises(SeatrialError, match="nowhere five usable poses in a row"):
+    with pytest.raises(SeatrialError, match="no five usable poses in a row"):
         output_error([recording], vehicle)
     thinned = make_recording(
         "thinned",

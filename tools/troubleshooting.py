@@ -153,7 +153,7 @@ ERRORS: Mapping[str, tuple[tuple[str, str, str], ...]] = {  # message, meaning, 
         ("ahead of the recorder's clock", "Two computers have two clocks.",
          "Run chrony on both; cut the recording where the clock jumps, with `--start` and `--end`."),
         ("of the steps between poses leap by about", "Poses of two sources alternate.", "Record one of them."),
-        ("nowhere five usable poses in a row", "There are gaps all over, or the stamps are very uneven.",
+        ("no five usable poses in a row", "There are gaps all over, or the stamps are very uneven.",
          "Record the sensor's own stamps at 10 Hz or more."),
     ),
     "Identification": (

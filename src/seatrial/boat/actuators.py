@@ -340,7 +340,9 @@ def _of_pair(pair: PairEntry) -> dict[str, float | str]:
 def _check_table(group: ChainGroup) -> None:
     table = np.array(group.table, dtype=float)
     if group.dead_zone or group.power or group.reverse_ratio:
-        raise VehicleError("chain: a table stands instead of dead_zone, power and reverse_ratio")
+        raise VehicleError(
+            "chain: a table replaces dead_zone, power and reverse_ratio; give one or the other"
+        )
     if len(table) < 2 or len(table) > _core.MAX_TABLE or np.any(np.diff(table[:, 0]) <= 0):
         raise VehicleError(
             f"chain: a table needs 2 to {_core.MAX_TABLE} points with rising commands"

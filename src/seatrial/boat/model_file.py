@@ -130,7 +130,9 @@ def _covariance_of(covariance: Sequence[Sequence[float]], n: int, path: str) -> 
     if np.any(
         np.linalg.eigvalsh(matrix[np.ix_(own, own)] / np.outer(size[own], size[own])) < -ROUNDED
     ):
-        raise ModelError(f"{path}: covariance is that of nothing: some sums have variances below 0")
+        raise ModelError(
+            f"{path}: covariance has a negative eigenvalue; it must be positive semidefinite"
+        )
     return matrix
 
 

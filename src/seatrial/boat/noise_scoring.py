@@ -129,7 +129,7 @@ def scored(
     units = noise_units(noise, period)
     amplitude = np.isin(places, AMPLITUDES)
     begin = _coordinates(noise, places, amplitude)
-    # derivatives by other noises beside this one
+    # numerical derivatives, by small changes of each noise
     probes = np.where(amplitude, np.maximum(PROBE * begin, (LEAST_PROBE * units[places]) ** 2), 0.0)
     probes[~amplitude] = _logarithm_probes(noise, places[~amplitude])
     moved = np.array(
@@ -150,7 +150,7 @@ def scored(
     )
     if not -(2.0 * gradient @ step + step @ information @ step) > LEAST_PROMISE:
         return noise, here
-    # as much of it as gains
+    # the largest share of the step that gains
     for share in SHARES:
         trial = np.clip(_noise(noise, places, amplitude, begin + share * step), box.least, box.most)
         found = value.of(trial)

@@ -116,7 +116,7 @@ def load_gains(path: str | Path) -> GainsFile:
         )
     if (found.authority[1] <= 0.0) != (found.guidance is not None):
         raise ControlError(
-            f"{path}: an authority of 0 in sway and guidance belong together: one is missing; tune it again"
+            f"{path}: guidance goes with an authority of 0 in sway, and one of the two is missing; tune it again"
         )
     return found
 

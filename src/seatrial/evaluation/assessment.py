@@ -49,7 +49,7 @@ class Assessment:
     seen: bool  # the model was identified from it, or from a part of it
     prediction: Prediction | None  # at the chosen horizon; None: see `failure`
     failure: SeatrialError | None
-    ahead: tuple[Ahead, ...]  # at all horizons; beside the stencil's velocities from both starts
+    ahead: tuple[Ahead, ...]  # at all horizons, from each kind of start
     filtered: Filtered | None
     smoothed: Motion | None  # the reference; None: the stencil's velocities
     score: RecordingScore | None  # None where there is no prediction
@@ -72,8 +72,8 @@ def assess(
 ) -> list[Assessment]:
     """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
 
-    Beside a smoothed `reference` from the filter's starts. Where there is no filter, or too little for it
-    to settle, the stencil's velocities are starts and reference. What fails for one recording is kept as its
+    With a smoothed `reference` predictions start from the filter. Without a filter, or if the recording is too
+    short for it to settle, the stencil's velocities are starts and reference. What fails for one recording is its
     `failure`, and does not stop the others. Raises RecordingError where there is none.
     """
     if not recordings:
@@ -190,7 +190,7 @@ def _assessed(
     ahead, lost = _all_horizons(look, horizon, starts, chosen)
     # scores with their intervals
     rows = [HorizonScore(h, p.steps, name, len(p.t), axis_scores(p)) for h, name, p in ahead]
-    # what the filter's residuals still have to do with the forces
+    # correlation of the filter's residuals with the forces
     left = [] if known is None else residuals(model, recording, known)
     findings = _findings(recording, filtered, lost, unexpected_errors(rows, own))
     scored = None

@@ -99,7 +99,7 @@ def _range(interval: Interval | None, scale: float) -> str:
 
 
 def horizons_text(scores: Scores) -> str:
-    """Errors at all horizons, and what residuals still have to do with the forces."""
+    """Errors at all horizons, and correlation of the residuals with the forces."""
     known = sorted({x.horizon for row in scores.recordings for x in row.horizons})
     width = max(23, *(len(r.recording) for r in scores.recordings))
     head = "".join(f"{f'{h:g} s':>8}" for h in known)

@@ -48,7 +48,7 @@ class Prediction:
 
     @property
     def squares(self) -> Array:
-        """Squared errors (m, 3), beside a smoothed velocity the expected ones.
+        """Squared errors (m, 3) [m^2/s^2, m^2/s^2, rad^2/s^2]; against a smoothed velocity their expectation.
 
         The smoothed velocity is the mean of the true one given all poses, so that its own error is
         uncorrelated with a prediction from poses: E (true - predicted)^2 = (smoothed - predicted)^2 + variance.
@@ -57,7 +57,7 @@ class Prediction:
 
     @property
     def constant_squares(self) -> Array:
-        """The same of "the velocity stays constant"."""
+        """The same if the velocity stays as at the start."""
         return self._expected_squares(self.start)
 
     @property
@@ -162,8 +162,8 @@ class Lookahead:
     def missed(self) -> Array:
         """Stencil's velocities less true ones (n, 3) [m/s, m/s, rad/s] without any noise.
 
-        A stencil misses what the boat does between poses that are rare. What that is, the model's own motion
-        tells. 0 where that is not known.
+        A stencil smooths motion that is faster than a few poses. The model's own motion shows by how much; 0 where
+        that is unknown.
         """
         found = np.zeros((len(self.recording.t), 3))
         if self.driven is not None:
@@ -183,9 +183,9 @@ class Lookahead:
     ) -> Prediction:
         """Velocities `horizon` [s] ahead, from every so many poses; `starts` as in `predict`.
 
-        Beside a smoothed reference from the filter. `disturbed`: the filter's disturbance goes on and fades: the
-        k-step predictor with the noise model (Ljung, System Identification, section 3.2), which is what the filter
-        on board predicts between poses and while there are none.
+        With a smoothed reference they start from the filter. `disturbed`: the filter's disturbance continues and
+        decays: the k-step predictor with the noise model (Ljung, System Identification, section 3.2), as on board
+        between poses and without poses.
         """
         if self.filtered is not None and self.smoothed is not None:
             starts = self.filtered.motion
@@ -286,9 +286,9 @@ class Lookahead:
     ) -> Array:
         """floor^2 = noise of the reference^2 + noise of the start, propagated through the model^2.
 
-        And what stencils miss, in the same way. Two stencils that share poses, or correlated errors:
-        less twice what that makes of their product (the turn of the boat in between is left out). Beside a
-        smoothed reference the start's noise alone: see `Prediction.squares`.
+        The error of stencils (`missed`) is added in the same way. If the two stencils share poses, or errors are
+        correlated, twice their covariance is subtracted (without the boat's turn in between). Against a smoothed
+        reference only the start's noise counts: see `Prediction.squares`.
         slopes: (n, 3, 3) d nu(end) / d nu(start).
         """
         given = self.velocities

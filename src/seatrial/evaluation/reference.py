@@ -37,7 +37,7 @@ def smoothed_motion(model: Model, recording: Recording, noise: Array | None = No
 
 
 def _colour(model: Model) -> Array | None:
-    """Gauss-Markov pose noise (4,) that the model states: from one recording it is hard to find anew."""
+    """Gauss-Markov pose noise (4,) as the model states it: one recording hardly identifies it."""
     own = noise_vector(model.noise)
     if own is None or max(own[COLOUR]) <= _core.NO_COLOUR:
         return None

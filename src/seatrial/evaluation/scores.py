@@ -27,11 +27,13 @@ WITHOUT_ODOMETRY = "scores 5"  # no predictions with the disturbance
 WITHOUT_REFERENCE = "scores 4"  # all of it relative to the stencil's velocities
 # without pooled scores and fingerprint, and with sentences in place of findings
 WITH_SENTENCES = "scores 3"
-OFF = 2.0  # standard errors of coefficients that are nothing to speak of
-POSE_NOISE_ERROR = 0.05  # as many of pose noise, by the median fourth difference of some 3000 poses
+OFF = 2.0  # standard errors by which coefficients may be off without a finding
+POSE_NOISE_ERROR = (
+    0.05  # the same of pose noise, relative: by the median fourth difference of some 3000 poses
+)
 NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
 # what predictions start from: the stencil's velocity; the model's own causal filter's; the same with the filter's
-# disturbance, which goes on and fades: what odometry on board predicts without poses
+# disturbance, which continues and decays: what odometry on board predicts without poses
 Start = Literal["stencil", "filter", "odometry"]
 Interval = tuple[float, float]
 
@@ -47,7 +49,7 @@ class AxisScore(
 
     rms: float  # of the predicted velocity; with a smoothed reference its uncertainty is part of it
     stays_constant: float  # RMS of "velocity stays constant" at the same instants
-    ratio: float  # rms / stays_constant: below 1 the model is worth having
+    ratio: float  # rms / stays_constant: below 1 the model predicts better than that
     # what a perfect model would score, because of pose noise; at least the reference's standard error
     floor: float
     # by the model itself: noise floor, process noise, parameter errors; None without process noise
@@ -70,7 +72,7 @@ class AxisScore(
         return self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
 
     def resolved(self, error: float) -> float:
-        """What may be scored where the error is this, as the reference is not known better."""
+        """RMS of an error against the reference, whose own standard error adds to it."""
         return float(np.hypot(error, self.reference or 0.0))
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Errors that are larger than the model expects of itself, and what that means."""
+"""Errors that exceed the expected error, and their probable cause."""
 
 from collections.abc import Iterable, Mapping
 
@@ -7,17 +7,19 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.evaluation.scores import AxisScore, Scored
 from seatrial.util.frames import AXES, SYMBOLS
 
-BEYOND = 1.25  # times the expected error, above which it is reported
+BEYOND = 1.25  # times the expected error: a smaller one is not reported
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
 SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
-SOON = 0.5  # [s] until then a boat that has changed hardly shows it, but poses show how they err
+SOON = (
+    0.5  # [s] within it the error is mostly that of poses, hardly that of a boat that has changed
+)
 
 
 def unexpected_errors(scores: Iterable[Scored], known: bool) -> list[Finding]:
-    """Axes in which errors are larger than the model says of itself, and why.
+    """Axes in which errors exceed the expected error, with the probable cause.
 
-    known: the model was identified from it. A filter's start and a reference that share poses share errors:
-    there is no finding on them. Nor on odometry: its disturbance hides a part of what has changed.
+    known: the model was identified from this recording. No finding where start and reference share poses, and so
+    errors; nor on odometry, whose estimated disturbance hides a part of a change.
     """
     tested = (x for x in scores if x.start != "odometry")
     apart = (x for x in tested if x.start == "stencil" or x.steps > SHARED)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""How far a model can be trusted: scores on recordings, each beside what they must be compared with."""
+"""How well a model predicts recordings: scores beside noise floor, expected error and constant velocity."""
 
 from collections.abc import Sequence
 

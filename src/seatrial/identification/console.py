@@ -197,7 +197,9 @@ def _noise(model: Model) -> str:
         return f"{text}."
     most = [full_thrust(model, axis) for axis in range(3)]
     sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
-    driven = {force.axis for force in model.vehicle.forces}  # what else moves an axis is no measure
+    driven = {
+        force.axis for force in model.vehicle.forces
+    }  # of other axes the thrust is no measure
     parts = [
         f"{percent(size / thrust)} in {AXES[axis]}"
         for axis, (size, thrust) in enumerate(zip(sizes, most, strict=True))
@@ -215,7 +217,7 @@ def _noise(model: Model) -> str:
 
 
 def _with_effects(model: Model) -> str:
-    """That the process noise includes what is not known on board."""
+    """Text on effects that the process noise includes, as they are not known on board."""
     kinds = forces_as_noise(model.recordings)
     return (
         f", including the {joined(kinds)} of the recordings, which is not known on board"

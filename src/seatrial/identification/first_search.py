@@ -72,7 +72,7 @@ def _from_start_values(problem: Problem) -> Point:
 
 
 def _lever_arm_hint(problem: Problem, recordings: Sequence[Recording]) -> str:
-    """For a refusal: the lever arm with which there is a solution; else nothing."""
+    """Text for a refusal: the lever arm with which there is a solution; empty without one."""
     lever = tuple(i for i, name in enumerate(problem.names) if name in LEVER_NAMES)
     if set(lever) & set(problem.free):
         return ""

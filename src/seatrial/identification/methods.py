@@ -104,7 +104,7 @@ def identify_with_fit(
     if vehicle.automatic and choice is None:
         choice = choose_terms(recordings, vehicle, prior, effects)
     vehicle = vehicle if choice is None else choice.vehicle
-    # are recordings and vehicle file what they seem?
+    # consistency of recordings and vehicle file, on another core
     check = beside(partial(check_each_recording, recordings, vehicle))
     # the method
     solution = None
@@ -242,7 +242,7 @@ def _maximised(
     *,
     begin: StartValues | None,
 ) -> Fit:
-    """With a prior, an axis that was never driven keeps what the prior says of it."""
+    """With a prior, an axis that was never driven keeps the prior's values."""
     settings = OutputErrorSettings(effects=tuple(effects))
     if prior is None:
         find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words

@@ -22,9 +22,7 @@ from seatrial.util.frames import AXES, SYMBOLS, Array, Axes
 
 SPREAD = 0.2  # expected relative change of a coefficient: a payload of a fifth of the mass
 COMMON_SHARE = 0.5  # of that variance: one factor on all drag and thrust of an axis, its mass
-LEAST_TERM_SHARE = (
-    0.2  # of an axis' largest term: a smaller term is widened as if it were this large
-)
+LEAST_TERM_SHARE = 0.2  # of an axis' largest term: a smaller term is widened like one of this size
 LATENCY_CHANGE = 0.05  # [s] expected: it includes the offset of two clocks
 CONFLICT_LEVEL = 0.05  # significance level, over all parameters together
 DOMINATED_SHARE = 0.75  # of the prior's variance left: more, and the estimate is mostly the prior's

@@ -175,8 +175,8 @@ def integration_step(problem: Problem, theta: Array) -> float:
     if not len(nu):
         names = ", ".join(r.name for r in problem.recordings)
         raise IdentificationError(
-            f"{names}: nowhere five usable poses in a row at stamps that are at all alike; if they "
-            "come from two trackers, take one"
+            f"{names}: no five usable poses in a row at about even intervals; if they come from two "
+            "trackers, use one of them"
         )
     fast = np.percentile(np.abs(nu), 99, axis=0)
     corners = fast * np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=3)))

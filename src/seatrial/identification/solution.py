@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Settings of the prediction-error estimator, and what it ends with."""
+"""Settings of the prediction-error estimator, and its solution."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -72,7 +72,7 @@ def choose_terms(
 
 
 def input_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
-    """Whether the vehicle file leaves open what the commands do: thrusters, or the time of their changes."""
+    """Whether the vehicle file leaves open which thrusters the commands drive, or when they change."""
     return forces_alone(vehicle) or sampling_is_open(vehicle, recordings)
 
 

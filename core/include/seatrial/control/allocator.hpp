@@ -253,8 +253,8 @@ class Allocator {
     }
   }
 
-  /// The wrench itself where that is within reach. Else, rank by rank, as much as can be had with
-  /// any share of what comes later; axes of a rank all by one factor, so that their direction
+  /// The wrench itself if it is within reach. Else the largest share of each rank in turn, with any
+  /// share of later ranks; axes of one rank are scaled by one factor, so that their direction
   /// stays.
   void limit(const double* wrench, Allotment& out, double* within) const {
     std::copy(wrench, wrench + kWrenchAxes, within);
@@ -290,7 +290,7 @@ class Allocator {
     out.limited = out.limited || alpha < 1.0;
   }
 
-  /// On the sides of now, where that is near enough; else on those of the least effort of all.
+  /// On the present sides if the error is within the hysteresis; else on those of the least effort.
   void least_effort(const double* wrench, Allotment& out, double* y) {
     const bool switches = setup_.scheme != AllocatorScheme::kMoorePenrose && idle_.n_switching > 0;
     if (switches && kept_reach_.depth(wrench) >= -setup_.hysteresis) {
@@ -343,7 +343,7 @@ class Allocator {
   Idle idle_;
   LeastEffort effort_;
   Reach reach_;
-  Side side_[kMaxActuators] = {};  // of now
+  Side side_[kMaxActuators] = {};  // present ones
   Bounds kept_;                    // with these
   Reach kept_reach_;
 };

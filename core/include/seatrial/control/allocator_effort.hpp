@@ -64,7 +64,7 @@ class LeastEffort {
   static constexpr double kExact = 1e-14;
   static constexpr double kRounding = 1e-15;   // of a multiplier
   static constexpr double kOutOfReach = 1e-6;  // [command units]
-  static constexpr double kSettled = 1e-11;    // [command units] as near as Reach tells a face
+  static constexpr double kSettled = 1e-11;    // [command units] to which Reach distinguishes faces
   static constexpr int kPasses = 8;
   static constexpr int kSteps = 20;
 

@@ -29,7 +29,7 @@ struct ThrustRange {
 /// The sides that thrusters keep to, and how they run when no wrench is asked.
 struct Idle {
   bool found = false;
-  Side side[kMaxActuators] = {};        // kOff: keeps to none, goes through its dead zone
+  Side side[kMaxActuators] = {};        // kOff: both sides, through its dead zone
   Bounds bounds;                        // of thrust, with these sides
   double thrust[kMaxActuators] = {};    // T thrust = 0
   double softness[kMaxActuators] = {};  // makes the least effort at rest that of least power
@@ -58,7 +58,7 @@ namespace detail {
 
 inline constexpr double kLeastAuthority = 0.05;  // [command units] less is none
 inline constexpr double kLeastShare = 1e-4;      // of full thrust: power's slope is taken from here
-inline constexpr double kHardlyMore = 1.05;      // power that is not worth a loss of authority
+inline constexpr double kHardlyMore = 1.05;  // times the least power: accepted for more authority
 inline constexpr int kReweightings = 60;
 
 inline void take_side(const ThrustRange& r, int k, Side side, Idle& idle) {

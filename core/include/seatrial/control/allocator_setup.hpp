@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All that a thrust allocator is made of, and what it answers.
+// Settings of a thrust allocator, its faults and its result.
 #pragma once
 #include <cstdint>
 
@@ -10,7 +10,7 @@ namespace seatrial {
 enum class AllocatorScheme : std::uint8_t {
   kMoorePenrose,   // least thrust; dead zones are jumped over
   kAlwaysForward,  // Table I and Eq. (11): every thruster forward, axis by axis
-  kNullSpace,      // every thruster on a side of its own, by a bias that T does not see
+  kNullSpace,      // every thruster keeps to one side, by a bias in the null space of T
   kSignPattern,    // sides change, with hysteresis; nothing idles
   kAutomatic       // null space, and hysteresis for the fewest thrusters that need it
 };

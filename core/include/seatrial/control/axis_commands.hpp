@@ -75,7 +75,7 @@ class AxisCommands {
   }
 
  private:
-  /// The share of surge and sway that the limits leave beside the whole of yaw.
+  /// The share of surge and sway within the limits once yaw is served in full.
   double beside_yaw(const double* axis) const {
     double share = 1.0;
     for (int k = 0; k < size(); ++k) {

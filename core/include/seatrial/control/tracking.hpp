@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The tracking controller: a reference and the boat's motion in, commands out. Feed-forward through
-// the model, PID on what is left; commands are limited with their direction kept, or as an
-// allocator's priorities say. For a boat without sway thrust a guidance law makes of the reference
-// what surge and yaw can follow. No heap, no exceptions.
+// the model, PID on the remaining error; at the limits commands keep their direction, or follow an
+// allocator's priorities. For a boat without sway thrust a guidance law turns the reference into
+// one that surge and yaw can follow. No heap, no exceptions.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ struct TrackingGains {
   double derivative[kAxes] = {};        // per m/s, m/s, rad/s
   double authority[kAxes] = {1, 1, 1};  // [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: none
   AxisCommands::Mix mix = {};           // inputs by axis commands
-  double limit = 1.0;                   // of each input, and of what the integral asks for
+  double limit = 1.0;                   // of each input, and of the command by the integral
   bool feed_forward = true;
   GuidanceSettings guidance;  // on: for a boat without sway thrust
 };

@@ -46,13 +46,13 @@ class Weights:
         return self.position**2 * LARGEST_ERROR * stages
 
 
-# Of a boat without sway thrust: it follows the path, sway and heading are what the path takes in wind and current
+# Of a boat without sway thrust: it follows the path; sway and heading are free, as wind and current require
 PATH_FOLLOWING = Weights(
     position=1 / 0.05, along=1 / 0.30, heading=0.0, velocity=1 / 0.20, sway=0.0, yaw_rate=1 / 0.50
 )  # fmt: skip
 
 
-# With one thrust and its angle: it steers only under thrust, so that a smaller error is worth less haste
+# With one thrust and its angle: it steers only under thrust, so that position errors weigh less
 STEERED_FOLLOWING = replace(PATH_FOLLOWING, position=1 / 0.10)
 
 

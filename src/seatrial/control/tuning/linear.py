@@ -93,7 +93,7 @@ class LinearBoat:
 
     @cached_property
     def loop_drag(self) -> Array:
-        """Drag (m, 3) [1/s] that the gains of each axis are for; of yaw beside a free sway, the slow one.
+        """Drag (m, 3) [1/s] for which each axis is tuned; of yaw with a free sway the quasi-static one.
 
         Where sway has no thrust, v follows r: the static gain of yaw is that of A_rr - A_rv A_vr / A_vv.
         """

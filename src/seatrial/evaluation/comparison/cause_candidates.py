@@ -100,7 +100,7 @@ def candidates(problem: Problem) -> list[Candidate]:
 
 
 def _two(found: Sequence[Candidate]) -> list[Candidate]:
-    """Every two different causes of `PAIRED`; a thruster that has the battery's map is none of its own."""
+    """Pairs of different causes of `PAIRED`; not a thruster that can't be told apart from the battery."""
     single = [c for c in found if c.cause in PAIRED and (c.cause != ONE_THRUSTER or c.shown)]
     pairs: list[Candidate] = []
     for a, b in combinations(single, 2):

@@ -61,7 +61,7 @@ def disturbance_findings(seen: Point | None, at: Point, covariance: Array) -> li
         fitted = _refitted(middles, near)
         noise = loosened(fitted.noise, 1.0)  # so that it recovers from a disturbance
         runs = near.runs.relinearised(noise, fitted.theta - near.theta)
-        # the linearisation tells that there are intervals, not always how long they are
+        # the linearisation shows whether there are intervals, not always how long they are
         if disturbed_at(Point(fitted.theta, noise, runs)):
             begins.append(full_pass(problem, fitted.theta, noise))
     for begin in begins:
@@ -74,7 +74,7 @@ def disturbance_findings(seen: Point | None, at: Point, covariance: Array) -> li
 
 
 def disturbance_hint(problem: Problem, from_start_values: FromStartValues) -> str:
-    """For a refusal: the disturbed intervals without which there is a solution; else nothing."""
+    """Text for a refusal: the disturbed intervals without which there is a solution; empty without any."""
     middles = _middles(problem)
     if middles is None:
         return ""

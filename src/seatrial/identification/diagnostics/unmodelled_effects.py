@@ -72,7 +72,7 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
 def _best_fitted(
     at: Point, candidates: Sequence[Held], horizon: float, covariance: Array
 ) -> Unmodelled:
-    """The best candidate is fitted, and reported if the noise that it stands for falls, or a coefficient moves."""
+    """Fits the best candidate; a finding if it reduces the process noise or moves a coefficient by enough."""
     if not candidates:
         return Unmodelled(())
     # the best is estimated if it matters by its pass' linearisation
@@ -148,7 +148,7 @@ def _beyond_chance(statistic: float, freedom: int) -> bool:
 def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
     """Whether estimated effects (indices among all parameters) differ from zero beyond chance, by a Wald test.
 
-    The score test trusts the noise of the model without the effect, which may stand for something else.
+    The score test uses the noise of the model without the effect, which may contain other effects.
     """
     own = [at.runs.problem.free.index(i) for i in parameters]
     value = at.theta[list(parameters)]

@@ -132,7 +132,7 @@ class ErrorDecay:
         )
 
     def halved(self) -> Array:
-        """Seconds (p,) until the error of each parameter is half of what it is; infinite: never."""
+        """Seconds (p,) until the standard error of each parameter is halved; infinite: never."""
         low, high = np.zeros(len(self.squares)), np.ones(len(self.squares))
         goal = 0.5 * self.errors(low)
         never = self.errors(np.full(len(goal), LONGEST_TIME)) > goal

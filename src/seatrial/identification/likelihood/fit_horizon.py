@@ -161,7 +161,7 @@ def noise_floor(problem: Problem, horizon: float) -> Array:
     if horizon > 0.0:
         rms = np.sqrt(np.mean(usual_velocities(problem.recordings) ** 2, axis=0))
         distance = horizon * np.array([np.hypot(rms[0], rms[1]), rms[2]])
-        # a second of fewer poses counts as much
+        # a second with fewer poses keeps its weight
         distance *= np.sqrt((problem.whole_period or problem.period) / problem.period)
         least[:2] = np.maximum(least[:2], distance)
     return least

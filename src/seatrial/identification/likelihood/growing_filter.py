@@ -13,7 +13,7 @@ from seatrial.util.frames import Array
 
 
 class GrowingFilter:
-    """A filter run along the one recording of a problem, that goes on along later parts of the same drive.
+    """A filter run along the one recording of a problem, continued along later parts of the same drive.
 
     Its sums are those of `filter_along` along the whole; its memory does not grow.
     """

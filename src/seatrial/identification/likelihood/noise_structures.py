@@ -107,7 +107,7 @@ class Screened:
         return self.begin.runs.cost - self.promise.fall + _price(self.promise.noise)
 
     def explains(self, at: Point) -> bool:
-        """Whether it explains what a solution's structure does not: it is white, or likelier by much."""
+        """Whether it describes the innovations and the solution's structure does not: white, or much likelier."""
         poses = sum(len(r.t) for r in at.runs.problem.recordings)
         return self.white or self.cost < priced(at) - MUCH_LIKELIER * poses
 
@@ -169,7 +169,7 @@ def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
 
 
 def with_longer_memory(at: Point) -> Point:
-    """The likelier of `at` and the solution with pose errors that are correlated for longer and as much larger."""
+    """The likelier of `at` and a solution whose pose errors have a longer correlation time."""
     if not has_correlated_poses(at.noise):
         return at
     noise = at.noise.copy()
@@ -180,7 +180,7 @@ def with_longer_memory(at: Point) -> Point:
 
 
 def _lengthen(noise: Array) -> None:
-    """Makes pose errors correlated for longer, and as much larger: those of a short time stay."""
+    """Lengthens the correlation time of pose errors, with their variance: their change over a short time stays."""
     noise[COLOUR_MEMORY] *= LONGER
     noise[COLOUR] *= np.sqrt(LONGER)
 

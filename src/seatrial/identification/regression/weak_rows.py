@@ -74,7 +74,7 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
     if not any(len(p.t) for p in parts):
         names = ", ".join(r.name for r in recordings)
         raise IdentificationError(
-            f"{names}: nowhere a second without drop-outs; record longer, or look for "
+            f"{names}: no second without drop-outs; record longer, or look for "
             "drop-outs with inspect"
         )
     sigma = np.array([noise.position, noise.heading])
@@ -206,7 +206,7 @@ class Windows:
 def windows_of(
     vehicle: Vehicle, recording: Recording, widths: Widths, finest: float = 1 / 60
 ) -> Windows:
-    """The windows of a recording. Raises IdentificationError where it is nowhere long enough for one."""
+    """The windows of a recording. Raises IdentificationError where it is too short for one."""
     r = recording
     smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, window=2 * widths.state, stride=0.0)
     k = make_kernels(widths, r.period, finest)
@@ -250,6 +250,6 @@ def _parts(plane: Complex, *further: Array) -> Array:
 def _too_short(recording: Recording, kernels: Kernels) -> str:
     length = len(kernels.test) * kernels.step
     return (
-        f"{recording.name}: nowhere {length:.1f} s without drop-outs; record longer, or look "
+        f"{recording.name}: no {length:.1f} s without drop-outs; record longer, or look "
         "for drop-outs with inspect"
     )

@@ -27,7 +27,7 @@ class Held:
 
 
 def held_test(runs: FilterRuns, problem: Problem, wider: Problem) -> ScoreTest:
-    """The test of what is free in a wider problem but not in `problem`, whose solution it is.
+    """The test of parameters that are free in a wider problem and held in `problem`, whose solution `runs` is.
 
     runs: at the neutral values, of the wider problem or of one that is wider still. A constant that is one for
     each group of actuators in the wider problem is tested by the differences between groups.

@@ -73,7 +73,7 @@ def score_test(
 
 
 def score_test_after_step(runs: ScoreInformation, tested: int) -> ScoreTest:
-    """The test of one parameter, by the scatter of the scores after its step: what is there is no scatter.
+    """The test of one parameter, by the scatter of the scores after its step, which removes their mean.
 
     As many blocks as there are parameters carry no information on the scatter.
     """

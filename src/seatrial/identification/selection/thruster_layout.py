@@ -85,7 +85,7 @@ def select_layout(
     # the score test of each layout with the curve of its thrusters
     found = {name: _tested(at, with_layout(vehicle, name), settings) for name in LAYOUTS}
     layout = max(found, key=lambda name: found[name].gain)
-    # the best of them is estimated, with the whole curve, which its gain needs, and as the search goes on
+    # the best one is fitted with the whole thrust curve: its gain depends on the curve
     best = found[layout]
     if best.gain < least:
         return None

@@ -48,7 +48,7 @@ class ParameterAccuracy:
     value: float
     error: float  # standard error; 0: given, or at its bound
     unit: str
-    relative: float  # error over the value, or over what is typical of such a constant
+    relative: float  # standard error over the value, or over a typical value of such a constant
     verdict: ParameterVerdict
     partners: tuple[tuple[str, float], ...] = ()  # strongest first, with the correlation
     reach: float | None = None  # its term's share of full thrust, at most: value and two errors

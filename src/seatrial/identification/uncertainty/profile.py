@@ -74,7 +74,7 @@ def _scale(fit: Fit, k: int) -> _Scale:
 
 
 def _end(fit: Fit, k: int, scale: _Scale, side: float) -> float:
-    """Where -2 log likelihood has risen as much as a normal one at 1.96 standard errors."""
+    """Where the scaled rise of -2 log likelihood is 1.96^2: the end of a 95 % interval."""
     place, error = fit.problem.free[k], scale.error
     lowest, highest = (float(bound[k]) for bound in fit.problem.bounds)
     best = float(fit.theta[place])
@@ -117,7 +117,7 @@ def _rise(fit: Fit, k: int, scale: _Scale, distance: float) -> float:
     theta = problem.clipped(theta)
     theta[place] = held
     try:
-        # the noise sources of the solution, no others: else they lower the likelihood's rise
+        # with the noise sources of the solution only: further ones would reduce the rise
         found = converged(
             search(
                 problem, theta, fit.noise,

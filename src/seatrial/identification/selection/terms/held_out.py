@@ -53,7 +53,7 @@ class Predicted:
 
 @dataclass(frozen=True)
 class FoldPrediction:
-    """Predictions of every fold by a model of its own: what the workers of a farm need."""
+    """Predictions of every fold, each by its own model; can be sent to other processes."""
 
     folds: Sequence[Sequence[int]]  # indices of each fold's recordings, fold after fold
     recordings: Sequence[Recording]
