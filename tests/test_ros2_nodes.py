@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
-from ros2_tools import FIXTURES, WORKSPACE, finish, header, needed, shell, stamp_of, status
-from waiting import until
+from ros2_tools import FIXTURES, WORKSPACE, finish, header, needed, said, shell, stamp_of, status
+from waiting import PATIENCE, until
 
 import seatrial
 from seatrial.control import save_gains, tune
@@ -118,6 +118,24 @@ def test_the_mimic_drives_its_carrier_and_leaves_it_standing(ros, peer, files, s
     if stamped == "true":
         assert cmd_vel.messages[-1].header.frame_id == "wheels"
         assert np.all(np.diff([stamp_of(m) for m in cmd_vel.messages]) > 0)
+
+
+@pytest.mark.parametrize("program", ["odometry", "simulator", "mimic", "tracking"])
+@pytest.mark.parametrize("word", ["__node:=a/b", "no rule"])
+def test_arguments_that_are_none_are_one_line(ros, program, word):
+    node = ros.start(program, "--ros-args", "-r", word)
+    assert node.wait(PATIENCE) == 1
+    own = [line for line in said(node).splitlines() if "[rcl]" not in line]
+    assert len(own) == 1, own
+    assert own[0].startswith(f"seatrial_{program}: ")
+    assert word in own[0]
+
+
+def test_a_mimic_that_can_not_publish_is_one_line(ros, files):
+    node = ros.start("mimic", "--ros-args", "-p", f"model:={files / 'model.yaml'}", "-r", f"cmd_vel:=/{'v' * 300}")  # fmt: skip
+    assert node.wait(PATIENCE) == 1
+    assert said(node).startswith("seatrial_mimic: ")
+    assert said(node).count("\n") == 1
 
 
 def test_the_registered_components_are_the_nodes():

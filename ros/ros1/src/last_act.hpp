@@ -15,7 +15,7 @@ namespace seatrial::ros {
 inline std::atomic<bool> end_asked{false};
 
 /// ros::init for a node with a last act: ROS's own handler of signals would end it before that.
-inline void init_with_last_act(int argc, char** argv, const std::string& name) {
+inline void init_with_last_act(int& argc, char** argv, const std::string& name) {
   ::ros::init(argc, argv, name, ::ros::init_options::NoSigintHandler);
   const auto ask_end = [](int) { end_asked = true; };
   std::signal(SIGINT, ask_end);

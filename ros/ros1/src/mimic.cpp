@@ -98,8 +98,8 @@ class Shell {
 }  // namespace
 
 int main(int argc, char** argv) {
-  sr::init_with_last_act(argc, argv, "seatrial_mimic");
-  return sr::run("seatrial_mimic", [] {
+  return sr::run("seatrial_mimic", [&] {
+    sr::init_with_last_act(argc, argv, "seatrial_mimic");
     Shell shell;
     ros::spin();
   });

@@ -185,9 +185,9 @@ class Shell {
 }  // namespace
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "seatrial_odometry");
-  std::signal(SIGHUP, ask_reload);
-  return sr::run("seatrial_odometry", [] {
+  return sr::run("seatrial_odometry", [&] {
+    ros::init(argc, argv, "seatrial_odometry");
+    std::signal(SIGHUP, ask_reload);
     Shell shell;
     shell.spin();
   });

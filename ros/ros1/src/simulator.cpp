@@ -165,8 +165,8 @@ class Shell {
 }  // namespace
 
 int main(int argc, char** argv) {
-  ros::init(argc, argv, "seatrial_simulator");
-  return sr::run("seatrial_simulator", [] {
+  return sr::run("seatrial_simulator", [&] {
+    ros::init(argc, argv, "seatrial_simulator");
     Shell shell;
     ros::spin();
   });

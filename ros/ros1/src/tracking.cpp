@@ -106,8 +106,8 @@ class Shell {
 }  // namespace
 
 int main(int argc, char** argv) {
-  sr::init_with_last_act(argc, argv, "seatrial_tracking");
-  return sr::run("seatrial_tracking", [] {
+  return sr::run("seatrial_tracking", [&] {
+    sr::init_with_last_act(argc, argv, "seatrial_tracking");
     Shell shell;
     ros::spin();
   });

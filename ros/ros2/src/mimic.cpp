@@ -31,6 +31,8 @@ class MimicNode : public rclcpp::Node {
   explicit MimicNode(const rclcpp::NodeOptions& options)
       : rclcpp::Node("seatrial_mimic", options),
         node_(sr::read_settings<sr::MimicSettings>(*this)),
+        velocity_(stamped() ? nullptr : create_publisher<Twist>("cmd_vel", kQueue)),
+        stamped_velocity_(stamped() ? create_publisher<TwistStamped>("cmd_vel", kQueue) : nullptr),
         boat_(create_publisher<Odometry>("virtual_boat", kQueue)),
         diagnostics_(create_publisher<DiagnosticArray>("/diagnostics", kQueue)),
         numbers_(*this, node_, [this](const sr::NumbersMessage& in) { node_.numbers(in); }),
@@ -40,16 +42,12 @@ class MimicNode : public rclcpp::Node {
                                     rclcpp::Duration::from_seconds(1.0 / node_.settings().rate),
                                     [this] { publish(); })),
         slow_(create_wall_timer(1s, [this] { diagnose(); })),
-        last_act_(*this, [this] { stop(); }) {
-    if (node_.settings().enable_stamped_cmd_vel) {
-      stamped_velocity_ = create_publisher<TwistStamped>("cmd_vel", kQueue);
-    } else {
-      velocity_ = create_publisher<Twist>("cmd_vel", kQueue);
-    }
-  }
+        last_act_(*this, [this] { stop(); }) {}
 
  private:
   static constexpr std::size_t kQueue = 10;
+
+  bool stamped() const { return node_.settings().enable_stamped_cmd_vel; }
 
   void on_odometry(const Odometry& message) {
     double eta[seatrial::kAxes];

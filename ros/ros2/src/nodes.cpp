@@ -26,10 +26,10 @@ const Entry kNodes[] = {{"odometry", make_odometry},
 }  // namespace
 
 int run(const std::string& name, int argc, char** argv) {
-  rclcpp::init(argc, argv);
-  if (name == "odometry") reload_on_hangup();
   int code = 0;
   try {
+    rclcpp::init(argc, argv);
+    if (name == "odometry") reload_on_hangup();
     for (const Entry& entry : kNodes) {
       if (entry.name == name) rclcpp::spin(entry.make(rclcpp::NodeOptions()));
     }

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The last message of the ROS 1 nodes that drive something, however they are ended: it stops what they drive."""
+"""ROS 1 nodes that can't begin, and the last message of those that drive something: it stops what they drive."""
 
 import signal
 
@@ -42,6 +42,13 @@ def driven(ros, program, files):
     ]  # fmt: skip
     goal = ros.start("rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", GOAL)
     return node, [*stands, goal], "/joy"
+
+
+@pytest.mark.parametrize("program", ["odometry", "simulator", "mimic", "tracking"])
+def test_a_name_that_is_none_is_one_line(ros, program):
+    said = ros.complaint(program, "__name:=a/b")
+    assert said.startswith(f"seatrial_{program}: ")
+    assert "a/b" in said
 
 
 def numbers(message):
