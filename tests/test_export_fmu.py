@@ -7,10 +7,12 @@ import sysconfig
 import zipfile
 from pathlib import Path
 
+import cli_tools
 import numpy as np
 import pytest
 from export_tools import BOATS, boat, drive, program, run, trace_states
 
+import seatrial
 from seatrial.export import export
 from seatrial.util.errors import ExportError
 
@@ -166,6 +168,45 @@ def test_fmpy_builds_it_from_its_source_alone(tmp_path, monkeypatch):
     found = unit.follow(boat("bare").vehicle.inputs, own.t, own.commands)
     unit.end()
     np.testing.assert_allclose(found, trace_states(boat("bare"), own), rtol=0, atol=1e-9)
+
+
+def binaries(path) -> list[str]:
+    with zipfile.ZipFile(path) as archive:
+        return [name for name in archive.namelist() if name.startswith("binaries")]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a wrapper written in sh")
+def test_a_compiler_may_have_options_and_a_wrapper(tmp_path, monkeypatch):
+    program("cc")
+    wrapper = tmp_path / "my wrapper"
+    wrapper.write_text('#!/bin/sh\nexec "$@"\n')
+    wrapper.chmod(0o755)
+    for cc in ("cc -O1", f"'{wrapper}' cc -g", " "):
+        monkeypatch.setenv("CC", cc)
+        export(boat("bare"), "fmu", tmp_path / "boat.fmu")
+        assert len(binaries(tmp_path / "boat.fmu")) == 1, cc
+
+
+@pytest.mark.parametrize("here", [True, False], ids=["no compiler", "another platform"])
+def test_a_unit_of_sources_alone_says_so_and_why(tmp_path, monkeypatch, capsys, here):
+    reason = "there is no C compiler 'no-such-compiler'; install it, or set CC to another"
+    monkeypatch.setenv("CC", "no-such-compiler -O2")
+    if not here:
+        monkeypatch.setattr("platform.machine", lambda: "riscv64")
+        reason = "libraries are made on Linux x86_64"
+    seatrial.save(boat("bare"), tmp_path / "model.yaml")
+    out, page = tmp_path / "boat.fmu", tmp_path / "boat.json"
+    given = ["export", tmp_path / "model.yaml", "--to", "fmu", "-o", out, "--json", page]
+    code, said, _ = cli_tools.run(capsys, *given)
+    assert code == 0 and binaries(out) == []
+    about = cli_tools.documented("export", page)["about"]
+    assert f"; sources only: {reason}" in about and f"wrote {out}: {about}\n" in said
+
+
+def test_a_compiler_that_no_shell_reads_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setenv("CC", "cc '")
+    with pytest.raises(ExportError, match="CC is no command: cc ' "):
+        export(boat("bare"), "fmu", tmp_path / "boat.fmu")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="a compiler written in sh")

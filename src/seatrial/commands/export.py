@@ -75,9 +75,10 @@ def run(args: argparse.Namespace) -> None:
     guard(args.json, "{", args.model, args.vehicle, args.out)
     model = load_model(args)
     export(model, args.to, args.out, model_path=args.model, hull=_hull(args), ros=args.ros or 2)
-    say(f"wrote {args.out}: {chosen.about}")
+    about = chosen.made_here
+    say(f"wrote {args.out}: {about}")
     say(after_export(args.out).text)
-    found = ExportResult(str(args.model), args.to, chosen.about, str(args.out))
+    found = ExportResult(str(args.model), args.to, about, str(args.out))
     write_json(args, "export 1", found)
 
 

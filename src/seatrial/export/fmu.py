@@ -4,6 +4,7 @@
 import io
 import os
 import platform
+import shlex
 import shutil
 import subprocess
 import tempfile
@@ -31,8 +32,22 @@ PLATFORMS = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "arm64"): ("dar
 ARCHIVE_DATE = (1980, 1, 1, 0, 0, 0)  # of the archive's files: makes its bytes reproducible
 
 
+def sources_only() -> str:
+    """Why a unit that is made here has sources only; empty: it has a library."""
+    if _target() is None:
+        platforms = " and ".join(" ".join(each) for each in PLATFORMS)
+        here = f"{platform.system()} {platform.machine()}"
+        return f"sources only: libraries are made on {platforms}, not on {here}"
+    command = _compiler()
+    if shutil.which(command[0]) is None:
+        return (
+            f"sources only: there is no C compiler '{command[0]}'; install it, or set CC to another"
+        )
+    return ""
+
+
 def unit(content: Content, name: str) -> bytes:
-    """The archive's bytes. Without a C compiler it has sources only."""
+    """The archive's bytes, with a library where `sources_only` has no reason against it. Raises ExportError."""
     header = c.header(content, name)
     guid = f"{{{uuid.uuid5(uuid.NAMESPACE_OID, header)}}}"
     source = _source(content, name, guid)
@@ -67,18 +82,18 @@ def _source(content: Content, name: str, guid: str) -> str:
 
 
 def _binary(name: str, header: str, source: str) -> dict[str, bytes]:
-    """The library for this platform, where there is a compiler. Raises ExportError where it fails."""
-    compiler = shutil.which(os.environ.get("CC", "cc"))
-    target = PLATFORMS.get((platform.system(), platform.machine()))
-    if compiler is None or target is None:
+    """The library for this platform, where one can be made. Raises ExportError where the compiler fails."""
+    target = _target()
+    if target is None or sources_only():
         return {}
     folder_name, suffix = target
+    compiler = _compiler()
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / f"{name}{suffix}"
         (Path(folder) / f"{name}.h").write_text(header, encoding="utf-8")
         (Path(folder) / "fmu.c").write_text(source, encoding="utf-8")
         command = [
-            compiler,
+            *compiler,
             "-std=c99",
             "-O2",
             "-fPIC",
@@ -92,9 +107,23 @@ def _binary(name: str, header: str, source: str) -> dict[str, bytes]:
         if done.returncode != 0:
             first = (done.stderr.strip() or "no message").splitlines()[0]
             raise ExportError(
-                f"{compiler} can't compile the unit: {first}; set CC to another compiler"
+                f"{shlex.join(compiler)} can't compile the unit: {first}; set CC to another compiler"
             )
         return {f"binaries/{folder_name}/{library.name}": library.read_bytes()}
+
+
+def _target() -> tuple[str, str] | None:
+    """Folder and suffix of this platform's libraries."""
+    return PLATFORMS.get((platform.system(), platform.machine()))
+
+
+def _compiler() -> list[str]:
+    """CC as a shell reads it: a program, which may be a wrapper, and its options. Raises ExportError."""
+    given = os.environ.get("CC", "")
+    try:
+        return shlex.split(given) or ["cc"]
+    except ValueError as error:
+        raise ExportError(f"CC is no command: {given} ({error})") from None
 
 
 def description(content: Content, name: str, guid: str) -> bytes:

@@ -37,6 +37,12 @@ class Format:
     begins: str  # first characters of its files, so that no other file is overwritten
     runs: bool  # it simulates a boat: an unstable model is refused
     write: Callable[[Request], bytes]
+    lacks: Callable[[], str] = str  # what a file that is made here lacks, and why
+
+    @property
+    def made_here(self) -> str:
+        """What it is, and what it lacks."""
+        return "; ".join(filter(None, (self.about, self.lacks())))
 
 
 def _c(request: Request) -> bytes:
@@ -79,7 +85,14 @@ def _json(request: Request) -> bytes:
 FORMATS = {
     "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
     "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
-    "fmu": Format("Functional Mock-up Unit, FMI 2.0 for co-simulation", ".fmu", "PK", True, _fmu),
+    "fmu": Format(
+        "Functional Mock-up Unit, FMI 2.0 for co-simulation",
+        ".fmu",
+        "PK",
+        True,
+        _fmu,
+        fmu.sources_only,
+    ),
     "sdf": Format("Gazebo model", ".sdf", "<?xml", True, _sdf),
     "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
     "ros": Format("ROS parameters", ".yaml", "# ROS", False, _ros),

@@ -169,7 +169,7 @@ class ExportResult(Result, frozen=True):
 
     model: str  # path
     format: str  # as of --to
-    about: str  # what the file is
+    about: str  # what the file is, and what it lacks
     written: str  # path
     seatrial: Literal["export 1"] = "export 1"
 
