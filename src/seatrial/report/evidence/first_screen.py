@@ -14,7 +14,7 @@ from seatrial.util.frames import Array
 
 @dataclass(frozen=True)
 class FloorScore:
-    """The way from constant velocity (0) to the noise floor (1) that predictions have gone."""
+    """Share by which predictions exceed the noise floor less than constant velocity does; 1: at the floor."""
 
     share: Array  # (3,)
     over_floor: Array  # (3,) RMS error over the noise floor; infinite where that is 0

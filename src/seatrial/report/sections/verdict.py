@@ -27,7 +27,8 @@ from seatrial.report.text.names import names_in, sentence
 from seatrial.util.frames import AXES
 from seatrial.workflow.fitness import Fitness, Level
 
-# the share of the way to the floor: 0.8 is `very well`, 0.5 is `well`, see `ratio_word`
+# share of constant velocity's excess over the noise floor that is gone: 0.8 is `very well`, 0.5 is `well`,
+# see `ratio_word`
 FLOOR_LIMITS = (0.5, 0.2)
 MUCH = 1e3  # times the floor, which is then as good as none
 KNOWN_LIMITS = (0.8, 0.5)  # share of parameters
@@ -104,8 +105,8 @@ def _floor_dial(evidence: Evidence) -> Dial:
         return Dial("floor", title, "none", "no recording could be predicted", ())
     worst = found.worst
     over, still = found.over_floor[worst], found.still_over_floor[worst]
-    meaning = f"of the way from constant velocity ({_times(still)} noise floor) to the floor; "
-    meaning += f"{AXES[worst]} is at {_times(over)}"
+    meaning = "less error beyond the noise floor than constant velocity; "
+    meaning += f"worst axis {AXES[worst]}: {_times(over)} floor, not {_times(still)}"
     return share_dial("floor", title, float(found.share[worst]), meaning, FLOOR_LIMITS)
 
 
