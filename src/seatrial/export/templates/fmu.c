@@ -146,10 +146,10 @@ fmi2Status FMI(fmi2DoStep)(fmi2Component c, fmi2Real now, fmi2Real h, fmi2Boolea
   Instance* own = (Instance*)c;
   (void)now, (void)no_way_back;
 ${scale_inputs}  if (memcmp(own->given, own->real, sizeof own->given) != 0) {
-    if (!${name}_command(&own->boat, own->real)) return complain(own, "a command is not finite, or too many are under way");
+    if (!${name}_command(&own->boat, own->real)) return complain(own, "a command is not finite, or the queue of delayed commands is full");
     memcpy(own->given, own->real, sizeof own->given);
   }
-  if (!${name}_step(&own->boat, h)) return complain(own, "the boat is nowhere any more, or the step is no time");
+  if (!${name}_step(&own->boat, h)) return complain(own, "the state diverged, or the step size is not a finite time >= 0");
   show(own);
   return fmi2OK;
 }
