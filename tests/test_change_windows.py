@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The test for a change of the boat where poses do not count, or do not tell: what is left out is no evidence."""
 
+import threading
+
 import numpy as np
 import pytest
 from changed_boats import drives_by_cause, findings, known_model, sent
@@ -10,9 +12,11 @@ from seatrial.monitoring import change_test
 from seatrial.monitoring.change_detector import CONFIRMATION, PASSING, ChangeDetector
 from seatrial.monitoring.change_space import THRUSTER_CHANGE, change_space
 from seatrial.monitoring.change_test import fitted_changes, linearised
+from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.window_likelihood import Quadratic, Window, windows
 from seatrial.onboard.boat_change import ChangeState
 from seatrial.util.frames import NS_PER_S
+from tests.boats.scenes import vehicle_of
 from tests.boats.weather import towed
 
 model, drives = known_model, drives_by_cause
@@ -123,3 +127,20 @@ def test_a_thruster_that_gives_nothing_has_an_interval_too(model, gain, size):
     # a normal prior of the size, and a measurement of it
     assert found.error == pytest.approx((THRUSTER_CHANGE**-2.0 + error**-2.0) ** -0.5, rel=1e-3)
     assert found.covariance[place, place] == pytest.approx(found.error**2, rel=1e-3)
+
+
+def test_rows_that_come_while_others_are_dropped_are_kept():
+    """The source's thread adds rows, that of the test drops those of a clock that was set back."""
+    log, added = RecentLog(vehicle_of("MP"), 1e6), threading.Event()
+
+    def add():
+        for i in range(10_000):
+            log.add("pose", i, np.zeros(3))
+        added.set()
+
+    thread = threading.Thread(target=add)
+    thread.start()
+    while not added.is_set():
+        log.drop_after(10_000)  # none of them
+    thread.join()
+    assert len(log._rows["pose"]) == 10_000

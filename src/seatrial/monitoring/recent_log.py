@@ -3,6 +3,7 @@
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from threading import Lock
 
 import numpy as np
 
@@ -26,31 +27,34 @@ class RecentLog:
     """Signals of the last `length` seconds, in any order of their stamps [ns], forward-left-up.
 
     Poses are of the measured point, as the vehicle states it. A row that is not finite is dropped. One thread may
-    add rows while another reads.
+    add rows while another reads and drops.
     """
 
     def __init__(self, vehicle: Vehicle, length: float) -> None:
         self.vehicle = vehicle
         self._length = round(1e9 * length)
         self._rows: dict[str, Rows] = {kind: deque(maxlen=MOST_ROWS) for kind in KINDS}
+        self._lock = Lock()  # of changes; a deque is read in one step
 
     def add(self, kind: str, stamp: int, values: Sequence[float] | Array) -> None:
         """A row: pose (3,), position (2,), heading (1,), command (inputs,) or scale (scales,)."""
         row = np.array(values, dtype=float).reshape(-1)
         if not np.isfinite(row).all():
             return
-        rows = self._rows[kind]
-        rows.append((stamp, row))
-        # of a signal that holds, one row before the log stays
-        held = int(kind in HELD)
-        while len(rows) > held + 1 and rows[held][0] < stamp - self._length:
-            rows.popleft()
+        with self._lock:
+            rows = self._rows[kind]
+            rows.append((stamp, row))
+            # of a signal that holds, one row before the log stays
+            held = int(kind in HELD)
+            while len(rows) > held + 1 and rows[held][0] < stamp - self._length:
+                rows.popleft()
 
     def drop_after(self, stamp: int) -> None:
         """Forget rows with later stamps [ns]: of a clock that was set back."""
-        for kind, rows in self._rows.items():
-            kept = [row for row in list(rows) if row[0] <= stamp]
-            self._rows[kind] = deque(kept, maxlen=MOST_ROWS)
+        with self._lock:
+            for kind, rows in self._rows.items():
+                kept = [row for row in rows if row[0] <= stamp]
+                self._rows[kind] = deque(kept, maxlen=MOST_ROWS)
 
     @property
     def newest(self) -> int | None:
