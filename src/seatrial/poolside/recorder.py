@@ -213,21 +213,21 @@ class Recorder:
                 os.fsync(file.fileno())
                 with self._lock:
                     file.writelines(self._kept(rows.read()))
-                    file.flush()
-                    part.replace(kept)
-                    self._open_again(kept)
+                    file.close()
+                    self._put_in_place(part, kept)
         except OSError as error:
             raise FileError(f"{kept}: can't be written ({error.strerror})") from None
         finally:
             part.unlink(missing_ok=True)
 
-    def _open_again(self, path: Path) -> None:
-        """Add to the file that has come into the place of another."""
-        before = self._handles.pop(path.name, None)
-        self._handles[path.name] = os.open(path, os.O_WRONLY | os.O_APPEND)
-        self._changed = True
+    def _put_in_place(self, part: Path, kept: Path) -> None:
+        """Rows are added to the new file from now on."""
+        before = self._handles.pop(kept.name, None)
         if before is not None:
             os.close(before)
+        part.replace(kept)
+        self._handles[kept.name] = os.open(kept, os.O_WRONLY | os.O_APPEND)
+        self._changed = True
 
     def _kept(self, table: bytes) -> Iterator[bytes]:
         """Lines of a table that are in no discarded interval."""

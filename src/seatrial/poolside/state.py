@@ -130,7 +130,7 @@ class Controller(Protocol):
         """Mark this moment of the recording."""
 
     def discard(self, seconds: float) -> None:
-        """Leave the last seconds out of recording and estimate."""
+        """Leave the last seconds out of recording, estimate, predictions and the test for a change."""
 
     def stop(self) -> dict[str, str]:
         """End and save: what was saved to its path (recording, vehicle, model, report)."""
