@@ -118,6 +118,10 @@ def test_minutes_until_it_is_known_to_five_per_cent(model):
 def test_tables_align():
     shown = table(["", "a", "bb"], [["x", "1", "2"], ["yy", "10", "3"]]).splitlines()
     assert shown == ["       a  bb", "  x    1   2", "  yy  10   3"]
+    shown = table(
+        ["a", "n", "words"], [["x", "10", "b"], ["yy", "3", ""]], text=(0, 2)
+    ).splitlines()
+    assert shown == ["  a    n  words", "  x   10  b", "  yy   3"]
 
 
 @pytest.mark.parametrize(

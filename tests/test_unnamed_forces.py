@@ -37,7 +37,7 @@ def test_two_propellers_across_have_a_difference_beside_their_sum(ship):
     (told,) = added_forces(vehicle, found)
     assert finding_text(told) == (
         "force F_v_d: the commands drive a combination of port_sway and starboard_sway for which the vehicle file has "
-        "no force. The model has it as F_v_d, a force of sway, and its terms may use it. To keep it, copy F_v_d from "
+        "no force. The model has it as F_v_d, a force in sway, and its terms may use it. To keep it, copy F_v_d from "
         "forces: in the model file to the vehicle file"
     )
     assert told.part("axis") == "sway"
