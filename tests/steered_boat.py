@@ -46,6 +46,17 @@ BOW_THRUSTER = {  # one beside: no single steered thruster
         "F_r": {"axis": "yaw", "of": {"helm": -0.6, "bow": 0.5}},
     },
 }  # fmt: skip
+RUDDER = {  # a propeller whose race misses the rudder: its yaw is that of the flow
+    "forces": {
+        "F_u": {"axis": "surge", "of": {"motor": 1}},
+        "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
+    },
+    "structure": {
+        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["-1 * u * r", "Y_v * v", "Y_r * r"],
+        "yaw": ["N_v * v", "N_r * r", "N_ud * |u| * u * F_d"],
+    },
+}
 TRUTH = {"steer_angle": 35.0, "steer_offset": -4.0, "steer_rate": 40.0, "steer_dead_zone": 0.08}
 
 

@@ -6,7 +6,9 @@ from itertools import islice
 
 import numpy as np
 import pytest
+import steered_boat
 from conftest import TABLE_II, make_model
+from steered_boat import BOW_THRUSTER, RUDDER
 
 import seatrial
 from seatrial.boat.schema import EnvelopeEntry
@@ -127,6 +129,26 @@ def test_a_boat_of_propellers_gets_manoeuvres_for_each_of_its_forces(cse1, cse1_
     names = [force.name for force in model.vehicle.forces]
     assert forces[:, names.index("F_u")].max() > 0.3
     assert np.abs(np.delete(forces, names.index("F_u"), axis=1)).max() < 1e-12
+
+
+@pytest.mark.parametrize("kind", ["outboard", "with a bow thruster", "rudder"])
+def test_an_angle_is_driven_at_a_held_thrust_and_every_manoeuvre_moves_the_boat_as_it_says(kind):
+    """By the simulated boat: yaw to the named side, and no manoeuvre that makes no force."""
+    changed = {"outboard": {}, "with a bow thruster": BOW_THRUSTER, "rudder": RUDDER}[kind]
+    model = steered_boat.known({"offset_deg": 0.0}, **changed)
+    found = manoeuvres(model)
+    motor, helm = (model.vehicle.inputs.index(name) for name in ("motor", "helm"))
+    for one in found:
+        assert np.ptp(trial(model, one, 0.1).eta, axis=0).max() > 0.05, one.text
+        if "pulses" in one.text and one.effort < 3 and one.commands[:, helm].any():
+            assert one.text.endswith("motor held at 50 %") and (one.commands[:, motor] == 0.5).all()
+    for word, sign in (("left", 1.0), ("right", -1.0)):
+        turn = f"yaw pulses turning {word} at 100 % command, motor held at 50 %"
+        (one,) = (m for m in found if m.text == turn)
+        gain = -1.0 if kind == "rudder" else 1.0  # the sign of its N_ud
+        assert gain * sign * trial(model, one, 0.1).eta[-1, 2] > 1.0
+    sways = [one.text for one in found if one.text.startswith("sway pulses")]
+    assert bool(sways) == (kind == "with a bow thruster")
 
 
 def test_what_was_promised_comes_true_when_it_is_driven(model, runs, mp):

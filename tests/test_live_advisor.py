@@ -5,15 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import steered_boat
 from conftest import at_length
 from live_advice_boat import known_boat
 
 from benchmarks.studies.guidance import boat as twin
+from seatrial.boat.static_forces import static_forces
 from seatrial.identification.experiment_design.simulated_drive import simulated_drive
 from seatrial.poolside.advisor import Advisor, _added, position_errors
 from seatrial.poolside.area import Area, rectangle
 from seatrial.poolside.needs import needs_of
-from seatrial.poolside.stick_patterns import stick_patterns
+from seatrial.poolside.stick_patterns import first_patterns, stick_patterns
 from seatrial.workflow.fitness import Use
 
 POOL = rectangle(3.6, 2.4)
@@ -160,6 +162,19 @@ def test_dense_poses_are_averaged(monkeypatch):
 def test_driving_that_is_not_trusted_shortens_nothing():
     one = advice(known_boat(0.2), area=None, trust=1e-9)[0]
     assert one.after == pytest.approx(one.before, rel=1e-3)
+
+
+def test_an_angle_has_patterns_at_a_held_thrust():
+    vehicle = steered_boat.outboard()
+    found = stick_patterns(vehicle)
+    left = next(
+        p for p in found if p.text.startswith("Yaw, motor held at 50 %: full stick turning left")
+    )
+    assert left.commands[:2] == pytest.approx(np.array([[0.5, -1.0], [0.5, 0.0]]))
+    both = next(p for p in found if p.text.startswith("Surge: full stick ahead; yaw"))
+    assert both.commands[:, 0] == pytest.approx(1.0) and np.ptp(both.commands[:, 1]) > 1.0
+    for pattern in (*found, *first_patterns(vehicle, np.zeros((3, 2)))):
+        assert np.abs(static_forces(vehicle, pattern.commands)).max() > 0.1, pattern.text
 
 
 def test_two_thrusters_have_patterns_of_surge_and_yaw():

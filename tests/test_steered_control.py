@@ -6,7 +6,7 @@ import dataclasses
 import numpy as np
 import pytest
 from conftest import make_model
-from steered_boat import BOW_THRUSTER, driven, known, outboard
+from steered_boat import BOW_THRUSTER, RUDDER, driven, known, outboard
 
 import seatrial
 from seatrial import _core
@@ -36,17 +36,6 @@ RATE = 20.0  # [Hz] of the controller
 BLIND = Sensors(pose=None, imu=None, lidar=None)
 STILL = np.zeros(3)
 PLAIN = OutputErrorSettings(select_stages=False)
-RUDDER = {  # a propeller whose race misses the rudder: its yaw is that of the flow
-    "forces": {
-        "F_u": {"axis": "surge", "of": {"motor": 1}},
-        "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
-    },
-    "structure": {
-        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-        "sway": ["-1 * u * r", "Y_v * v", "Y_r * r"],
-        "yaw": ["N_v * v", "N_r * r", "N_ud * |u| * u * F_d"],
-    },
-}
 
 
 @pytest.fixture(scope="module")

@@ -136,7 +136,7 @@ def reference_drive(model: Model) -> SimulatedDrive:
     Raises ModelError where the model diverges.
     """
     rng = np.random.default_rng(1)
-    directions = [command for _, _, command in stick_directions(model.vehicle)]
+    directions = [one.command for one in stick_directions(model.vehicle)]
     grid = np.arange(0.0, REFERENCE_LENGTH, REFERENCE_PERIOD)
     commands = np.zeros((len(grid), len(model.vehicle.inputs)))
     for direction in directions:

@@ -2,13 +2,18 @@
 """Stick patterns of 7 to 20 s that a person can drive: a small library to choose the next manoeuvre from."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.experiment_design.manoeuvres import SIDE_WORDS, force_commands
+from seatrial.identification.experiment_design.manoeuvres import (
+    SIDE_WORDS,
+    Drive,
+    force_commands,
+    held_by_both,
+)
 from seatrial.util.frames import AXES, Array
 
 LEVELS = (1.0, 0.6, 0.3)  # of the full stick
@@ -27,21 +32,18 @@ class StickPattern:
     seconds: float
 
 
-Direction = tuple[int, str, Array]  # axis, label, inputs (inputs,) at full stick
-
-
-def stick_directions(vehicle: Vehicle) -> list[Direction]:
-    """Every axis that commands drive; where these are no forces, every input for itself."""
+def stick_directions(vehicle: Vehicle) -> list[Drive]:
+    """Every axis that commands drive, at full stick; where these are no forces, every input for itself."""
     found = [
-        (axis, label, unit / np.abs(unit).max())
-        for _, axis, label, unit in force_commands(vehicle) if np.abs(unit).max() > 0.0
-    ]  # fmt: skip
+        replace(one, command=one.command / np.abs(one.command).max())
+        for one in force_commands(vehicle)
+    ]
     if found:
         return found
     axes = [force.axis for force in vehicle.forces] or [0]
     count = len(vehicle.inputs)
     return [
-        (axes[min(i, len(axes) - 1)], name, np.eye(count)[i])
+        Drive("", axes[min(i, len(axes) - 1)], name, np.eye(count)[i], np.zeros(count))
         for i, name in enumerate(vehicle.inputs)
     ]
 
@@ -60,11 +62,11 @@ def stick_patterns(vehicle: Vehicle) -> list[StickPattern]:
 def first_patterns(vehicle: Vehicle, driven: Array) -> list[StickPattern]:
     """Without a model: half stick to each side; first what was driven least, by seconds `driven` (3, 2)."""
     sides = [(one, side) for one in stick_directions(vehicle) for side in (1.0, -1.0)]
-    sides.sort(key=lambda pair: float(driven[pair[0][0]].sum()))
+    sides.sort(key=lambda pair: float(driven[pair[0].axis].sum()))
     return [_held(one, 0.5 * side, 2.0, 1.5) for one, side in sides]
 
 
-def _single(direction: Direction) -> Iterator[StickPattern]:
+def _single(direction: Drive) -> Iterator[StickPattern]:
     for level in LEVELS:
         for side in (1.0, -1.0):
             yield _held(direction, side * level, 3.0, COAST)
@@ -73,29 +75,33 @@ def _single(direction: Direction) -> Iterator[StickPattern]:
             yield _alternating(direction, side * level, 2.0, 6)
 
 
-def _held(direction: Direction, level: float, on: float, off: float) -> StickPattern:
+def _held(direction: Drive, level: float, on: float, off: float) -> StickPattern:
     """To one side and let go, to the other and let go."""
-    _, label, command = direction
     one, other = _sides(direction, level)
     much = _much(level)
-    text = f"{label}: {much} {one} {on:g} s, let go {off:g} s, {much} {other} {on:g} s, let go {off:g} s"
+    text = f"{much} {one} {on:g} s, let go {off:g} s, {much} {other} {on:g} s, let go {off:g} s"
     t = np.array([0.0, on, on + off, 2 * on + off])
-    return _made(text, t, np.outer([level, 0.0, -level, 0.0], command), 2 * (on + off))
+    return _alone(direction, text, t, np.array([level, 0.0, -level, 0.0]), 2 * (on + off))
 
 
-def _alternating(direction: Direction, level: float, hold: float, times: int) -> StickPattern:
-    _, label, command = direction
+def _alternating(direction: Drive, level: float, hold: float, times: int) -> StickPattern:
     one, other = _sides(direction, level)
-    text = f"{label}: {_much(level)} {one} and {other} in turn, {hold:g} s each, {times} times"
+    text = f"{_much(level)} {one} and {other} in turn, {hold:g} s each, {times} times"
     signs = np.where(np.arange(times) % 2 == 0, 1.0, -1.0)
-    return _made(
-        text, hold * np.arange(times, dtype=float), np.outer(level * signs, command), hold * times
-    )
+    t = hold * np.arange(times, dtype=float)
+    return _alone(direction, text, t, level * signs, hold * times)
 
 
-def _double(first: Direction, second: Direction) -> Iterator[StickPattern]:
+def _alone(direction: Drive, text: str, t: Array, levels: Array, seconds: float) -> StickPattern:
+    """One axis at these levels (n,), with what is held meanwhile."""
+    commands = np.outer(levels, direction.command) + direction.held
+    return _made(f"{direction.label}{direction.holding}: {text}", t, commands, seconds)
+
+
+def _double(first: Drive, second: Drive) -> Iterator[StickPattern]:
     """One axis held while the other alternates or is held, too; both in turn, a quarter apart."""
-    (_, label, command), (_, other, steer) = first, second
+    label, command, other, steer = first.label, first.command, second.label, second.command
+    kept, holding = held_by_both(first, second)
     a, b = _sides(second, 1.0)
     t = PAIR_HOLD * np.arange(PAIR_TIMES, dtype=float)
     in_turn, quarter, late = (
@@ -105,22 +111,22 @@ def _double(first: Direction, second: Direction) -> Iterator[StickPattern]:
     for level in (0.5, 1.0):
         for side in (1.0, -1.0):
             held, _ = _sides(first, side)
-            push, what = side * level * command, f"{label}: {_much(level)} {held}"
+            push, what = side * level * command, f"{label}{holding}: {_much(level)} {held}"
             text = f"{what}; {other}: {_much(0.6)} {a} and {b} in turn, {PAIR_HOLD:g} s each"
-            yield _made(text, t, push + np.outer(0.6 * in_turn, steer), t[-1] + PAIR_HOLD)
+            yield _made(text, t, push + kept + np.outer(0.6 * in_turn, steer), t[-1] + PAIR_HOLD)
             text = f"{what}; {other}: half stick {a}; both held 10 s"
-            yield _made(text, np.zeros(1), (push + 0.5 * steer)[None], 10.0)
+            yield _made(text, np.zeros(1), (push + kept + 0.5 * steer)[None], 10.0)
             text = f"{what} and back in turn, {2 * PAIR_HOLD:g} s each; {other}: the same, {PAIR_HOLD:g} s ahead"
-            rows = np.outer(quarter, push) + np.outer(level * late, steer)
+            rows = np.outer(quarter, push) + np.outer(level * late, steer) + kept
             yield _made(text, t, rows, t[-1] + PAIR_HOLD)
 
 
-def _random(directions: Sequence[Direction], seed: int) -> StickPattern:
+def _random(directions: Sequence[Drive], seed: int) -> StickPattern:
     """All sticks at random, every 1 to 2 s."""
     rng = np.random.default_rng(seed)
     t = np.concatenate([[0.0], np.cumsum(rng.uniform(1.0, 2.0, 12))])
     sizes = rng.choice([-1.0, -0.5, 0.0, 0.5, 1.0], (len(t), len(directions)))
-    commands = sizes @ np.array([command for _, _, command in directions])
+    commands = sizes @ np.array([one.command for one in directions])
     return _made("all sticks as drawn", t, commands, 20.0)
 
 
@@ -134,7 +140,8 @@ def _much(level: float) -> str:
     return {1.0: "full stick", 0.5: "half stick"}.get(size, f"{100 * size:.0f} % stick")
 
 
-def _sides(direction: Direction, level: float) -> tuple[str, str]:
-    axis, label, _ = direction
-    own = SIDE_WORDS[axis] if label.startswith(AXES[axis]) else ("up", "down")
+def _sides(direction: Drive, level: float) -> tuple[str, str]:
+    own = ("up", "down")
+    if direction.label.startswith(AXES[direction.axis]):
+        own = SIDE_WORDS[direction.axis]
     return own if level > 0 else own[::-1]
