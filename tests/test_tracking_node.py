@@ -28,7 +28,7 @@ pytestmark = pytest.mark.system
 BEGIN = 1_000_000_000_000  # [ns]
 COURSE = at_speed(rounded_square(6.0, 1.5), 0.25, 4.0)
 GOAL = np.array([1.0, 4.0, 0.3])
-FOLLOWING = {"0", "1"}  # Conduct: follows, limited
+FOLLOWING, UNCERTAIN = {"0", "1"}, "4"  # Conduct: follows, limited
 # of the vehicle's command topic: the survey boat has columns, a bag's topic here
 TOPIC = {"left": "axes[0]", "right": "axes[1]"}
 
@@ -195,6 +195,45 @@ def test_parameters_do_as_the_file(program, written):
         assert [float.fromhex(x) for x in one[1:]] == pytest.approx(
             [float.fromhex(x) for x in two[1:]], abs=1e-9
         )
+
+
+@pytest.mark.parametrize("in_map", ["true", "false"])
+def test_a_velocity_of_which_nothing_is_known_gives_zero_commands(program, written, in_map):
+    """After a divergence the odometry node goes on publishing zeros, as before its first pose."""
+    tuning, folder = written
+    odometer, events = seatrial.Odometer(tuning.model), [line(0.0, "goal", GOAL, np.zeros(3))]
+    for i in range(3):
+        variance = np.diag(odometer.look(BEGIN + i * 10**8).covariance)[3:]
+        odometer.pose(BEGIN + i * 10**8, np.zeros(3))
+        rest = np.zeros(3)
+        events += [line(0.1 * i, "map_pose", rest, rest), line(0.1 * i, "odom", rest, [*rest, *variance])]  # fmt: skip
+        events.append(line(0.1 * i, "tick"))
+    given = {"model": folder / "model.yaml", "gains": folder / "gains.yaml"}
+    code, rows, error = run(program, events, control_in_map=in_map, **given)
+    assert (code, error) == (0, "")
+    assert rows[0][0] == UNCERTAIN
+    assert not any(float.fromhex(x) for x in rows[0][1:])
+    assert rows[2][0] in FOLLOWING
+    assert any(float.fromhex(x) for x in rows[2][1:])
+
+
+def test_messages_out_of_order_are_not_used(program, written):
+    """Each one once more, 40 ms late: the commands stay. A clock that was set back by a second is followed."""
+    _, folder = written
+    given = {"model": folder / "model.yaml", "gains": folder / "gains.yaml"}
+    plain = script(400)
+    mixed = []
+    for i, event in enumerate(plain):
+        mixed.append(event)
+        words = event.split()
+        if words[1] in ("odom", "map_pose", "reference") and i > 10:
+            late = [str(int(words[0]) - 40_000_000), words[1], *(["9"] * 6)]
+            mixed.append(" ".join(late))
+    assert len(mixed) > len(plain) + 500
+    assert run(program, mixed, **given) == run(program, plain, **given)
+    back = [f"{int(event.split()[0]) - 10**9} {event.split(maxsplit=1)[1]}" for event in plain]
+    _, rows, _ = run(program, [*plain, *back], **given)
+    assert {row[0] for row in rows[400:]} <= FOLLOWING
 
 
 def test_gains_without_guidance_are_refused_for_a_boat_without_sway(program, tmp_path):

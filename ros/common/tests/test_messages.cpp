@@ -186,6 +186,17 @@ TEST_CASE("what is filled in is read back") {
   }
 }
 
+TEST_CASE("a velocity and its variances are read back") {
+  const auto m = filled<nav_msgs::msg::Odometry>();
+  double nu[kAxes];
+  double variance[kAxes];
+  ros::read_twist(m.twist, nu, variance);
+  for (int i = 0; i < kAxes; ++i) {
+    CHECK(nu[i] == example().motion.velocity[i]);
+    CHECK(variance[i] == example().motion.covariance[kPose + i][kPose + i]);
+  }
+}
+
 TEST_CASE("a transform turns and moves as the pose does") {
   struct {
     geometry_msgs::msg::Vector3 translation{9.0, 9.0, 9.0};

@@ -127,6 +127,25 @@ TEST_CASE("An accelerating reference keeps accelerating") {
   CHECK(r.acceleration[1] == doctest::Approx(0.3));
 }
 
+TEST_CASE("References that are close together keep the acceleration of those apart") {
+  const auto speeding = [](double t, double rounding) {  // 0.3 m/s^2 forward
+    ros::MotionMessage m = on_circle(t);
+    m.eta[2] = 0.0;
+    m.nu[0] = 0.3 * t + rounding;
+    m.nu[2] = 0.0;
+    return m;
+  };
+  ros::Target target;
+  for (const double t : {1.0, 1.05}) target.follow(speeding(t, 0.0));
+  const auto twin = speeding(1.05001, 0.001);
+  target.follow(twin);
+  CHECK(target.at(twin.stamp).rate[0] == twin.nu[0]);
+  CHECK(target.at(twin.stamp).acceleration[0] == doctest::Approx(0.3));
+  // a stream at 200 Hz, each rounded to millimetres a second, up or down
+  for (int k = 0; k < 40; ++k) target.follow(speeding(1.06 + 0.005 * k, k % 2 == 0 ? 5e-4 : -5e-4));
+  CHECK(std::abs(target.at(twin.stamp).acceleration[0] - 0.3) <= 1e-3 / 0.015);
+}
+
 TEST_CASE("A goal is held still and does not age, and a reference after it has no difference") {
   ros::Target target;
   target.follow(on_circle(0.0));

@@ -5,7 +5,7 @@
 //
 // Names are the node's parameters, lists by commas. A line of events, the stamp in
 // nanoseconds:
-//   STAMP odom|map_pose|reference|goal X Y PSI U V R
+//   STAMP odom|map_pose|reference|goal X Y PSI U V R [variances of U V R]
 //   STAMP tick
 // Each tick answers: what the node did, as the number of Conduct, and the commands to all inputs.
 #include <cstdio>
@@ -70,6 +70,7 @@ void follow(sr::TrackingNode& node, std::size_t inputs) {
     in >> message.stamp >> kind;
     for (double& x : message.eta) in >> x;
     for (double& x : message.nu) in >> x;
+    for (double& x : message.nu_variance) in >> x;
     if (kind == "tick") answer(node, message.stamp, inputs);
     if (kind == "odom") node.odometry(message);
     if (kind == "map_pose") node.map_pose(message);

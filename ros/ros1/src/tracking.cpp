@@ -54,10 +54,7 @@ class Shell {
 
   static sr::MotionMessage moving(const nav_msgs::Odometry& message) {
     sr::MotionMessage out = located(message.header, message.pose.pose);
-    const geometry_msgs::Twist& twist = message.twist.twist;
-    out.nu[0] = twist.linear.x;
-    out.nu[1] = twist.linear.y;
-    out.nu[2] = twist.angular.z;
+    sr::read_twist(message.twist, out.nu, out.nu_variance);
     return out;
   }
 

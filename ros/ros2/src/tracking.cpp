@@ -66,10 +66,7 @@ class TrackingNode : public rclcpp::Node {
 
   sr::MotionMessage moving(const Odometry& message) const {
     sr::MotionMessage out = located(message.header, message.pose.pose);
-    const geometry_msgs::msg::Twist& twist = message.twist.twist;
-    out.nu[0] = twist.linear.x;
-    out.nu[1] = twist.linear.y;
-    out.nu[2] = twist.angular.z;
+    sr::read_twist(message.twist, out.nu, out.nu_variance);
     return out;
   }
 

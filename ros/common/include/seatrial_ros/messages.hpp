@@ -78,6 +78,17 @@ bool read_covariance(const Covariance& covariance, double planar[kPose * kPose])
   return known;
 }
 
+/// geometry_msgs/TwistWithCovariance to u, v [m/s], r [rad/s] and their variances; 0: not known.
+template <class Twist>
+void read_twist(const Twist& in, double nu[kAxes], double variance[kAxes]) {
+  nu[0] = in.twist.linear.x;
+  nu[1] = in.twist.linear.y;
+  nu[2] = in.twist.angular.z;
+  double planar[kAxes * kAxes];
+  read_covariance(in.covariance, planar);
+  for (int i = 0; i < kAxes; ++i) variance[i] = planar[(kAxes + 1) * i];
+}
+
 /// geometry_msgs/Transform by x, y [m], psi [rad].
 template <class Transform>
 void fill(const double eta[kPose], Transform& out) {

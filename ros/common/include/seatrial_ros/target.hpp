@@ -19,6 +19,7 @@ struct MotionMessage {
   std::string frame;                      // of the pose; empty: not said
   double eta[kAxes] = {};                 // x, y [m], psi [rad]
   double nu[kAxes] = {};                  // [m/s, m/s, rad/s] body-fixed
+  double nu_variance[kAxes] = {};         // of it; 0: not known
   bool has_covariance = false;            // and that is known
   double covariance[kAxes * kAxes] = {};  // of x, y, psi
 
@@ -31,15 +32,21 @@ struct MotionMessage {
 
 class Target {
  public:
-  static constexpr double kFarthestApart = 0.5;  // [s] between references that are differentiated
+  // [s] between references that are differentiated; nearer ones would give rounding or jitter as
+  // acceleration (that of 50 Hz stays above)
+  static constexpr double kNearest = 0.015;
+  static constexpr double kFarthest = 0.5;
 
-  /// The next of a stream; its acceleration is by the difference to the one before, body-fixed, so
+  /// The next of a stream; its acceleration is by the difference to one before, body-fixed, so
   /// that a steady turn is known exactly.
   void follow(const MotionMessage& in) {
-    const double apart = static_cast<double>(in.stamp - newest_.stamp) * 1e-9;
-    const bool near = streams_ && apart > 0.0 && apart <= kFarthestApart;
-    for (int i = 0; i < kAxes; ++i) {
-      nu_dot_[i] = near ? (in.nu[i] - newest_.nu[i]) / apart : 0.0;
+    const double apart = static_cast<double>(in.stamp - before_.stamp) * 1e-9;
+    const bool apart_too_far = !streams_ || apart < 0.0 || apart > kFarthest;
+    if (apart_too_far || apart >= kNearest) {
+      for (int i = 0; i < kAxes; ++i) {
+        nu_dot_[i] = apart_too_far ? 0.0 : (in.nu[i] - before_.nu[i]) / apart;
+      }
+      before_ = in;
     }
     set(in, true);
   }
@@ -87,6 +94,7 @@ class Target {
   }
 
   MotionMessage newest_;
+  MotionMessage before_;  // of the stream, that the next one is differentiated by
   double nu_dot_[kAxes] = {};
   bool streams_ = false;
   bool known_ = false;

@@ -30,7 +30,8 @@ inline constexpr ConductWords kConductWords[] = {
     {Diagnosis::kWarn, "the reference needs more thrust than available: slow it down"},
     {Diagnosis::kWarn, "no reference, or too old a one: commands are zero"},
     {Diagnosis::kError, "no odometry, or too old: commands are zero; check the odometry node"},
-    {Diagnosis::kError, "the pose is too uncertain: commands are zero; check that poses arrive"},
+    {Diagnosis::kError,
+     "pose or velocity is too uncertain: commands are zero; check that poses arrive"},
     {Diagnosis::kError, "the reference is in another frame than the pose: commands are zero"}};
 
 class TrackingNode {
@@ -50,6 +51,7 @@ class TrackingNode {
     topics_ = command_topics(board.inputs);
     name_ = board.name;
     const OnboardModel& m = board.model;
+    std::copy(m.velocity_spread, m.velocity_spread + kAxes, unknown_);
     const auto& boat = m.boat;
     if (const auto steering = detail::steering_of(m, gains_.gains.limit)) {
       tracker_ =
@@ -70,20 +72,22 @@ class TrackingNode {
 
   /// Velocity; without control_in_map the pose, too.
   void odometry(const MotionMessage& in) {
-    if (take(in)) velocity_ = in;
+    if (take(in, velocity_.stamp, settings_.timeout)) velocity_ = in;
   }
 
   /// The pose in map.
   void map_pose(const MotionMessage& in) {
-    if (take(in)) map_pose_ = in;
+    if (take(in, map_pose_.stamp, settings_.timeout)) map_pose_ = in;
   }
 
   void reference(const MotionMessage& in) {
-    if (take(in)) target_.follow(in);
+    if (!take(in, reference_, settings_.reference_timeout)) return;
+    reference_ = in.stamp;
+    target_.follow(in);
   }
 
   void goal(const MotionMessage& in) {
-    if (take(in)) target_.hold(in);
+    if (take(in, 0, 0.0)) target_.hold(in);
   }
 
   /// Commands to all inputs from now on.
@@ -124,10 +128,13 @@ class TrackingNode {
   }
 
  private:
-  bool take(const MotionMessage& in) {
-    const bool sound = in.is_finite() && in.stamp > 0;
-    if (!sound) ++refused_;
-    return sound;
+  /// Numbers, and newer than the newest [ns] of its topic; one older by more than `timeout` [s]
+  /// means a clock that was set back.
+  bool take(const MotionMessage& in, std::int64_t newest, double timeout) {
+    const double late = seconds(newest - in.stamp);
+    const bool used = in.is_finite() && in.stamp > 0 && !(late > 0.0 && late <= timeout);
+    if (!used) ++refused_;
+    return used;
   }
 
   const MotionMessage& pose() const { return settings_.control_in_map ? map_pose_ : velocity_; }
@@ -135,7 +142,7 @@ class TrackingNode {
   /// What forbids to follow; kFollowing: nothing.
   Conduct hindrance(std::int64_t now) const {
     if (!fresh(velocity_, now) || !fresh(pose(), now)) return Conduct::kNoOdometry;
-    if (uncertain(pose())) return Conduct::kUncertain;
+    if (uncertain(velocity_.nu_variance) || uncertain(pose())) return Conduct::kUncertain;
     if (!target_.known() || target_.age(now) > settings_.reference_timeout) {
       return Conduct::kNoReference;
     }
@@ -146,6 +153,14 @@ class TrackingNode {
 
   bool fresh(const MotionMessage& in, std::int64_t now) const {
     return in.stamp > 0 && std::abs(seconds(now - in.stamp)) <= settings_.timeout;
+  }
+
+  /// Whether a velocity is known no better than before the first pose.
+  bool uncertain(const double* variance) const {
+    for (int i = 0; i < kAxes; ++i) {
+      if (!(std::sqrt(variance[i]) < kKnown * unknown_[i])) return true;
+    }
+    return false;
   }
 
   /// In odom the pose drifts by design, so that its covariance says nothing of health.
@@ -180,7 +195,11 @@ class TrackingNode {
 
   static double seconds(std::int64_t span) { return static_cast<double>(span) * 1e-9; }
 
+  static constexpr double kKnown = 1.0 - 1e-9;  // of `unknown_`: rounding
+
   TrackingSettings settings_;
+  double unknown_[kAxes] =
+      {};  // [m/s, m/s, rad/s] deviation of a velocity of which nothing is known
   BoardGains gains_;
   std::string name_;
   std::vector<CommandTopic> topics_;
@@ -188,6 +207,7 @@ class TrackingNode {
   MotionMessage velocity_;
   MotionMessage map_pose_;
   Target target_;
+  std::int64_t reference_ = 0;  // [ns] stamp of the newest one; 0: none
   Conduct conduct_ = Conduct::kNoOdometry;
   double values_[kMaxCommands] = {};
   double error_[kAxes] = {};  // of the last tick that followed, forward, left [m], heading [rad]
