@@ -260,6 +260,26 @@ def test_inputs_stamped_ahead_of_the_clock_stop_the_odometry(program, model):
     assert "the parameter window allows 0.5 s" in text
 
 
+@pytest.mark.parametrize("rate", [50, 0])
+def test_inputs_that_have_stopped_are_diagnosed_without_a_tick(program, model, rate):
+    """With rate: 0 there is none after the last command."""
+    second = 10**9
+    events = []
+    for k in range(30):
+        t = EPOCH + k * second // 10
+        events += [joy(t, 0, 0.5, 0, 0), f"{t} pose {t} map 0 0 0", f"{t} tick"]
+    told = []
+    for later in (0, 7):
+        rows = play(program, [*events, f"{t + later * second} diagnose"], model=model[1], rate=rate)
+        told.append("\n".join(" ".join(row) for row in rows[30:]))
+    silent = "no odometry: it follows each command (rate: 0), and none has come for 7 s"
+    assert told[0].startswith("diagnosis 0 odometry by the model and poses")
+    assert "age of the last pose used [s]: 0.000000" in told[0]
+    assert told[1].startswith("diagnosis 1 no recent pose: dead reckoning")
+    assert (silent in told[1]) == (rate == 0)
+    assert "age of the last pose used [s]: 7.000000" in told[1]
+
+
 def test_poses_that_come_too_late_are_told_by_how_much(program, model):
     second = 10**9
     events = []

@@ -22,7 +22,7 @@ BUILD = ROOT / "build" / "clang-tidy"
 TESTS = ("core/tests/test_*.cpp", "ros/common/tests/test_*.cpp")
 SOURCES = (
     "ros/common/src/*.cpp",
-    *(f"ros/common/tests/{name}.cpp" for name in ("board_model", "parameters", "script", "tracking")),
+    *(f"ros/common/tests/{name}.cpp" for name in ("board_model", "mimic", "parameters", "script", "tracking")),
 )  # fmt: skip
 NOT_ANALYSED = ("--checks=-clang-analyzer-*",)  # on top of .clang-tidy
 FOLDERS = ("core/include", "core/compat", "core/tests", "ros/common/include", "ros/common/tests")

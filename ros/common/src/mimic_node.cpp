@@ -30,11 +30,13 @@ MimicNode::MimicNode(MimicSettings settings) : settings_(std::move(settings)) {
   }
   expect_named(board, settings_.model);
   name_ = board.name;
-  command_ = Signal(board.inputs);
   const OnboardModel& m = board.model;
+  const double timeout =
+      std::isfinite(m.command_timeout) ? m.command_timeout : settings_.command_timeout;
+  command_ = Signal(board.inputs, timeout);
   const auto plant = std::make_unique<Plant>(m.boat.structure, m.boat.coefficient, m.chain, m.q,
                                              m.boat.longest_step);
-  mimic_ = std::make_unique<Mimic>(*plant, settings_.carrier, m.command_timeout);
+  mimic_ = std::make_unique<Mimic>(*plant, settings_.carrier, timeout);
 }
 
 std::set<std::string> MimicNode::number_topics() const {

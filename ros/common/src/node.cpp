@@ -10,6 +10,7 @@ namespace seatrial::ros {
 namespace {
 
 constexpr std::size_t kRecent = 1024;  // messages that another model reads again
+constexpr double kSilence = 1.0;       // [s] between commands that odometry after each can bear
 constexpr double kLateShown = 5.0;     // [s] for which a pose that came too late is reported
 
 /// When a file was written [ns]; 0: there is none.
@@ -76,7 +77,7 @@ Node::Node(Settings settings)
   }
   odometer_ = std::make_unique<Odometer>(board.model, board.pose.lever);
   board_ = std::move(board);
-  command_ = Signal(board_.inputs);
+  command_ = Signal(board_.inputs, board_.model.command_timeout);
   scale_ = Signal(board_.scales);
   map_frame_ = settings_.map_frame;
 }
@@ -101,6 +102,7 @@ void Node::pose(const PoseMessage& in) {
 }
 
 void Node::numbers(const NumbersMessage& in) {
+  numbers_at_ = in.arrival;
   keep(in);
   take(in, true);
 }
@@ -158,37 +160,43 @@ void Node::take(const NumbersMessage& in, bool first) {
 }
 
 Odometry Node::tick(std::int64_t now) {
-  const std::int64_t newest = odometer_->newest();
-  last_now_ = now;
   live_.receive();
-  ahead_ = newest == 0 ? 0.0 : seconds(newest - now);
-  if (ahead_ > settings_.window) {
-    last_ = Odometry{};
-    last_.stamp = now;
-  } else {
-    last_ = odometer_->at(now);
-  }
-  return last_;
+  if (ahead(now) <= settings_.window) return odometer_->at(now);
+  Odometry none;
+  none.stamp = now;
+  return none;
 }
 
-Diagnosis Node::diagnose() const {
+double Node::ahead(std::int64_t now) const {
+  const std::int64_t newest = odometer_->newest();
+  return newest == 0 ? 0.0 : seconds(newest - now);
+}
+
+Diagnosis Node::diagnose(std::int64_t now) {
   Diagnosis out;
-  const std::string fault = timing_fault();
+  const std::string fault = timing_fault(now);
   if (!fault.empty()) out.message = fault;
-  const std::uint32_t health = last_.motion.health | (last_.known ? 0U : kNoPose);
+  Estimate motion;
+  motion.health = kNoPose;
+  if (ahead(now) <= settings_.window) motion = odometer_->look(now);
+  const std::uint32_t health = motion.health;
   for (const HealthWords& words : kHealthWords) {
     if ((health & words.flag) == 0U) continue;
     out.values.emplace_back(words.name, "yes");
     const bool said = words.flag == kNoPose && !fault.empty();
     if (!said) out.message += (out.message.empty() ? "" : "; ") + std::string(words.advice);
   }
+  const std::string silence = silence_fault(now);
+  if (!silence.empty()) out.message += (out.message.empty() ? "" : "; ") + silence;
   const bool changed = live_.diagnose(out);
   if (out.message.empty()) out.message = "odometry by the model and poses";
-  const bool faulty = health != 0U || !fault.empty() || changed;
+  const bool faulty = health != 0U || !fault.empty() || !silence.empty() || changed;
   out.level =
       (health & kNoPose) != 0U ? Diagnosis::kError : (faulty ? Diagnosis::kWarn : Diagnosis::kOk);
   out.values.emplace_back("model", board_.name + " (" + path_ + ")");
-  out.values.emplace_back("age of the last pose used [s]", age());
+  const double age = motion.time - motion.last_pose;
+  out.values.emplace_back("age of the last pose used [s]",
+                          std::abs(age) < 1e9 ? std::to_string(age) : "none yet");
   if (live_.lost() != 0) {
     out.values.emplace_back("lines to live_port without a receiver", std::to_string(live_.lost()));
   }
@@ -203,14 +211,22 @@ Diagnosis Node::diagnose() const {
   return out;
 }
 
-std::string Node::timing_fault() const {
+std::string Node::silence_fault(std::int64_t now) const {
+  const double silent = seconds(now - numbers_at_);
+  if (settings_.rate > 0.0 || (numbers_at_ != 0 && silent <= kSilence)) return "";
+  return "no odometry: it follows each command (rate: 0), and " +
+         (numbers_at_ == 0 ? "none has come" : "none has come for " + plain(silent) + " s") +
+         ". Check that commands arrive, or give a rate";
+}
+
+std::string Node::timing_fault(std::int64_t now) const {
   const std::string window = plain(settings_.window) + " s";
-  if (ahead_ > settings_.window) {
-    return "no odometry: the newest input is stamped " + plain(ahead_) +
+  if (ahead(now) > settings_.window) {
+    return "no odometry: the newest input is stamped " + plain(ahead(now)) +
            " s ahead of this node's clock; the parameter window allows " + window +
            ". Synchronise the clocks, or let the vehicle file say clock: bag for that signal";
   }
-  if (late_at_ == 0 || seconds(last_now_ - late_at_) > kLateShown) return "";
+  if (late_at_ == 0 || seconds(now - late_at_) > kLateShown) return "";
   return "a pose is not used: its stamp is " + plain(late_) +
          " s before the newest input's; the parameter window allows " + window +
          ". Raise window, or find what delays the poses or stamps the commands early";
@@ -230,7 +246,7 @@ std::string Node::change_to(const std::string& path) {
     BoardModel board = load(path);
     apply_topics(board);
     expect_same_topics(board_, board);
-    Signal command(board.inputs);
+    Signal command(board.inputs, board.model.command_timeout);
     Signal scale(board.scales);
     for (Signal* signal : {&command, &scale}) {
       for (const auto& [topic, type] : types_) signal->set_type(topic, type);
@@ -268,11 +284,6 @@ void Node::apply_topics(BoardModel& board) const {
     if (own && !settings_.command_topic.empty()) c.topic = settings_.command_topic;
   }
   expect_named(board, settings_.model);
-}
-
-std::string Node::age() const {
-  const double seconds = last_.motion.time - last_.motion.last_pose;
-  return std::abs(seconds) < 1e9 ? std::to_string(seconds) : "none yet";
 }
 
 }  // namespace seatrial::ros

@@ -10,66 +10,22 @@
 //   ARRIVAL tick
 //   ARRIVAL reload
 //   ARRIVAL adopt
+//   ARRIVAL diagnose
 // Each tick answers: stamp, then in odom x y psi, u v r, in map x y psi, odom in map x y psi,
-// health; or "stamp unknown". At the end the diagnosis.
+// health; or "stamp unknown". At the end the diagnosis of then.
 #include <cinttypes>
 #include <cstdio>
 #include <iostream>
-#include <map>
 #include <sstream>
 
+#include "events.hpp"
 #include "seatrial_ros/node.hpp"
 
 namespace {
 
 namespace sr = seatrial::ros;
 
-sr::Settings settings_of(int argc, char** argv) {
-  std::map<std::string, std::string> given;
-  for (int i = 1; i < argc; ++i) {
-    const std::string pair = argv[i];
-    const std::size_t at = pair.find('=');
-    if (at == std::string::npos) throw std::runtime_error(pair + ": expected NAME=VALUE");
-    given[pair.substr(0, at)] = pair.substr(at + 1);
-  }
-  struct {
-    std::map<std::string, std::string>* given;
-    bool take(const sr::Parameter& p, std::string& text) const {
-      const auto found = given->find(p.name);
-      if (found == given->end()) return false;
-      text = found->second;
-      given->erase(found);
-      return true;
-    }
-    void operator()(const sr::Parameter& p, std::string& value) const { take(p, value); }
-    void operator()(const sr::Parameter& p, double& value) const {
-      std::string text;
-      if (take(p, text)) value = std::stod(text);
-    }
-    void operator()(const sr::Parameter& p, bool& value) const {
-      std::string text;
-      if (take(p, text)) value = text == "true";
-    }
-  } read{&given};
-  sr::Settings settings;
-  sr::each_parameter(settings, read);
-  if (!given.empty()) throw std::runtime_error("no parameter " + given.begin()->first);
-  return settings;
-}
-
 std::int64_t stamp_of(const std::string& text) { return text == "-" ? 0 : std::stoll(text); }
-
-sr::Numbers numbers_of(std::istringstream& words) {
-  sr::Numbers numbers(1);
-  for (std::string word; words >> word;) {
-    if (word == "|") {
-      numbers.emplace_back();
-    } else {
-      numbers.back().push_back(std::strtod(word.c_str(), nullptr));
-    }
-  }
-  return numbers;
-}
 
 void show(const seatrial::Odometry& o) {
   std::printf("%" PRId64, o.stamp);
@@ -83,7 +39,8 @@ void show(const seatrial::Odometry& o) {
   std::printf(" %u\n", static_cast<unsigned>(o.motion.health));
 }
 
-void follow(sr::Node& node, const std::string& line) {
+/// An event; when it was [ns].
+std::int64_t follow(sr::Node& node, const std::string& line) {
   std::istringstream words(line);
   std::int64_t arrival = 0;
   std::string what;
@@ -109,23 +66,25 @@ void follow(sr::Node& node, const std::string& line) {
     std::string type;
     words >> type >> in.topic >> stamp;
     in.stamp = stamp_of(stamp);
-    in.numbers = numbers_of(words);
+    in.numbers = sr::numbers_of(words);
     node.set_type(in.topic, type);
     node.numbers(in);
-  } else {
+  } else if (what != "diagnose") {
     throw std::runtime_error("no such event: " + line);
   }
+  return arrival;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   try {
-    sr::Node node(settings_of(argc, argv));
+    sr::Node node(sr::settings_of<sr::Settings>(argc, argv));
+    std::int64_t now = 0;
     for (std::string line; std::getline(std::cin, line);) {
-      if (!line.empty()) follow(node, line);
+      if (!line.empty()) now = follow(node, line);
     }
-    const sr::Diagnosis d = node.diagnose();
+    const sr::Diagnosis d = node.diagnose(now);
     std::printf("diagnosis %d %s\n", static_cast<int>(d.level), d.message.c_str());
     for (const auto& [key, value] : d.values) {
       std::printf("  %s: %s\n", key.c_str(), value.c_str());

@@ -12,48 +12,13 @@
 #include <iostream>
 #include <sstream>
 #include <string>
-#include <vector>
 
+#include "events.hpp"
 #include "seatrial_ros/tracking_node.hpp"
 
 namespace {
 
 namespace sr = seatrial::ros;
-
-std::vector<double> numbers_of(const std::string& text) {
-  std::vector<double> found;
-  std::istringstream in(text);
-  for (std::string item; std::getline(in, item, ',');) found.push_back(std::stod(item));
-  return found;
-}
-
-struct Take {
-  std::string name;
-  std::string text;
-  void operator()(const sr::Parameter& p, std::string& to) const {
-    if (p.name == name) to = text;
-  }
-  void operator()(const sr::Parameter& p, double& to) const {
-    if (p.name == name) to = std::stod(text);
-  }
-  void operator()(const sr::Parameter& p, bool& to) const {
-    if (p.name == name) to = text == "true";
-  }
-  void operator()(const sr::Parameter& p, std::vector<double>& to) const {
-    if (p.name == name) to = numbers_of(text);
-  }
-};
-
-sr::TrackingSettings settings_of(int argc, char** argv) {
-  sr::TrackingSettings settings;
-  for (int i = 1; i < argc; ++i) {
-    const std::string pair = argv[i];
-    const std::size_t at = pair.find('=');
-    if (at == std::string::npos) throw std::runtime_error(pair + ": expected NAME=VALUE");
-    sr::each_parameter(settings, Take{pair.substr(0, at), pair.substr(at + 1)});
-  }
-  return settings;
-}
 
 void answer(sr::TrackingNode& node, std::int64_t stamp, std::size_t inputs) {
   const double* values = node.tick(stamp);
@@ -83,7 +48,7 @@ void follow(sr::TrackingNode& node, std::size_t inputs) {
 
 int main(int argc, char** argv) {
   try {
-    const sr::TrackingSettings settings = settings_of(argc, argv);
+    const auto settings = sr::settings_of<sr::TrackingSettings>(argc, argv);
     sr::TrackingNode node(settings);
     follow(node, sr::load_model(settings.model).inputs.size());
   } catch (const std::exception& error) {

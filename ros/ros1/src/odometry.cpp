@@ -148,7 +148,8 @@ class Shell {
 
   void diagnose() {
     sr::adopt(node_, say);
-    diagnostics_.publish(sr::diagnostics(node_.diagnose(), "odometry"));
+    diagnostics_.publish(
+        sr::diagnostics(node_.diagnose(nanoseconds(ros::Time::now())), "odometry"));
   }
 
   static void say(bool failed, const std::string& what) {

@@ -163,7 +163,7 @@ class OdometryNode : public rclcpp::Node {
 
   void diagnose() {
     sr::adopt(node_, say_);
-    diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(), "odometry"));
+    diagnostics_->publish(sr::diagnostics(*this, node_.diagnose(now().nanoseconds()), "odometry"));
   }
 
   const std::function<void(bool, const std::string&)> say_ =

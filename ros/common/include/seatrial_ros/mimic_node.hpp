@@ -20,6 +20,7 @@ struct MimicSettings {
   std::string command_topic;
   double rate = 50.0;
   bool enable_stamped_cmd_vel = false;
+  double command_timeout = 0.5;
   Carrier carrier;
 };
 
@@ -32,6 +33,11 @@ std::enable_if_t<std::is_same_v<std::remove_const_t<Given>, MimicSettings>> each
   visit(Parameter{"rate", "of cmd_vel [Hz]", 1.0, 200.0}, s.rate);
   visit(Parameter{"enable_stamped_cmd_vel", "cmd_vel is TwistStamped, not Twist"},
         s.enable_stamped_cmd_vel);
+  visit(Parameter{"command_timeout",
+                  "after so long without a command the virtual boat's thrust is zero, where the "
+                  "vehicle states no time of its own [s]",
+                  0.02, 3600.0},
+        s.command_timeout);
   visit(Parameter{"speed", "the carrier's highest [m/s]", 0.001, 20.0}, s.carrier.speed);
   visit(Parameter{"yaw_rate", "its highest [rad/s]", 0.001, 50.0}, s.carrier.yaw_rate);
   visit(Parameter{"acceleration", "its highest [m/s^2]", 0.001, 100.0}, s.carrier.acceleration);

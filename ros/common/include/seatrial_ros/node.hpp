@@ -66,8 +66,8 @@ class Node {
   /// more than the window, it is not: the filter keeps no state so old.
   Odometry tick(std::int64_t now);
 
-  /// Diagnosis by the last tick.
-  Diagnosis diagnose() const;
+  /// Diagnosis at `now` [ns], also where no tick has come since the inputs stopped.
+  Diagnosis diagnose(std::int64_t now);
 
   /// Changes to `adapted_model` where that was written since the node started, or since the last
   /// call that changed to it. Empty: nothing to do, or done; else why the previous model stays.
@@ -87,8 +87,9 @@ class Node {
   std::string change_to(const std::string& path);
   BoardModel load(const std::string& path) const;
   void apply_topics(BoardModel& board) const;
-  std::string age() const;
-  std::string timing_fault() const;
+  double ahead(std::int64_t now) const;  // [s] by which the newest input is stamped after now
+  std::string silence_fault(std::int64_t now) const;
+  std::string timing_fault(std::int64_t now) const;
 
   Settings settings_;
   std::string path_;  // of the model in use
@@ -102,11 +103,9 @@ class Node {
   std::map<std::string, std::string> types_;  // of topics of commands and scale signals
   std::deque<std::variant<PoseMessage, NumbersMessage>> recent_;
   std::string map_frame_;
-  Odometry last_;
-  double ahead_ = 0.0;         // [s] of the newest input's stamp, at the last tick
-  double late_ = 0.0;          // [s] of the last pose that came too late, behind the newest input
-  std::int64_t late_at_ = 0;   // [ns] when that came
-  std::int64_t last_now_ = 0;  // [ns] of the last tick
+  double late_ = 0.0;            // [s] of the last pose that came too late, behind the newest input
+  std::int64_t late_at_ = 0;     // [ns] when that came
+  std::int64_t numbers_at_ = 0;  // [ns] when the last command or scale came; 0: none
 };
 
 /// Adopts the changed boat's model, if there is one, and says so: say(whether it failed, what).

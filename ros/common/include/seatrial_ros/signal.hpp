@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -52,10 +53,13 @@ inline void expect_named(const BoardModel& board, const std::string& path) {
 class Signal {
  public:
   Signal() = default;
-  explicit Signal(std::vector<Channel> channels)
+  /// timeout [s]: a topic that is silent for longer has no value; infinite: its last one holds.
+  explicit Signal(std::vector<Channel> channels,
+                  double timeout = std::numeric_limits<double>::infinity())
       : channels_(std::move(channels)),
+        timeout_(timeout),
         places_(channels_.size()),
-        seen_(channels_.size(), false),
+        came_(channels_.size()),
         values_(channels_.size(), 0.0) {}
 
   /// What a topic's messages are, named as either ROS names types. Throws std::runtime_error where
@@ -67,7 +71,8 @@ class Signal {
     }
   }
 
-  /// True where the message has some of its numbers, and all others have come before.
+  /// True where the message has some of its numbers, and all others have come, none of them longer
+  /// ago than the timeout.
   bool update(const NumbersMessage& in) {
     bool own = false;
     for (std::size_t i = 0; i < channels_.size(); ++i) {
@@ -78,9 +83,11 @@ class Signal {
       const double raw = there ? in.numbers[at.group][at.index]
                                : std::numeric_limits<double>::quiet_NaN();  // refused, and counted
       values_[i] = channels_[i].value(raw);
-      seen_[i] = true;
+      came_[i] = in.arrival;
     }
-    return own && std::all_of(seen_.begin(), seen_.end(), [](bool s) { return s; });
+    return own && std::all_of(came_.begin(), came_.end(), [this, &in](const auto& at) {
+             return at && 1e-9 * static_cast<double>(in.arrival - *at) <= timeout_;
+           });
   }
 
   const double* values() const { return values_.data(); }
@@ -89,8 +96,9 @@ class Signal {
 
  private:
   std::vector<Channel> channels_;
+  double timeout_ = std::numeric_limits<double>::infinity();  // [s]
   std::vector<Place> places_;
-  std::vector<bool> seen_;
+  std::vector<std::optional<std::int64_t>> came_;  // [ns] arrival of the message it is of
   std::vector<double> values_;
 };
 
