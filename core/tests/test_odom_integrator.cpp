@@ -43,11 +43,24 @@ TEST_CASE("a boat that turns at a steady speed comes back to where it was") {
   for (int i = 0; i < kPose; ++i) CHECK(std::abs(way.pose()[i]) < 1e-9);
 }
 
-TEST_CASE("a velocity without a covariance is not used") {
-  OdomIntegrator way;
-  const double nu[kAxes] = {1.0, 0.0, 0.0};
-  way.advance(0.1, nu, kNothing, kSecond);
-  CHECK(way.pose()[0] == 0.0);
+TEST_CASE("a covariance without a root moves the pose all the same and adds nothing to its own") {
+  const double singular[kAxes][kAxes] = {{1e-4, 1e-4, 0}, {1e-4, 1e-4, 0}, {0, 0, 1e-6}};
+  const double spread[kAxes][kAxes] = {{1e-4, 0, 0}, {0, 1e-4, 0}, {0, 0, 1e-6}};
+  const double nu[kAxes] = {0.5, 0.0, 0.0};
+  const double brief[kAxes] = {1e-3, 1e-3, 1e-3};  // [s] errors of one step are over in the next
+  for (const auto& without : {kNothing, singular}) {
+    OdomIntegrator way;
+    way.advance(0.1, nu, spread, brief);
+    const double heading = way.covariance()[2][2];
+    const double along = way.covariance()[0][0];
+    const double across = way.covariance()[1][1];
+    for (int i = 0; i < 20; ++i) way.advance(0.1, nu, without, brief);
+    CHECK(way.pose()[0] == doctest::Approx(0.5 * 0.1 * 21));
+    CHECK(way.covariance()[2][2] == heading);
+    CHECK(way.covariance()[0][0] == along);
+    // the error of the heading turns the 1 m since then
+    CHECK(way.covariance()[1][1] == doctest::Approx(across + heading));
+  }
 }
 
 TEST_CASE("errors that last for ever grow as the time, short ones as its root") {

@@ -37,15 +37,16 @@ class OdomIntegrator {
   const double (&covariance() const)[kPose][kPose] { return p_; }
 
   /// A step of h [s] at the body velocity nu [m/s, m/s, rad/s] of covariance `spread`, whose errors
-  /// have the time constants `memory` [s].
+  /// have the time constants `memory` [s]. A covariance without a root (singular, or rounding)
+  /// adds nothing to the pose's.
   void advance(double h, const double* nu, const double spread[kAxes][kAxes],
                const double* memory) {
     const double psi = pose_[2] + 0.5 * h * nu[2];  // halfway
     double rate[kPose];
     body_to_earth(psi, nu, rate);
     const double moved[2] = {h * rate[0], h * rate[1]};
-    double push[kPose][kAxes];  // h R L
-    if (!root_of_step(psi, h, spread, push)) return;
+    double push[kPose][kAxes] = {};  // h R L
+    root_of_step(psi, h, spread, push);
     for (int i = 0; i < 2; ++i) pose_[i] += moved[i];
     pose_[2] = wrap(pose_[2] + h * nu[2]);
     turn(moved, d_);
@@ -56,18 +57,17 @@ class OdomIntegrator {
   }
 
  private:
-  /// False where the covariance has no root.
-  static bool root_of_step(double psi, double h, const double spread[kAxes][kAxes],
+  /// Leaves `push` as it is where the covariance has no root.
+  static void root_of_step(double psi, double h, const double spread[kAxes][kAxes],
                            double push[kPose][kAxes]) {
     double l[kAxes][kAxes] = {};
-    if (!detail::lower_root(spread, l)) return false;
+    if (!detail::lower_root(spread, l)) return;
     for (int j = 0; j < kAxes; ++j) {
       const double column[kAxes] = {h * l[0][j], h * l[1][j], h * l[2][j]};
       double turned[kPose];
       body_to_earth(psi, column, turned);
       for (int i = 0; i < kPose; ++i) push[i][j] = turned[i];
     }
-    return true;
   }
 
   /// An error of the heading turns this step's displacement.
