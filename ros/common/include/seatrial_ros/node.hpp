@@ -108,7 +108,7 @@ class Node {
   std::int64_t numbers_at_ = 0;  // [ns] when the last command or scale came; 0: none
 };
 
-/// Adopts the changed boat's model, if there is one, and says so: say(whether it failed, what).
+/// Adopts the changed boat's model, if there is one, and calls say(failed, text) with the outcome.
 template <class Say>
 void adopt(Node& node, const Say& say) {
   const std::string before = node.model_path();
@@ -120,7 +120,7 @@ void adopt(Node& node, const Say& say) {
   }
 }
 
-/// Reloads the model file and says so, as `adopt`. Empty: done; else why not.
+/// Reloads the model file, and calls say(failed, text) with the outcome. Empty: done; else why not.
 template <class Say>
 std::string reload(Node& node, const Say& say) {
   std::string wrong = node.reload();

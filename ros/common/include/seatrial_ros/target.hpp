@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the boat is to be, out of messages: the newest of a stream of references, or a goal to
-// hold.
+// The target pose and velocity, from reference or goal messages: the newest of a stream of
+// references, or a goal to hold.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace seatrial::ros {
 /// PoseStamped.
 struct MotionMessage {
   std::int64_t stamp = 0;                 // [ns] of its header; 0: none
-  std::string frame;                      // of the pose; empty: not said
+  std::string frame;                      // frame_id of the pose; empty: the message has none
   double eta[kAxes] = {};                 // x, y [m], psi [rad]
   double nu[kAxes] = {};                  // [m/s, m/s, rad/s] body-fixed
   double nu_variance[kAxes] = {};         // of it; 0: not known
