@@ -27,6 +27,7 @@ WITHOUT_ODOMETRY = "scores 5"  # no predictions with the disturbance
 WITHOUT_REFERENCE = "scores 4"  # all of it relative to the stencil's velocities
 # without pooled scores and fingerprint, and with sentences in place of findings
 WITH_SENTENCES = "scores 3"
+GOOD_RATIO = 0.8  # RMS over constant velocity's: above it an axis is predicted hardly better
 OFF = 2.0  # standard errors by which coefficients may be off without a finding
 POSE_NOISE_ERROR = (
     0.05  # the same of pose noise, relative: by the median fourth difference of some 3000 poses

@@ -9,7 +9,7 @@ from pathlib import Path
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION, UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, advice_of, most_important, sentence_of
 from seatrial.boat.model import Model
-from seatrial.evaluation.scores import RecordingScore, Scores
+from seatrial.evaluation.scores import GOOD_RATIO, RecordingScore, Scores
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
 from seatrial.inspection.advice import USABLE_POSES
@@ -18,9 +18,6 @@ from seatrial.recording.excitation import EXCITED
 from seatrial.util.format import joined, percent
 from seatrial.util.frames import AXES, SYMBOLS
 
-POOR_RATIO = (
-    0.8  # of the error over that of a constant velocity: above it the model is of little use
-)
 IDENTIFY_FROM = 3  # trials: the paper's S1-S3
 MOST_NAMED = 3  # parameters in one line
 EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
@@ -240,5 +237,5 @@ def _poor(row: RecordingScore) -> list[str]:
     """Axes in which the model hardly predicts better than a constant velocity."""
     return [
         AXES[i] for i, symbol in enumerate(SYMBOLS)
-        if row.scores[symbol].ratio > POOR_RATIO and not row.scores[symbol].at_floor
+        if row.scores[symbol].ratio > GOOD_RATIO and not row.scores[symbol].at_floor
     ]  # fmt: skip

@@ -23,7 +23,7 @@ REPORTED_OUTLIERS = 0.03  # share of the poses: false matches are usually rarer
 REFUSED_OUTLIERS = 0.3  # share of the poses: then the model is wrong, not the poses
 # times the squared noise floor: below it squared errors say nothing of the model
 NOISE_DOMINATED = 2.0
-POOR_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
+USELESS_RATIO = 0.9  # RMS error over that of a constant or zero velocity: from here on the model predicts nothing
 # of the RMS error: with smaller process noise in a second, pose noise hides a good model
 DISTURBANCE_SHARE = 0.3
 # standard errors of a force's coefficient: beyond it poses and commands belong together
@@ -85,7 +85,9 @@ def _poor_prediction(at: Point, horizon: float = 0.0) -> list[Finding]:
     known = (process < DISTURBANCE_SHARE * ahead.rms) & (horizon == 0.0)
     known |= ahead.rms**2 < NOISE_DOMINATED * ahead.floor**2
     known |= np.array([_thrust_is_evident(at, axis) for axis in range(3)])
-    poor = [axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > POOR_RATIO and not k]
+    poor = [
+        axis for axis, r, k in zip(AXES, ratio, known, strict=True) if r > USELESS_RATIO and not k
+    ]
     if not poor:
         return []
     return [finding_of(FindingKind.NO_BETTER_THAN_CONSTANT, *poor)]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.inspection.consistency.channel_assignment import Assignment, assignments
+from seatrial.inspection.proposal.thruster_weights import LONGEST_LEVER
 from seatrial.util.frames import Array
 
 LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
@@ -20,7 +21,7 @@ OWN_STICK_SHARE = (
 LEAST_ALIKE = 0.9  # cosine of the gains of two channels that act alike
 ALONE, OFTEN = 1e-3, 0.05  # shares of the rows: most that both are driven, least that each is
 AT_REST = 0.02  # of full command
-LEAST_LEVER, MOST_LEVER = 0.02, 1.5  # [m] range of a lever arm that is proposed
+LEAST_LEVER = 0.02  # [m] of a lever arm that is proposed; at most LONGEST_LEVER
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ class Channels:
             return None
         along, across = np.where(aside, self.gains[:2, k], 0.0) / self.gains[2, k]
         ahead, second = round(float(across), 2) + 0.0, round(float(-along), 2) + 0.0
-        return (ahead, second) if LEAST_LEVER < np.hypot(ahead, second) < MOST_LEVER else None
+        return (ahead, second) if LEAST_LEVER < np.hypot(ahead, second) < LONGEST_LEVER else None
 
     @property
     def shared(self) -> bool:

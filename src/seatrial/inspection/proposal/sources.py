@@ -16,7 +16,7 @@ Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the o
 Place = tuple[float, float, float]  # of a thruster: x, y [m], direction [deg]
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
-LONGEST_LEVER = 50.0  # [m] of a small boat; a longer one is in other units
+LONGEST_PLACE = 50.0  # [m] from the origin, on a small boat; a longer one is in other units
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 
@@ -159,14 +159,14 @@ def one_each(places: tuple[Place, ...], names: Sequence[str]) -> tuple[Place, ..
 def lever_of(text: str) -> tuple[float, float]:
     """Two lengths [m]. Raises VehicleError."""
     numbers = _numbers(text)
-    if len(numbers) != 2 or max(map(abs, numbers)) > LONGEST_LEVER:
+    if len(numbers) != 2 or max(map(abs, numbers)) > LONGEST_PLACE:
         raise VehicleError(f"lever arm '{text}': expected two lengths in metres, such as 0.35 -0.1")
     return numbers[0], numbers[1]
 
 
 def _thruster(text: str) -> Place:
     numbers = _numbers(text)
-    if len(numbers) != 3 or max(map(abs, numbers[:2])) > LONGEST_LEVER:
+    if len(numbers) != 3 or max(map(abs, numbers[:2])) > LONGEST_PLACE:
         raise VehicleError(
             f"thruster '{text.strip()}': expected x [m], y [m] and direction [deg], such as 0.2 0.2 135"
         )

@@ -7,7 +7,7 @@ from seatrial.util.frames import Array, Mask
 
 EQUAL_GAINS = 0.05  # of their mean; gains within it are proposed as equal (identical thrusters)
 EQUAL_GAINS_ERRORS = 2.0  # standard errors; the same
-LONGEST_LEVER = 1.5  # [m] lever arm that may part the gains of identical thrusters
+LONGEST_LEVER = 1.5  # [m] that gains may show, of the measured point of a small boat
 
 
 def weights(axis: int, clear: Mask, gains: Array, t: Array) -> Array:

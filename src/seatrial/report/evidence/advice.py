@@ -7,12 +7,12 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import implausible_coefficients
+from seatrial.evaluation.scores import GOOD_RATIO
 from seatrial.identification.experiment_design import next_drive
 from seatrial.recording.excitation import EXCITED
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.numbers import (
-    GOOD_RATIO,
     VERY_GOOD_RATIO,
     at_floor,
     insignificant,

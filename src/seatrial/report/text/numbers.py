@@ -7,11 +7,11 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.physics import SIGNIFICANT
+from seatrial.evaluation.scores import GOOD_RATIO
 from seatrial.report.evidence.runs import Run
 from seatrial.util.format import shortened
 from seatrial.util.frames import Array, Mask
 
-GOOD_RATIO = 0.8  # RMS over constant velocity's: above it an axis gets advice
 AT_FLOOR = 1.1  # times the floor: with a smaller RMS the poses resolve no error of the model
 TINY = 1e-12  # of a ratio, against a division by 0
 # of errors, and the factor from SI
