@@ -29,7 +29,7 @@ struct UncertainModel {
 namespace detail {
 
 inline constexpr double kHold[2] = {1.0, 3.0};  // [s] that a command is held
-inline constexpr double kTick = 0.1;            // [s] between instants
+inline constexpr double kDriveStep = 0.1;       // [s] between instants
 inline constexpr int kTicks = 6000;             // ten minutes
 inline constexpr int kEnough = kTicks / 10;     // instants that a sum needs
 inline constexpr int kPiece = 100;              // ticks that are scheduled at once
@@ -65,7 +65,7 @@ struct RandomCommands {
     SplitMix dice;
     SplitMix other;
     double t = 0.0;
-    while (t < kTick * kTicks) {
+    while (t < kDriveStep * kTicks) {
       time.push_back(t);
       for (int j = 0; j < n_commands; ++j) value.push_back(dice(-most, most));
       for (int j = 0; j < n_scales; ++j) {
@@ -103,9 +103,9 @@ inline int random_drive(const UncertainModel& m, double most, Look look) {
   const ThrustTrace trace(m.chain, m.q, sticks.commands(), sticks.scales(), columns);
   Boat boat = m.boat;
   boat.integrator = Integrator::kRungeKutta;
-  boat.longest_step = kTick;
+  boat.longest_step = kDriveStep;
   std::vector<double> time;
-  for (int i = 0; i <= kTicks; ++i) time.push_back(kTick * i);
+  for (int i = 0; i <= kTicks; ++i) time.push_back(kDriveStep * i);
   int instants = 0;
   double x[kStates] = {};
   StateSensitivities dx;

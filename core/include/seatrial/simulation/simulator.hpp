@@ -16,8 +16,8 @@
 
 namespace seatrial {
 
-inline constexpr double kTick = 0.005;      // [s] at least so often contacts are looked for
-inline constexpr double kHullRadius = 0.3;  // [m] of a boat that says none
+inline constexpr double kContactStep = 0.005;  // [s] at least so often contacts are looked for
+inline constexpr double kHullRadius = 0.3;     // [m] of a boat that says none
 
 /// A boat's sensors; none where there is no value.
 struct Sensors {
@@ -102,12 +102,13 @@ class Simulator {
     if (!std::isfinite(t)) return false;
     for (BoatIn& b : boats_) b.touched = false;
     while (time_ < t) {
-      const double next = std::min({t, static_cast<double>(ticks_ + 1) * kTick, next_reading()});
+      const double next =
+          std::min({t, static_cast<double>(ticks_ + 1) * kContactStep, next_reading()});
       for (BoatIn& b : boats_) {
         if (!b.plant->advance_to(next)) return false;
       }
       time_ = next;
-      if (time_ >= static_cast<double>(ticks_ + 1) * kTick) ++ticks_;
+      if (time_ >= static_cast<double>(ticks_ + 1) * kContactStep) ++ticks_;
       touch_all();
       for (BoatIn& b : boats_) {
         if (b.late()) b.past.add(time_, b.plant->state());
@@ -119,9 +120,8 @@ class Simulator {
 
   /// Readings that have arrived by now, by arrival.
   std::vector<Reading> take() {
-    const auto later = [this](const Reading& r) { return !(r.arrival <= time_); };
-    const auto split = std::stable_partition(waiting_.begin(), waiting_.end(),
-                                             [&later](const Reading& r) { return !later(r); });
+    const auto arrived = [this](const Reading& r) { return r.arrival <= time_; };
+    const auto split = std::stable_partition(waiting_.begin(), waiting_.end(), arrived);
     std::vector<Reading> found(std::make_move_iterator(waiting_.begin()),
                                std::make_move_iterator(split));
     waiting_.erase(waiting_.begin(), split);
