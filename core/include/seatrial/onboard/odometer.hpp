@@ -211,7 +211,7 @@ class BasicOdometer {
     if (stamp <= last_stamp_) return;
     const double from = seconds(last_stamp_);
     const double length = seconds(stamp) - from;
-    if (!(length <= BasicPredictor<kCheckpoints, kRows>::kReach)) return;
+    if (!(length <= kReach)) return;
     const int n = steps_for(length, kLongestStep);
     const double h = length / n;
     double memory[kAxes];

@@ -2,6 +2,7 @@
 // The on-board predictor: commands and poses in, late or out of order; motion, its covariance and
 // health out at any time. Every input returns what was done with it. No heap, no exceptions.
 #pragma once
+#include "seatrial/onboard/input_checks.hpp"
 #include "seatrial/onboard/out_of_sequence.hpp"
 
 namespace seatrial {
@@ -11,13 +12,6 @@ namespace seatrial {
 template <int kCheckpoints, int kRows>
 class BasicPredictor {
  public:
-  static constexpr double kReach = 60.0;    // [s] of prediction; a longer gap restarts the buffer
-  static constexpr double kLeap = 5.0;      // [s] a stamp so far ahead of all others needs a second
-  static constexpr int kStaleRun = 10;      // old stamps near each other: the clock was set back
-  static constexpr double kFarthest = 1e8;  // [m] largest coordinate of a pose
-  static constexpr double kStrongest = 1e3;  // largest command or scale
-  static constexpr double kLatest = 4e9;     // [s] largest stamp: 127 years, to half a microsecond
-
   explicit BasicPredictor(const OnboardModel& model) : buffer_(model) {}
 
   /// Commands to all inputs, stamped t [s].
@@ -40,7 +34,7 @@ class BasicPredictor {
     in.kind = Kind::kPose;
     in.time = t;
     in.pose.parts = parts;
-    if (!numbers(eta, 2, kFarthest) || !std::isfinite(eta[2])) return refuse(Taken::kNotNumber);
+    if (!all_within(eta, 2, kFarthest) || !std::isfinite(eta[2])) return refuse(Taken::kNotNumber);
     std::copy(eta, eta + 2, in.pose.eta);
     in.pose.eta[2] = wrap(eta[2]);
     if (lever != nullptr) std::copy(lever, lever + 2, in.pose.lever);
@@ -73,8 +67,7 @@ class BasicPredictor {
   /// Resets to the start: no inputs, no state.
   void forget() {
     buffer_.forget();
-    held_valid_ = false;
-    stale_run_ = 0;
+    stamps_.in_place();
     bad_ = restarted_ = kLongAgo;
   }
 
@@ -94,13 +87,6 @@ class BasicPredictor {
 
   static_assert(kMaxScales <= kMaxCommands, "one kind of row for both");
 
-  static bool numbers(const double* values, int n, double most) {
-    for (int i = 0; i < n; ++i) {
-      if (!(std::abs(values[i]) <= most)) return false;
-    }
-    return true;
-  }
-
   /// Covariance of the white noise. False where the pose's own matrix is no covariance.
   bool spread(const double* covariance, double noise[kPose][kPose]) const {
     const NoiseParameters& n = model().boat.noise;
@@ -112,14 +98,14 @@ class BasicPredictor {
       }
     }
     double root[kPose][kPose];
-    if (!numbers(&noise[0][0], kPose * kPose, kFarthest)) return false;
+    if (!all_within(&noise[0][0], kPose * kPose, kFarthest)) return false;
     if (!detail::lower_root(noise, root)) return false;
     if (covariance != nullptr) detail::keep_white_part(n, noise);
     return true;
   }
 
   Taken offer(Kind kind, double t, const double* values, int n) {
-    if (!numbers(values, n, kStrongest)) return refuse(Taken::kNotNumber);
+    if (!all_within(values, n, kStrongest)) return refuse(Taken::kNotNumber);
     Input in;
     in.kind = kind;
     in.time = t;
@@ -159,8 +145,7 @@ class BasicPredictor {
       // a stamp before the window is refused; many in a row mean that the clock was set back
       return stale(in);
     }
-    stale_run_ = 0;
-    held_valid_ = false;
+    stamps_.in_place();
     return enter(in);
   }
 
@@ -203,25 +188,19 @@ class BasicPredictor {
 
   /// A stamp far ahead of all others: used with the second one that agrees with it.
   Taken hold(const Input& in) {
-    if (!held_valid_ || std::abs(present(in) - present(held_)) > kLeap) {
-      held_ = in;
-      held_valid_ = true;
-      return refuse(Taken::kAhead);
-    }
-    held_valid_ = false;
-    stale_run_ = 0;
-    const bool in_order = present(held_) <= present(in);
-    const Taken first = enter(in_order ? held_ : in);
-    const Taken second = enter(in_order ? in : held_);
+    const Input before = held_;
+    held_ = in;
+    if (!stamps_.agrees_ahead(present(in))) return refuse(Taken::kAhead);
+    stamps_.in_place();
+    const bool in_order = present(before) <= present(in);
+    const Taken first = enter(in_order ? before : in);
+    const Taken second = enter(in_order ? in : before);
     return in_order ? second : first;
   }
 
   /// An old stamp. Many in a row that are near each other: the clock was set back.
   Taken stale(const Input& in) {
-    const bool near = stale_run_ > 0 && std::abs(in.time - stale_time_) < kLeap;
-    stale_run_ = near ? stale_run_ + 1 : 1;
-    stale_time_ = in.time;
-    if (stale_run_ < kStaleRun) return refuse(Taken::kStale);
+    if (!stamps_.agrees_behind(in.time)) return refuse(Taken::kStale);
     forget();
     buffer_.begin(present(in));
     restarted_ = newest();
@@ -231,10 +210,8 @@ class BasicPredictor {
   OutOfSequenceBuffer<kCheckpoints, kRows> buffer_;
   double bad_ = kLongAgo;        // [s] of the last refused input
   double restarted_ = kLongAgo;  // [s] of the last restart of the buffer
-  double stale_time_ = 0.0;      // [s]
-  int stale_run_ = 0;
-  bool held_valid_ = false;
-  Input held_;  // an input with a stamp far ahead
+  StampCheck stamps_;
+  Input held_;  // the last input with a stamp far ahead
 };
 
 /// For commands at 100 Hz and poses at up to 200 Hz: 1.3 MB.
