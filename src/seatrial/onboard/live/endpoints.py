@@ -5,6 +5,7 @@ A thread reads, so that lines have the time at which they arrived, whatever keep
 """
 
 import os
+import select
 import socket
 import sys
 import threading
@@ -186,7 +187,8 @@ class Datagrams:
                 continue
             except ConnectionError:  # an answer was not received
                 continue
-            texts = block.decode("utf-8", "replace").splitlines() or [""]
+            # blank lines are dropped: an empty text is a sender that leaves
+            texts = filter(None, block.decode("utf-8", "replace").splitlines()) if block else [""]
             inbox.put([Arrived.of(text, sender) for text in texts])
 
     def follow(self, line: str) -> None:
@@ -213,7 +215,10 @@ def _open(stream: object, name: str) -> BinaryIO:
 
 def _read(inlet: int) -> bytes:
     """The next bytes; none at the end, or where it can't be read."""
-    try:
-        return os.read(inlet, LONGEST_LINE)
-    except OSError:
-        return b""
+    while True:
+        try:
+            return os.read(inlet, LONGEST_LINE)
+        except BlockingIOError:  # one that does not block
+            select.select([inlet], [], [])
+        except OSError:
+            return b""
