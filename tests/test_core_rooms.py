@@ -16,7 +16,7 @@ ROOMS = [  # from the bottom; a header includes only from its own room and the r
     ("filter", ("model", "actuators", "integration")),
     ("onboard", ("model", "actuators", "integration", "filter")),
     ("control", ("model", "actuators")),
-    ("simulation", ("model", "actuators", "integration")),
+    ("simulation", ("model", "actuators", "integration", "onboard")),
 ]
 
 

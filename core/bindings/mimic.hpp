@@ -86,7 +86,18 @@ void bind_mimic(nb::module_& m) {
           },
           "t"_a,
           "time, velocity for the carrier, the same before its limits, the virtual boat's state, "
-          "mismatch, health.");
+          "mismatch, health.")
+      .def_prop_ro(
+          "newest", [](const MimicBox& self) { return self.mimic.newest(); },
+          "Newest stamp [s] of all inputs and answers.");
+  m.def(
+      "mimic_words",
+      [] {
+        std::vector<std::tuple<unsigned, std::string>> out;
+        for (const MimicWords& w : kMimicWords) out.emplace_back(w.flag, w.advice);
+        return out;
+      },
+      "Flag and advice of each health flag of a mimic.");
 }
 
 }  // namespace

@@ -157,22 +157,97 @@ TEST_CASE("a negative latency counts as none: a plant can't know a command befor
   CHECK(prompt.plant->state()[3] > 0.01);
 }
 
-TEST_CASE("a command that is too late, out of order, or of no finite time is refused") {
+TEST_CASE("a command that is too late, or of no finite time, is refused") {
   Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
   Plant& plant = *twin.plant;
   const double full[3] = {1.0, 0.0, 0.0};
-  const double back[3] = {-1.0, 0.0, 0.0};
   REQUIRE(plant.advance_to(1.0));
   CHECK_FALSE(plant.command(0.999, full));
   CHECK_FALSE(plant.command(std::nan(""), full));
   CHECK_FALSE(plant.command(std::numeric_limits<double>::infinity(), full));
   CHECK(plant.command(1.0, full));
-  CHECK(plant.command(1.5, full));
-  CHECK_FALSE(plant.command(1.2, back));  // before one that is under way
-  CHECK(plant.command(1.5, full));
   REQUIRE(plant.advance_to(3.0));
   CHECK(plant.state()[3] > 0.05);  // the refused ones left no trace
   CHECK(plant.time() == 3.0);
+}
+
+TEST_CASE("commands act by their stamps, in whatever order they come") {
+  const Script script = boats::random_script(75, 30, 3, 0.0, -1.0, 1.0);
+  Twin ordered(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin mixed(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  for (int i = 0; i < script.size(); ++i) {
+    const int other = script.size() - 1 - i;
+    REQUIRE(ordered.plant->command(script.time[static_cast<std::size_t>(i)], script.row(i)));
+    REQUIRE(mixed.plant->command(script.time[static_cast<std::size_t>(other)], script.row(other)));
+  }
+  REQUIRE(ordered.plant->advance_to(script.time.back() + 1.0));
+  REQUIRE(mixed.plant->advance_to(script.time.back() + 1.0));
+  for (int i = 0; i < kStates; ++i) CHECK(mixed.plant->state()[i] == ordered.plant->state()[i]);
+}
+
+TEST_CASE("a command that expires is as one of zero at that time, at each thruster") {
+  auto q = boats::full_constants();
+  q[boats::kLatencyA] = 0.4;
+  q[boats::kLatencyB] = 0.05;
+  Twin expiring(boats::full_chain(Scheme::kMoorePenrose), q);
+  Twin by_hand(boats::full_chain(Scheme::kMoorePenrose), q);
+  expiring.plant->set_timeout(0.5);
+  const double full[3] = {1.0, 0.4, -0.3};
+  const double still[3] = {0.0, 0.0, 0.0};
+  // the first two hold for less than the time-out, the third for all of it, the fourth is last
+  for (Twin* twin : {&expiring, &by_hand}) {
+    for (const double t : {0.0, 0.3, 0.5, 2.0}) REQUIRE(twin->plant->command(t, full));
+  }
+  for (const double t : {1.0, 2.5}) REQUIRE(by_hand.plant->command(t, still));
+  for (const double t : {0.9, 1.6, 2.01, 2.45, 2.6, 4.0}) {
+    REQUIRE(expiring.plant->advance_to(t));
+    REQUIRE(by_hand.plant->advance_to(t));
+    for (int i = 0; i < kStates; ++i) {
+      CHECK(expiring.plant->state()[i] == doctest::Approx(by_hand.plant->state()[i]).epsilon(1e-9));
+    }
+    CHECK(expiring.plant->silent() == (t == 1.6 || t == 2.01 || t >= 2.6));
+    CHECK_FALSE(by_hand.plant->silent());
+  }
+}
+
+TEST_CASE("a clock that is set moves all times of a plant, and nothing else") {
+  Twin own(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin other(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  const double full[3] = {1.0, 0.4, -0.3};
+  constexpr double kLeap = -1024.0;  // [s] exact in binary
+  for (Twin* twin : {&own, &other}) {
+    twin->plant->set_timeout(0.5);
+    REQUIRE(twin->plant->command(0.0, full));
+    REQUIRE(twin->plant->command(0.25, full));
+    REQUIRE(twin->plant->advance_to(0.25));
+  }
+  own.plant->shift_clock(kLeap);
+  for (const double t : {0.5, 0.75, 1.5}) {
+    REQUIRE(own.plant->advance_to(t + kLeap));
+    REQUIRE(other.plant->advance_to(t));
+    for (int i = 0; i < kStates; ++i) {
+      CHECK(own.plant->state()[i] == doctest::Approx(other.plant->state()[i]).epsilon(1e-9));
+    }
+    CHECK(own.plant->silent() == other.plant->silent());
+  }
+  CHECK(own.plant->silent());
+}
+
+TEST_CASE("a plant whose commands are dropped has its thrusters off until the next") {
+  Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Plant& plant = *twin.plant;
+  const double full[3] = {1.0, 0.0, 0.0};
+  for (const double t : {0.0, 2.0}) REQUIRE(plant.command(t, full));
+  REQUIRE(plant.advance_to(2.0));
+  const double fast = plant.state()[3];
+  plant.drop_commands();
+  CHECK(plant.silent());
+  REQUIRE(plant.advance_to(6.0));
+  CHECK(plant.state()[3] < 0.5 * fast);
+  REQUIRE(plant.command(6.0, full));
+  REQUIRE(plant.advance_to(8.0));
+  CHECK_FALSE(plant.silent());
+  CHECK(plant.state()[3] > 0.8 * fast);
 }
 
 TEST_CASE("a plant refuses a command more than it can hold, and takes it later") {

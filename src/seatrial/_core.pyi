@@ -336,6 +336,8 @@ class Tracker:
 
 HULL_RADIUS: float = 0.3
 
+STRONGEST_COMMAND: float = 1000.0
+
 class Scene:
     def __init__(self, segments: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], circles: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
 
@@ -616,6 +618,13 @@ class Mimic:
         """
         time, velocity for the carrier, the same before its limits, the virtual boat's state, mismatch, health.
         """
+
+    @property
+    def newest(self) -> float:
+        """Newest stamp [s] of all inputs and answers."""
+
+def mimic_words() -> list[tuple[int, str]]:
+    """Flag and advice of each health flag of a mimic."""
 
 def regressors(structure: Structure, nu: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], nu_dot: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], force: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]: ...
 

@@ -2,22 +2,8 @@
 #include "seatrial_ros/mimic_node.hpp"
 
 #include <cmath>
-#include <iterator>
 
 namespace seatrial::ros {
-
-namespace {
-
-/// What the flags say, in the order of their bits.
-constexpr const char* kMimicAdvice[] = {
-    "no pose of the carrier: its drift is not corrected; check its odometry",
-    "the boat exceeds the carrier's speed limit: it lags behind. Drive slower, or raise the limit",
-    "the boat exceeds the carrier's acceleration limit: it lags behind for a while",
-    "the carrier is too far from the virtual boat and is stopped: put it in place and restart",
-    "no valid command: the virtual boat's thrust is zero",
-    "the model diverges: the carrier is stopped; identify it again"};
-
-}  // namespace
 
 MimicNode::MimicNode(MimicSettings settings) : settings_(std::move(settings)) {
   check_ranges(settings_);
@@ -63,9 +49,9 @@ MimicOutput MimicNode::tick(std::int64_t now) {
 
 Diagnosis MimicNode::diagnose() const {
   Diagnosis out;
-  for (std::size_t i = 0; i < std::size(kMimicAdvice); ++i) {
-    if ((last_.health >> i & 1U) == 0U) continue;
-    out.message += (out.message.empty() ? "" : "; ") + words(i);
+  for (const MimicWords& words : kMimicWords) {
+    if ((last_.health & words.flag) == 0U) continue;
+    out.message += (out.message.empty() ? "" : "; ") + advice(words);
   }
   const bool stopped = (last_.health & (kMimicLost | kMimicDiverged)) != 0U;
   out.level = stopped ? Diagnosis::kError : (last_.health != 0U ? Diagnosis::kWarn : out.level);
@@ -81,15 +67,15 @@ Diagnosis MimicNode::diagnose() const {
 }
 
 /// Advice of a flag; of a limit with the commanded and the allowed value.
-std::string MimicNode::words(std::size_t flag) const {
+std::string MimicNode::advice(const MimicWords& words) const {
   const Carrier& most = settings_.carrier;
-  std::string advice = kMimicAdvice[flag];
-  if (1U << flag == kMimicSpeedLimited) {
+  std::string advice = words.advice;
+  if (words.flag == kMimicSpeedLimited) {
     return advice + " (commanded " + plain(std::hypot(last_.asked[0], last_.asked[1])) + " m/s, " +
            plain(std::abs(last_.asked[2])) + " rad/s; at most " + plain(most.speed) + ", " +
            plain(most.yaw_rate) + ")";
   }
-  if (1U << flag == kMimicLost) {
+  if (words.flag == kMimicLost) {
     return advice + " (" + plain(std::hypot(last_.mismatch[0], last_.mismatch[1])) +
            " m away; at most " + plain(most.lost) + ")";
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "seatrial/onboard/input_checks.hpp"
 #include "seatrial/simulation/plant.hpp"
 
 namespace seatrial {
@@ -61,7 +62,7 @@ inline CarrierFault fault(const Carrier& c) {
   return {};
 }
 
-/// How a velocity is to be taken, bit by bit.
+/// Health flags of a mimic's output; 0: use it.
 enum MimicHealth : std::uint32_t {
   kMimicNoPose = 1,               // none yet, or too old: open-loop
   kMimicSpeedLimited = 2,         // the boat exceeds the carrier's speed limit
@@ -70,6 +71,24 @@ enum MimicHealth : std::uint32_t {
   kMimicCommandSilence = 16,      // the boat's thrusters are off until the next command
   kMimicDiverged = 32             // the model is unstable: stopped
 };
+
+/// Advice on each flag, to the user.
+struct MimicWords {
+  MimicHealth flag;
+  const char* advice;
+};
+
+inline constexpr MimicWords kMimicWords[] = {
+    {kMimicNoPose, "no pose of the carrier: its drift is not corrected; check its odometry"},
+    {kMimicSpeedLimited,
+     "the boat exceeds the carrier's speed limit: it lags behind. Drive slower, or raise the "
+     "limit"},
+    {kMimicAccelerationLimited,
+     "the boat exceeds the carrier's acceleration limit: it lags behind for a while"},
+    {kMimicLost,
+     "the carrier is too far from the virtual boat and is stopped: put it in place and restart"},
+    {kMimicCommandSilence, "no valid command: the virtual boat's thrust is zero"},
+    {kMimicDiverged, "the model diverges: the carrier is stopped; identify it again"}};
 
 struct MimicOutput {
   double time = 0.0;               // [s]
@@ -85,31 +104,29 @@ class Mimic {
   /// `timeout` [s] without a command after which the virtual boat's thrusters are off; infinite:
   /// a command holds.
   Mimic(const Plant& boat, const Carrier& carrier, double timeout)
-      : plant_(boat), carrier_(carrier), timeout_(timeout) {}
-
-  /// A command (inputs) of time t [s]; it acts then, or at once where that has passed. False where
-  /// it is not a number.
-  bool command(double t, const double* values, int n) {
-    if (!std::isfinite(t) ||
-        !std::all_of(values, values + n, [](double v) { return std::isfinite(v); })) {
-      return false;
-    }
-    begin(t);
-    last_command_ = std::max(t, plant_.time());
-    silent_ = false;
-    return plant_.command(last_command_, values);
+      : plant_(boat), carrier_(carrier) {
+    plant_.set_timeout(timeout);
   }
 
-  /// The carrier's own pose (3) at t [s]. The first places the virtual boat. False where it is not
-  /// a number, or older than is remembered.
+  /// A command (inputs) stamped t [s]; it acts then, or at once where that has passed. False, and
+  /// not used: a number is none or absurdly large; t is before a command that has acted, or leaps
+  /// ahead, and the stamps before do not agree that the clock was set; too many are under way.
+  bool command(double t, const double* values, int n) {
+    if (!all_within(values, n, kStrongest) || !accept(commands_, t)) return false;
+    // by a clock that is set beyond the reach: at once
+    const double now = plant_.time();
+    return plant_.command(t > now + kReach ? now : std::max(t, now), values);
+  }
+
+  /// The carrier's own pose (3), stamped t [s]. The first places the virtual boat. False, and not
+  /// used: a number is none or absurdly large; t is before the last pose, or leaps ahead, as of a
+  /// command; the virtual boat's pose at t is not remembered, or beyond the reach.
   bool pose(double t, const double* eta) {
-    const bool finite =
-        std::isfinite(t) && std::isfinite(eta[0]) && std::isfinite(eta[1]) && std::isfinite(eta[2]);
-    if (!finite) return false;
-    begin(t);
+    const bool sound = all_within(eta, 2, kFarthest) && std::isfinite(eta[2]);
+    if (!sound || !accept(poses_, t)) return false;
     double there[3];
     if (!placed_) place(t, eta);
-    if (last_pose_ > t || !boat_at(t, there)) return false;
+    if (!boat_at(t, there)) return false;
     const double off[3] = {there[0] - eta[0], there[1] - eta[1], 0.0};
     earth_to_body(eta[2], off, mismatch_);
     mismatch_[2] = wrap(there[2] - eta[2]);
@@ -117,22 +134,24 @@ class Mimic {
     return true;
   }
 
-  /// What the carrier is to do from t [s] on; t rises from call to call.
+  /// What the carrier is to do from t [s] on. t rises from call to call; where it falls, or leaps
+  /// by more than the reach, the clock was set: the virtual boat goes on from where it is, after a
+  /// leap with its thrusters off.
   MimicOutput at(double t) {
-    if (!std::isfinite(t)) t = time_;
+    if (!(std::abs(t) <= kLatest)) t = time_;
     begin(t);
-    const double dt = std::max(0.0, t - time_);
-    watch_commands(t);
+    if (t < time_ || t > time_ + kReach) set_clock(t);
+    const double dt = t - time_;
     const bool moved = plant_.advance_to(std::max(t, plant_.time()));
     remember();
     MimicOutput out;
     out.time = t;
     std::copy(plant_.state(), plant_.state() + kStates, out.boat);
     std::copy(mismatch_, mismatch_ + 3, out.mismatch);
-    const bool seen = placed_ && t - last_pose_ <= carrier_.pose_timeout;
+    const bool seen = placed_ && std::abs(t - last_pose_) <= carrier_.pose_timeout;
     const bool lost = seen && std::hypot(mismatch_[0], mismatch_[1]) > carrier_.lost;
     out.health = (seen ? 0U : kMimicNoPose) | (lost ? kMimicLost : 0U) |
-                 (silent_ ? kMimicCommandSilence : 0U) | (moved ? 0U : kMimicDiverged);
+                 (plant_.silent() ? kMimicCommandSilence : 0U) | (moved ? 0U : kMimicDiverged);
     double wanted[3] = {0.0, 0.0, 0.0};
     if (moved && !lost) lead(seen, wanted);
     std::copy(wanted, wanted + 3, out.asked);
@@ -140,8 +159,12 @@ class Mimic {
     std::copy(wanted, wanted + 3, out.velocity);
     std::copy(wanted, wanted + 3, given_);
     time_ = t;
+    newest_ = std::max(newest_, t);
     return out;
   }
+
+  /// The newest stamp of all inputs and answers [s]; it falls where the clock was set back.
+  double newest() const { return newest_; }
 
  private:
   static constexpr int kRemembered = 512;  // poses of the virtual boat
@@ -151,13 +174,47 @@ class Mimic {
     double eta[3] = {};
   };
 
+  /// Stamps of the inputs of one kind.
+  struct Stamps {
+    StampCheck check;
+    double newest = -std::numeric_limits<double>::infinity();  // [s]
+  };
+
+  /// Whether an input stamped t [s] is in its place, or others agree that the clock was set. One
+  /// before the newest is, while that has not acted.
+  bool accept(Stamps& of, double t) {
+    if (!(std::abs(t) <= kLatest)) return false;
+    begin(t);
+    const bool ahead = t > std::max(of.newest, time_) + kLeap;
+    if (ahead && !of.check.agrees_ahead(t)) return false;
+    const bool late = t < of.newest;
+    const bool set_back = late && of.check.agrees_behind(t);
+    if (late && !set_back) return t >= time_;
+    of.check.in_place();
+    of.newest = t;
+    newest_ = set_back ? t : std::max(newest_, t);
+    return true;
+  }
+
   /// The virtual boat's clock starts with the first input.
   void begin(double t) {
     if (begun_) return;
     begun_ = true;
-    time_ = last_command_ = t;
+    time_ = newest_ = t;
     const double still[kMaxCommands] = {0.0};
     plant_.reset(t, still);
+    remember();
+  }
+
+  /// The clock was set to t [s]. A command in force goes on; after a leap ahead nobody knows how
+  /// old it is.
+  void set_clock(double t) {
+    plant_.shift_clock(t - time_);
+    if (t > time_) plant_.drop_commands();
+    time_ = newest_ = t;
+    last_pose_ = -std::numeric_limits<double>::infinity();
+    commands_ = poses_ = Stamps();
+    n_moments_ = 0;
     remember();
   }
 
@@ -178,13 +235,6 @@ class Mimic {
     for (int i = 0; i < 3; ++i) pose[i] = to[i] + turned[i];
   }
 
-  void watch_commands(double t) {
-    if (silent_ || !(t > last_command_ + timeout_)) return;
-    const double still[kMaxCommands] = {0.0};
-    plant_.command(std::max(plant_.time(), last_command_ + timeout_), still);
-    silent_ = true;
-  }
-
   Moment& moment(int i) { return moments_[(first_ + i) % kRemembered]; }
 
   void remember() {
@@ -202,6 +252,7 @@ class Mimic {
   bool boat_at(double t, double* eta) {
     if (n_moments_ == 0 || t < moment(0).time) return false;
     const Moment& last = moment(n_moments_ - 1);
+    if (t > last.time + kReach) return false;
     if (t >= last.time) {
       double rate[3];
       body_to_earth(last.eta[2], plant_.state() + 3, rate);
@@ -252,12 +303,12 @@ class Mimic {
 
   Plant plant_;
   Carrier carrier_;
-  double timeout_;
   bool begun_ = false;
   bool placed_ = false;
-  bool silent_ = false;
-  double time_ = 0.0;
-  double last_command_ = 0.0;
+  double time_ = 0.0;    // [s] of the last answer
+  double newest_ = 0.0;  // [s]
+  Stamps commands_;
+  Stamps poses_;
   double last_pose_ = -std::numeric_limits<double>::infinity();
   double mismatch_[3] = {0, 0, 0};
   double given_[3] = {0, 0, 0};

@@ -2,6 +2,7 @@
 // A boat that is driven live: commands in as they come, state out. No heap, no exceptions.
 #pragma once
 #include <algorithm>
+#include <limits>
 
 #include "seatrial/integration/step.hpp"
 
@@ -26,6 +27,8 @@ class Plant {
     time_ = t;
     pending_ = 0;
     first_ = 0;
+    silent_ = 0;
+    std::fill(expires_, expires_ + kMaxActuators, kForever);
     std::fill(x_, x_ + kStates, 0.0);
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       f_.multiplier[k] = multiplier(chain_, q_, k, chain_.scale_reference, nullptr);
@@ -34,31 +37,52 @@ class Plant {
     }
   }
 
-  /// A command given at t >= time(), in order; false where it comes too late, before one that is
-  /// under way, or where too many are.
+  /// [s] for which a command holds; after that the thrusters are off until the next. Infinite, the
+  /// default: it holds until the next.
+  void set_timeout(double seconds) { timeout_ = seconds; }
+
+  /// A command given at t >= time() [s], in whatever order: stamps decide. False where it comes too
+  /// late, t is no time, or too many are under way.
   bool command(double t, const double* values) {
-    const double last = pending_ > 0 ? pending(pending_ - 1).time : time_;
-    if (!(t >= std::max(last, time_)) || !std::isfinite(t) || pending_ >= kMaxPending) return false;
-    Pending& p = pending(pending_);
+    if (!(t >= time_) || !std::isfinite(t) || pending_ >= kMaxPending) return false;
+    int i = pending_++;
+    for (; i > 0 && pending(i - 1).time > t; --i) pending(i) = pending(i - 1);
+    Pending& p = pending(i);
     p.time = t;
     p.arrived = 0;
     std::copy(values, values + chain_.allocation.n_commands, p.values);
-    ++pending_;
     return true;
   }
 
-  /// On to time t [s]; breaks where a delayed command arrives. False where the boat diverged, or t
-  /// is no time.
+  /// No command is under way or in force: the thrusters are off until the next.
+  void drop_commands() {
+    pending_ = 0;
+    for (int k = 0; k < chain_.n_actuators(); ++k) expire(k);
+  }
+
+  /// Whether some thruster is off because its command has expired.
+  bool silent() const { return silent_ != 0U; }
+
+  /// The clock was set: all times, of commands under way too, are later by `by` [s].
+  void shift_clock(double by) {
+    time_ += by;
+    for (int i = 0; i < pending_; ++i) pending(i).time += by;
+    for (double& expires : expires_) expires += by;
+  }
+
+  /// On to time t [s]; breaks where a delayed command arrives or expires. False where the boat
+  /// diverged, or t is no time.
   bool advance_to(double t) {
     if (!std::isfinite(t)) return false;
     while (time_ < t) {
-      const double next = std::min(t, next_arrival());
+      const double next = std::max(time_, std::min(t, next_change()));
       if (!advance(structure_, coefficient_, chain_, q_, next - time_, longest_step_, f_, x_)) {
         return false;
       }
       // nothing depends on the place, so that this is exact
       for (int i = 0; i < 2; ++i) x_[i] += current_[i] * (next - time_);
-      time_ = std::max(time_, next);
+      time_ = next;
+      expire();
       arrive();
     }
     return true;
@@ -86,6 +110,8 @@ class Plant {
   }
 
  private:
+  static constexpr double kForever = std::numeric_limits<double>::infinity();
+
   struct Pending {
     double time = 0.0;
     unsigned arrived = 0;  // one bit for each actuator
@@ -100,8 +126,9 @@ class Plant {
     return std::max(0.0, detail::constant(q_, chain_.actuators[k].latency, 0.0));
   }
 
-  double next_arrival() const {
-    double next = std::numeric_limits<double>::infinity();
+  /// When a command next arrives at a thruster, or expires there [s].
+  double next_change() const {
+    double next = *std::min_element(expires_, expires_ + kMaxActuators);
     for (int i = 0; i < pending_; ++i) {
       const Pending& p = pending(i);
       for (int k = 0; k < chain_.n_actuators(); ++k) {
@@ -110,6 +137,19 @@ class Plant {
       if (p.time > next) break;
     }
     return next;
+  }
+
+  void expire() {
+    for (int k = 0; k < chain_.n_actuators(); ++k) {
+      if (expires_[k] <= time_) expire(k);
+    }
+  }
+
+  void expire(int k) {
+    const double still[kMaxCommands] = {0.0};
+    aim(still, k);
+    silent_ |= 1U << k;
+    expires_[k] = kForever;
   }
 
   void arrive() {
@@ -121,6 +161,8 @@ class Plant {
         if ((p.arrived >> k & 1U) == 0U && p.time + latency(k) <= time_) {
           aim(p.values, k);
           p.arrived |= 1U << k;
+          silent_ &= ~(1U << k);
+          expires_[k] = p.time + latency(k) + timeout_;
         }
       }
     }
@@ -146,6 +188,9 @@ class Plant {
   double x_[kStates] = {};
   double current_[2] = {0.0, 0.0};
   Thrust f_;
+  double timeout_ = kForever;      // [s]
+  double expires_[kMaxActuators];  // [s] when each thruster's command does
+  unsigned silent_ = 0;            // one bit for each thruster whose command has expired
   int first_ = 0;
   int pending_ = 0;
   Pending queue_[kMaxPending];

@@ -78,7 +78,7 @@ class MimicNode {
   Diagnosis diagnose() const;
 
  private:
-  std::string words(std::size_t flag) const;
+  std::string advice(const MimicWords& words) const;
   double seconds(std::int64_t stamp);
 
   MimicSettings settings_;

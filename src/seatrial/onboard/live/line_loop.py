@@ -55,6 +55,11 @@ class Stream(ABC):
     def line(self, stamp: int) -> str | None:
         """The output line at a stamp [ns]; None: none."""
 
+    @property
+    @abstractmethod
+    def newest(self) -> int:
+        """Newest stamp of the inputs [ns], strays left out; 0 before the first. It falls with a clock set back."""
+
     @abstractmethod
     def use(self, event: Event, now: int) -> Iterator[str]:
         """Output lines of an event; `now` [ns] by the system's clock. Raises SeatrialError."""
@@ -84,6 +89,21 @@ class Stream(ABC):
             if text is not None:
                 yield text
             self._due += self.period
+
+    def around(self, stamp: int, put: Callable[[], None]) -> Iterator[str]:
+        """Output lines before and after `put` hands over an input of a stamp [ns]; it raises SeatrialError."""
+        if self.system:
+            put()
+            return
+        before = self.newest
+        if before <= stamp <= before + STAMP_LEAP:
+            yield from self.due(stamp - 1)  # from the inputs before this one
+        try:
+            put()
+        finally:
+            if self.newest < before:  # a clock that was set back: the schedule begins again
+                self._due = None
+        yield from self.due(self.newest - 1)
 
     def stamp_of(self, event: Event, now: int) -> int:
         """Stamp of an event [ns]. Raises LiveError."""

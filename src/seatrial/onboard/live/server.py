@@ -13,7 +13,7 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.onboard.boat_change import BoatChange, ChangeState, Detector
 from seatrial.onboard.live.endpoints import Source
-from seatrial.onboard.live.line_loop import STAMP_LEAP, Settings, Stream
+from seatrial.onboard.live.line_loop import Settings, Stream
 from seatrial.onboard.live.protocol import NANO, Event, Writer
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
@@ -77,12 +77,21 @@ class Live(Stream):
             assert event.stamp is not None
             yield self.writer.estimate(event.stamp, self.odometer.look(event.stamp))
         else:
-            yield from self._put(event, self.stamp_of(event, now))
+            stamp = self.stamp_of(event, now)
+            yield from self.around(stamp, lambda: self._put(event, stamp))
 
-    def _put(self, event: Event, stamp: int) -> Iterator[str]:
+    @property
+    def newest(self) -> int:
+        """See `Stream`."""
+        return self.odometer.newest
+
+    def close(self) -> None:
+        """No further test for a change; one that runs ends by itself."""
+        if self._worker is not None:
+            self._worker.shutdown(wait=False, cancel_futures=True)
+
+    def _put(self, event: Event, stamp: int) -> None:
         newest = self.odometer.newest
-        if not self.system and stamp <= newest + STAMP_LEAP:
-            yield from self.due(stamp - 1)  # from the inputs before this one
         if event.kind == "pose":
             taken = self.odometer.pose(stamp, event.values, event.covariance)
         elif event.kind == "position":
@@ -101,8 +110,6 @@ class Live(Stream):
             if not self._noisier(event):
                 self.adaptation.detector.use(event.kind, stamp, event.values)
             self._watched(self.adaptation)
-        if not self.system:
-            yield from self.due(self.odometer.newest - 1)
 
     def _noisier(self, event: Event) -> bool:
         """Whether a pose states much more noise than the model has: no test is made by such poses."""
@@ -196,5 +203,8 @@ def serve(
 
     if live.writer.header is not None:
         source.write(live.writer.header)
-    live.serve(source, reload_if_requested)
+    try:
+        live.serve(source, reload_if_requested)
+    finally:
+        live.close()
     return live

@@ -20,15 +20,6 @@ from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import MimicError
 from seatrial.util.frames import POSE, Array, frozen_array
 
-ADVICE = {
-    1: "no pose of the carrier: its drift is not corrected; check its odometry",
-    2: "the boat exceeds the carrier's speed limit: it lags behind. Drive slower, or raise the limit",
-    4: "the boat exceeds the carrier's acceleration limit: it lags behind for a while",
-    8: "the carrier is too far from the virtual boat and is stopped: put it in place and restart",
-    16: "no valid command: the virtual boat's thrust is zero",
-    32: "the model diverges: the carrier is stopped; identify it again",
-}
-
 
 class MimicHealth(enum.Flag):
     """Conditions of a velocity; `advice` states what to do."""
@@ -48,7 +39,7 @@ class MimicHealth(enum.Flag):
     @property
     def advice(self) -> tuple[str, ...]:
         """One sentence for each flag that is raised."""
-        return tuple(ADVICE[flag.value] for flag in MimicHealth if flag in self)
+        return tuple(words for bit, words in _core.mimic_words() if MimicHealth(bit) in self)
 
 
 class Carrier(Strict, frozen=True):
@@ -110,19 +101,32 @@ class Mimic:
         )  # fmt: skip
 
     def command(self, t: float, values: ArrayLike) -> bool:
-        """Commands (inputs,) to the boat at t [s]; False where one is not a number."""
+        """Commands (inputs,) to the boat, stamped t [s]; they act then, or at once where that has passed.
+
+        False, and not used: a number is none or absurdly large, the stamp is before a command that has acted
+        or leaps ahead, or too many are under way. Stamps of a clock that was set are used once several agree.
+        """
         return self._core.command(t, row_of(values, "command", self.model.vehicle.inputs))
 
     def pose(self, t: float, eta: ArrayLike) -> bool:
-        """The carrier's pose (3,) at t [s] by its own odometry; False where it is not used."""
+        """The carrier's pose (3,) at t [s] by its own odometry; False where it is not used, as of `command`."""
         return self._core.pose(t, row_of(eta, "pose", POSE))
 
     def at(self, t: float) -> Motion:
-        """The carrier's motion from t [s] on; t increases from call to call."""
+        """The carrier's motion from t [s] on; t increases from call to call.
+
+        Where it falls, or leaps by more than a minute, the clock was set: the virtual boat goes on from where
+        it is, after a leap with its thrusters off.
+        """
         time, velocity, asked, boat, mismatch, health = self._core.at(t)
         return Motion(
             time, velocity, asked, boat[:3], boat[3:], mismatch, MimicHealth(health)  # type: ignore[arg-type]
         )  # fmt: skip
+
+    @property
+    def newest(self) -> float:
+        """Newest stamp of all inputs and answers [s]; it falls where the clock was set back."""
+        return self._core.newest
 
 
 def _set(carrier: _core.Carrier, name: str, value: object) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import msgspec
 import numpy as np
 
-from seatrial.onboard.live.line_loop import STAMP_LEAP, Settings, Stream
+from seatrial.onboard.live.line_loop import Settings, Stream
 from seatrial.onboard.live.protocol import NANO, Event
 from seatrial.simulation.mimic.follow import Mimic
 from seatrial.util.errors import LiveError
@@ -33,21 +33,25 @@ class MimicStream(Stream):
         if event.kind not in ("pose", "command"):
             raise LiveError(f"expected pose or command; got {event.kind}")
         stamp = self.stamp_of(event, now)
-        if not self.system:
-            self._refuse_leap(event, stamp)
-            self._newest = max(self._newest, stamp)
-            yield from self.due(stamp - 1)  # from the inputs before this one
-        put = self.mimic.pose if event.kind == "pose" else self.mimic.command
-        if not put(stamp / NANO, event.values):
-            raise LiveError(
-                f"{event.kind} at {stamp / NANO:.6f} s was not used: too old, or not a number"
-            )
+        yield from self.around(stamp, lambda: self._put(event, stamp))
 
-    def _refuse_leap(self, event: Event, stamp: int) -> None:
-        if not self._newest or stamp <= self._newest + STAMP_LEAP:
-            return
-        self._newest = stamp  # accepted if the next one confirms it
-        raise LiveError(f"{event.kind} at {stamp / NANO:.3f} s leaps ahead; left out")
+    @property
+    def newest(self) -> int:
+        """See `Stream`."""
+        return self._newest
+
+    def _put(self, event: Event, stamp: int) -> None:
+        t, newest = stamp / NANO, self.mimic.newest
+        put = self.mimic.pose if event.kind == "pose" else self.mimic.command
+        used = put(t, event.values)
+        if self.mimic.newest == t:  # not so for a stray, or one that is late
+            self._newest = stamp
+        if not used:
+            raise LiveError(
+                f"{event.kind} at {t:.6f} s was not used: its stamp is {abs(t - newest):.1f} s "
+                f"{'after' if t > newest else 'before'} the newest one, or a number is out of range. "
+                "Stamps of a clock that was set are used once several agree"
+            )
 
     def line(self, stamp: int) -> str:
         """The carrier's motion."""
