@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "arrays.hpp"
+#include "seatrial/onboard/input_checks.hpp"
 #include "seatrial/simulation/simulator.hpp"
 
 namespace {
@@ -166,6 +167,7 @@ void bind_sensors(nb::module_& m) {
 void bind_simulator(nb::module_& m) {
   using namespace nb::literals;
   m.attr("HULL_RADIUS") = kHullRadius;
+  m.attr("STRONGEST_COMMAND") = kStrongest;
   nb::class_<Scene>(m, "Scene")
       .def(
           "__init__",

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
+
+#include "seatrial/onboard/input_checks.hpp"
 
 namespace seatrial::ros {
 
@@ -70,9 +71,9 @@ std::string SimNode::numbers(const NumbersMessage& in, const Accepted& accepted)
     Signal& command = boats_[i].command;
     if (!command.update(in)) continue;
     const double* values = command.values();
-    const bool finite =
-        std::all_of(values, values + command.size(), [](double v) { return std::isfinite(v); });
-    if (!finite) return in.topic + ": a command is missing or not a number; left out";
+    if (!all_within(values, static_cast<int>(command.size()), kStrongest)) {
+      return in.topic + ": a command is missing, not a number or absurdly large; left out";
+    }
     if (!simulator_->command(static_cast<int>(i), values)) {
       return in.topic + ": too many commands within the thrusters' latency; left out";
     }

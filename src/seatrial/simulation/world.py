@@ -153,6 +153,11 @@ class SimulatedBoat:
         they hold until the next. Raises SeatrialError.
         """
         row = finite_row(values, f"{self.name}: command", self.model.vehicle.inputs, SimulatorError)
+        if np.any(np.abs(row) > _core.STRONGEST_COMMAND):
+            most = _core.STRONGEST_COMMAND
+            raise SimulatorError(
+                f"{self.name}: command {row.tolist()}: expected numbers from {-most:g} to {most:g}"
+            )
         if not self._core.command(self._place, row):
             raise SimulatorError(f"{self.name}: too many commands within the thrusters' latency")
 
