@@ -16,7 +16,7 @@ from waiting import PATIENCE, free_port, until
 import seatrial
 from seatrial.commands.cli import main
 from seatrial.simulation.plan import load_plan
-from seatrial.simulation.server import Settings, Stream
+from seatrial.simulation.server import SimSettings, SimStream
 from seatrial.simulation.trials import plant_model
 from seatrial.util.frames import POSE_SIGNS
 
@@ -213,7 +213,7 @@ def test_mistakes_are_counted_after_ten(boat):
     said = []
     world = seatrial.World()
     world.add(boat)
-    stream = Stream(world, Settings(), said.append)
+    stream = SimStream(world, SimSettings(), said.append)
     for _ in range(15):
         assert not list(stream.take("nonsense"))
     assert stream.mistakes == 15

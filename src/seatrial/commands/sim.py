@@ -6,7 +6,7 @@ from pathlib import Path
 
 from seatrial.commands.shared import add_json, add_ports, guard_lines, refuse_options, write_json
 from seatrial.simulation.protocol import LINE_KINDS
-from seatrial.simulation.server import Settings
+from seatrial.simulation.server import SimSettings
 from seatrial.util.printing import complain
 
 
@@ -25,17 +25,17 @@ def add(command: argparse.ArgumentParser) -> None:
         "--seed", type=int, default=0, help="seed of the sensors' noise (default: %(default)s)"
     )
     command.add_argument(
-        "--speed", type=float, default=Settings.speed, metavar="X",
+        "--speed", type=float, default=SimSettings.speed, metavar="X",
         help="simulated seconds per second; 0: as fast as possible, up to the stamps of the lines "
         "(default: %(default)g)",
     )  # fmt: skip
     command.add_argument(
-        "--rate", type=float, default=Settings.rate, metavar="HZ",
+        "--rate", type=float, default=SimSettings.rate, metavar="HZ",
         help="rate of the truth [Hz] (default: %(default)g)",
     )  # fmt: skip
     command.add_argument("--duration", type=float, metavar="S", help="duration [s]")
     command.add_argument(
-        "--lines", default=",".join(Settings.kinds), metavar="LINE_KINDS",
+        "--lines", default=",".join(SimSettings.kinds), metavar="LINE_KINDS",
         help=f"kinds of output lines, some of {', '.join(LINE_KINDS)} (default: %(default)s)",
     )  # fmt: skip
     add_ports(command)
@@ -54,7 +54,7 @@ def run(args: argparse.Namespace) -> None:
         refuse_options(args, "--udp PORT", "to")
     guard_lines(args, *args.models, args.scene)
     kinds = [kind.strip() for kind in args.lines.split(",") if kind.strip()]
-    settings = Settings(args.rate, args.speed, args.duration, kinds)
+    settings = SimSettings(args.rate, args.speed, args.duration, kinds)
     world = World(args.scene, current=args.current, seed=args.seed)
     for model in args.models:
         added = world.add(model).model

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Strict
-from seatrial.onboard.live.protocol import line_error
+from seatrial.onboard.live.protocol import Values, line_error, ordered_values
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan
 from seatrial.simulation.world import SimulatedBoat
 from seatrial.util.errors import LiveError
@@ -19,12 +19,12 @@ Kind = Literal["pose", "truth", "imu", "scan", "command"]
 LINE_KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
-class Line(Strict, frozen=True):
+class SimLine(Strict, frozen=True):
     """An input line: a command, or a time to advance to."""
 
     t: float | None = None  # [s] simulated
     boat: str | None = None  # optional with one boat
-    command: list[float] | dict[str, float] | None = None
+    command: Values | None = None
     at: float | None = None  # [s] to advance to
 
 
@@ -37,7 +37,7 @@ class LineRequest:
     command: Array | None
 
 
-_decode = msgspec.json.Decoder(Line).decode
+_decode = msgspec.json.Decoder(SimLine).decode
 _encode = msgspec.json.Encoder().encode
 
 
@@ -46,13 +46,15 @@ def read_line(text: str, boats: Sequence[SimulatedBoat]) -> LineRequest:
     try:
         line = _decode(text)
     except (msgspec.DecodeError, UnicodeError) as error:
-        raise line_error(error, Line, text) from None
+        raise line_error(error, SimLine, text) from None
     if (line.command is None) == (line.at is None):
         raise LiveError(f"expected command or at, one of them; got {text.strip()[:80]}")
     if line.command is None:
         return LineRequest(line.at, None, None)
     boat = _named(line.boat, boats)
-    return LineRequest(line.t, boat, _row(line.command, boat))
+    vehicle = boat.model.vehicle
+    row = ordered_values("command", line.command, vehicle.inputs) * vehicle.input_signs
+    return LineRequest(line.t, boat, row)
 
 
 def _named(name: str | None, boats: Sequence[SimulatedBoat]) -> SimulatedBoat:
@@ -63,22 +65,7 @@ def _named(name: str | None, boats: Sequence[SimulatedBoat]) -> SimulatedBoat:
     return found[0]
 
 
-def _row(given: list[float] | dict[str, float], boat: SimulatedBoat) -> Array:
-    names = boat.model.vehicle.inputs
-    if isinstance(given, dict):
-        if set(given) != set(names):
-            raise LiveError(
-                f"command: expected {', '.join(names)}; got {', '.join(given) or 'none'}"
-            )
-        given = [given[name] for name in names]
-    if len(given) != len(names):
-        raise LiveError(
-            f"command: expected {len(names)} numbers: {', '.join(names)}; got {len(given)}"
-        )
-    return np.array(given) * boat.model.vehicle.input_signs
-
-
-class Writer:
+class SimWriter:
     """Readings, truth and commands as lines; of several boats with the boat's name."""
 
     def __init__(self, boats: Sequence[SimulatedBoat]) -> None:

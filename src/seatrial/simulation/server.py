@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from seatrial.onboard.live.endpoints import Source
-from seatrial.simulation.protocol import LINE_KINDS, Kind, Writer, read_line
+from seatrial.onboard.live.line_loop import RATE, LineCount, check_rate
+from seatrial.simulation.protocol import LINE_KINDS, Kind, SimWriter, read_line
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading
 from seatrial.simulation.world import World
 from seatrial.util.errors import LiveError, SimulatorError
@@ -19,21 +20,19 @@ from seatrial.util.errors import LiveError, SimulatorError
 LONGEST_WAIT = 0.005  # [s] between readings of the clock
 LARGEST_DELAY = 1.0  # [s] behind the clock that are simulated at once; a larger delay is dropped
 LONGEST_LEAP = 3600.0  # [s] that one line may advance the time: some 10 s of work
-SHOWN_ERRORS = 10  # error messages; all errors are counted
 
 
 @dataclass(frozen=True)
-class Settings:
+class SimSettings:
     """Rate and kinds of output lines, and the clock."""
 
-    rate: float = 50.0  # [Hz] of the truth
+    rate: float = RATE  # [Hz] of the truth
     speed: float = 1.0  # simulated seconds per second; 0: the lines set the time
     duration: float | None = None  # [s] after which it ends
     kinds: Sequence[Kind] = ("pose", "truth", "imu", "scan")
 
     def __post_init__(self) -> None:
-        if not 0.1 <= self.rate <= 1000.0:
-            raise LiveError(f"rate {self.rate:g}: expected 0.1 to 1000 Hz")
+        check_rate(self.rate)
         if not 0.0 <= self.speed <= 1000.0:
             raise LiveError(f"speed {self.speed:g}: expected up to 1000; 0: the lines set the time")
         if self.duration is not None and not 0.0 < self.duration < math.inf:
@@ -42,13 +41,15 @@ class Settings:
             raise LiveError(f"lines {', '.join(odd)}: expected some of {', '.join(LINE_KINDS)}")
 
 
-class Stream:
-    """Lines in and out of a world; error messages go to `complain`."""
+class SimStream(LineCount):
+    """Lines in and out of a world."""
 
-    def __init__(self, world: World, settings: Settings, complain: Callable[[str], None]) -> None:
-        self.world, self.settings, self._complain = world, settings, complain
-        self.writer = Writer(world.boats)
-        self.lines = self.mistakes = 0
+    def __init__(
+        self, world: World, settings: SimSettings, complain: Callable[[str], None]
+    ) -> None:
+        super().__init__(complain)
+        self.world, self.settings = world, settings
+        self.writer = SimWriter(world.boats)
         self._truths = 0  # number of the next
 
     @property
@@ -58,8 +59,7 @@ class Stream:
 
     def take(self, text: str, follow: Callable[[str], None] = lambda _: None) -> Iterator[str]:
         """Output lines of an input line. `follow`: called if it is valid."""
-        self.lines += 1
-        if not text.strip() or text.lstrip().startswith("#"):
+        if not self.has_content(text):
             return
         try:
             request = read_line(str(text), self.world.boats)
@@ -71,7 +71,7 @@ class Stream:
                 if "command" in self.settings.kinds:
                     yield self.writer.command(request.boat, request.command)
         except (LiveError, SimulatorError) as error:
-            self._error(str(error))
+            self.mistake(str(error))
 
     def _ahead(self, t: float) -> float:
         if not self.world.time <= t < math.inf:
@@ -100,13 +100,6 @@ class Stream:
             if "truth" in self.settings.kinds:
                 yield from map(self.writer.truth, self.world.boats)
 
-    def _error(self, text: str) -> None:
-        self.mistakes += 1
-        if self.mistakes <= SHOWN_ERRORS:
-            self._complain(f"line {self.lines}: {text}")
-        if self.mistakes == SHOWN_ERRORS:
-            self._complain("further errors are counted, not shown")
-
 
 def _kind(reading: Reading) -> Kind:
     if isinstance(reading, PoseReading):
@@ -115,22 +108,21 @@ def _kind(reading: Reading) -> Kind:
 
 
 def serve(
-    world: World, source: Source, settings: Settings, complain: Callable[[str], None]
-) -> Stream:
+    world: World, source: Source, settings: SimSettings, complain: Callable[[str], None]
+) -> SimStream:
     """Serve until the source ends, or the duration is over. Raises ModelError where a boat diverges."""
-    stream = Stream(world, settings, complain)
+    stream = SimStream(world, settings, complain)
     try:
         if settings.speed == 0.0:
             _by_lines(stream, source)
         else:
-            _by_clock(stream, source, complain)
+            _by_clock(stream, source)
     finally:
-        if stream.mistakes:
-            complain(f"{stream.mistakes} of {stream.lines} lines could not be used")
+        stream.summarise()
     return stream
 
 
-def _by_lines(stream: Stream, source: Source) -> None:
+def _by_lines(stream: SimStream, source: Source) -> None:
     while not (source.ended or stream.over):
         for text in source.read(None):
             for line in stream.take(text, source.follow):
@@ -140,12 +132,12 @@ def _by_lines(stream: Stream, source: Source) -> None:
             source.write(line)
 
 
-def _by_clock(stream: Stream, source: Source, complain: Callable[[str], None]) -> None:
+def _by_clock(stream: SimStream, source: Source) -> None:
     speed, start = stream.settings.speed, time.monotonic()
     while not stream.over and not (source.ended and stream.settings.duration is None):
         behind = time.monotonic() - start - stream.world.time / speed
         if behind > LARGEST_DELAY:
-            complain(
+            stream.complain(
                 f"{behind:.1f} s behind the clock: this machine is too slow; the delay is dropped"
             )
             start += behind

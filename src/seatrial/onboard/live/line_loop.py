@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Base of all line loops: schedule of output lines, error count, and the loop.
+"""Base of all line loops: count of lines and errors, schedule of output lines, and the loop.
 
 By the data's clock a line is due when an input is later than it, and uses the inputs before: the same
 input gives the same output, from a file as on the boat. By the system's clock it is due at its time.
@@ -34,20 +34,50 @@ class Settings:
     clock: Clock = "data"
 
     def __post_init__(self) -> None:
-        if not SLOWEST <= self.rate <= FASTEST:
-            raise LiveError(f"rate {self.rate:g}: expected {SLOWEST:g} to {FASTEST:g} Hz")
+        check_rate(self.rate)
 
 
-class Stream(ABC):
-    """Lines in, lines out at a fixed rate; errors go to `complain`."""
+def check_rate(rate: float) -> None:
+    """Raises LiveError where a rate of output lines [Hz] is out of range."""
+    if not SLOWEST <= rate <= FASTEST:
+        raise LiveError(f"rate {rate:g}: expected {SLOWEST:g} to {FASTEST:g} Hz")
+
+
+class LineCount:
+    """Input lines, and those that could not be used; error messages go to `complain`."""
+
+    def __init__(self, complain: Callable[[str], None]) -> None:
+        self.lines = self.mistakes = 0
+        self.complain = complain
+
+    def has_content(self, text: str) -> bool:
+        """Count a line; False for an empty one and for a comment."""
+        self.lines += 1
+        return bool(text.strip()) and not text.lstrip().startswith("#")
+
+    def mistake(self, words: str) -> None:
+        """The line can't be used; the first errors are shown."""
+        self.mistakes += 1
+        if self.mistakes <= MOST_SHOWN:
+            self.complain(f"line {self.lines}: {words}")
+        if self.mistakes == MOST_SHOWN:
+            self.complain("further errors are counted, not shown")
+
+    def summarise(self) -> None:
+        """Report how many lines could not be used, if any."""
+        if self.mistakes:
+            self.complain(f"{self.mistakes} of {self.lines} lines could not be used")
+
+
+class Stream(LineCount, ABC):
+    """Lines in, lines out at a fixed rate."""
 
     def __init__(
         self, vehicle: Vehicle, settings: Settings, complain: Callable[[str], None]
     ) -> None:
+        super().__init__(complain)
         self.period = round(NANO / settings.rate)
         self.system = settings.clock == "system"
-        self.lines = self.mistakes = 0
-        self.complain = complain
         self._reader = Reader(vehicle, settings.form)
         self._due: int | None = None  # [ns] the next line
 
@@ -68,15 +98,14 @@ class Stream(ABC):
         self, text: str, now: int, follow: Callable[[str], None] = lambda _: None
     ) -> Iterator[str]:
         """Output lines of an input line; `now` [ns] by the system's clock. `follow`: called if it is valid."""
-        self.lines += 1
-        if not text.strip() or text.lstrip().startswith("#"):
+        if not self.has_content(text):
             return
         try:
             event = self._reader(str(text))
             follow(text)
             yield from self.use(event, now)
         except SeatrialError as error:
-            self._mistake(str(error))
+            self.mistake(str(error))
 
     def due(self, now: int) -> Iterator[str]:
         """Lines that are due by `now` [ns]."""
@@ -122,8 +151,7 @@ class Stream(ABC):
             if self.system:
                 for line in self.due(time.time_ns()):
                     source.write(line)
-        if self.mistakes:
-            self.complain(f"{self.mistakes} of {self.lines} lines could not be used")
+        self.summarise()
 
     def _in_turn(self, text: str, now: int, source: Source) -> Iterator[str]:
         """Lines that were due before this one arrived, then its own."""
@@ -135,10 +163,3 @@ class Stream(ABC):
         """Seconds until the next line is due by the system's clock, a period at most."""
         left = self.period if self._due is None else min(max(0, self._due - now), self.period)
         return left / NANO
-
-    def _mistake(self, words: str) -> None:
-        self.mistakes += 1
-        if self.mistakes <= MOST_SHOWN:
-            self.complain(f"line {self.lines}: {words}")
-        if self.mistakes == MOST_SHOWN:
-            self.complain("further errors are counted, not shown")

@@ -147,7 +147,7 @@ class Reader:
         self, kind: Literal["command", "scale"], stamp: int | None, got: Values | None
     ) -> Event:
         own = self.vehicle.inputs if kind == "command" else self.vehicle.scales
-        row = _ordered_values(kind, got or [], own)
+        row = ordered_values(kind, got or [], own)
         return Event(kind, stamp, row * self.vehicle.input_signs if kind == "command" else row)
 
 
@@ -163,7 +163,8 @@ def _whole(stamp: int | None) -> int | None:
     return stamp
 
 
-def _ordered_values(kind: str, got: Values, names: Sequence[str]) -> Array:
+def ordered_values(kind: str, got: Values, names: Sequence[str]) -> Array:
+    """Values by order or by name, in the order of the names (names,). Raises LiveError."""
     if isinstance(got, Mapping):
         if set(got) != set(names):
             raise LiveError(
