@@ -5,8 +5,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
+from seatrial.report.figures.base import log_ticks
 from seatrial.util.errors import SeatrialError, printable
 from seatrial.util.frames import Array
 
@@ -19,7 +18,6 @@ LONGEST_LABEL = 32  # [characters] of a name in a plot
 GREY = "#666666"
 COEFFICIENT = re.compile(r"([A-Za-z])_([A-Za-z0-9]{1,8})")
 SMALL = 8  # [pt] text in a legend
-FEW_DECADES = 2.6  # of a logarithmic axis: below it 2 and 5 are ticks, too
 MARGIN = 0.1  # [decades] above and below the values
 
 
@@ -65,11 +63,9 @@ def finished(axes: "Axes", x: str, y: str, title: str = "") -> None:
 
 def logarithmic(axes: "Axes", values: Array) -> None:
     """A logarithmic y axis with plain numbers: 1, 2, 5 where values span few decades."""
-    low, high = np.log10(values.min()), np.log10(values.max())
-    factors = (1.0, 2.0, 5.0) if high - low < FEW_DECADES else (1.0,)
-    powers = range(int(np.floor(low)), int(np.ceil(high)) + 1)
-    ticks = [f * 10.0**power for power in powers for f in factors]
-    shown = [t for t in ticks if low - MARGIN <= np.log10(t) <= high + MARGIN]
+    low, high = float(values.min()), float(values.max())
+    ends = 10.0**-MARGIN * low, 10.0**MARGIN * high
+    shown = [tick for tick in log_ticks(low, high) if ends[0] <= tick <= ends[1]]
     axes.set_yscale("log")
     axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
     axes.set_yticks([], minor=True)

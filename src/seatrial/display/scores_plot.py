@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from seatrial.display.canvas import GREY, below, drawn_on, finished, literal, logarithmic
-from seatrial.evaluation.scores import AxisScore, HorizonScore, Scored, Scores, Start
+from seatrial.evaluation.scores import AxisScore, HorizonScore, Scored, Scores, Start, main_start
 from seatrial.report.figures.base import BLUE, GREEN, ORANGE, SKY
 from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.errors import ModelError
@@ -24,7 +24,7 @@ AT_CONSTANT = 1e-12  # [m/s], [rad/s] error of constant velocity of an axis that
 
 def plot_scores(scores: Scores, figure: "Figure | None" = None) -> "Figure":
     """One plot for each velocity. Raises ModelError where there is no score."""
-    start = _start(scores)
+    start = main_start([one for row in scores.recordings for one in row.horizons])
     whole, parts = _scored(scores, start)
     axes_shown = [i for i, symbol in enumerate(SYMBOLS) if _moves(whole, symbol)]
     if not axes_shown:
@@ -38,12 +38,6 @@ def plot_scores(scores: Scores, figure: "Figure | None" = None) -> "Figure":
     canvas.suptitle(f"{literal(scores.model, 60)}: error ahead, {literal(names, 60)}")
     below(canvas, list(grid), 5)
     return canvas
-
-
-def _start(scores: Scores) -> Start:
-    """Starts of the predictions that belong to the reference."""
-    found = [one.start for row in scores.recordings for one in row.horizons]
-    return "filter" if scores.reference == "smoothed" and "filter" in found else "stencil"
 
 
 def _scored(scores: Scores, start: Start) -> tuple[list[Scored], list[list[Scored]]]:

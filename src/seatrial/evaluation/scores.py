@@ -3,7 +3,7 @@
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -187,6 +187,12 @@ class Scored(Protocol):
     @property
     def scores(self) -> Mapping[str, AxisScore]:
         """By u, v, r."""
+
+
+def main_start(rows: Sequence[Scored]) -> Start:
+    """The start whose errors count: the filter's beside a smoothed reference, else the stencil's."""
+    smoothed = any(s.reference is not None for row in rows for s in row.scores.values())
+    return "filter" if smoothed else "stencil"
 
 
 def fingerprint(model: Model) -> str:

@@ -24,7 +24,7 @@ from seatrial.inspection.proposal.log_candidates import (
     Found,
     candidates,
 )
-from seatrial.inspection.proposal.log_motors import as_motors, find_motors, listed_topics
+from seatrial.inspection.proposal.log_motors import as_motors, find_motors, topics_of
 from seatrial.inspection.proposal.servo_parameters import Motor
 from seatrial.inspection.proposal.sources import (
     Ask,
@@ -134,7 +134,7 @@ def _position(found: Found, choices: Choices, ask: Ask | None) -> Candidate:
         )
         raise RecordingError(
             f"{found.log.path}: {what}; record with a GNSS receiver that has a fix, or with an external position. "
-            f"The topics are {listed_topics(found.log)}"
+            f"The topics are {topics_of(found.log)}"
         )
     first = able[0].known.what  # the same kind of sensor: the best fix, then the fastest
     alike = [c for c in able if c.known.what == first]
@@ -151,7 +151,7 @@ def _best(found: Found, known: Sequence[Known], what: str, least: int) -> Candid
     if not able:
         raise RecordingError(
             f"{found.log.path}: no message with a {what} that changes; record the attitude. "
-            f"The topics are {listed_topics(found.log)}"
+            f"The topics are {topics_of(found.log)}"
         )
     return able[0]
 

@@ -15,7 +15,7 @@ import numpy as np
 from seatrial.inspection.proposal.columns.choice import CHOICE_KEYS, COORDINATE_KEYS, HEADING_KEYS
 from seatrial.inspection.proposal.columns.names import is_quaternion_part
 from seatrial.inspection.proposal.columns.pose import choose_pose
-from seatrial.inspection.proposal.sources import Choices, Recognised, assigned, named
+from seatrial.inspection.proposal.sources import Choices, Recognised, assigned, listed_topics, named
 from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, collect
 from seatrial.io.bags.poses import orientation_paths, pose_paths
@@ -27,7 +27,6 @@ from seatrial.util.frames import Array, Stamps
 
 STAMP = "stamp"
 POSE_KEYS = tuple(key for key in CHOICE_KEYS if key != STAMP)  # a message has its own stamp
-LISTED = 20  # topics in a message
 Place = tuple[str, str]  # topic and field
 
 
@@ -89,9 +88,8 @@ class Topics(ABC):
                 return self.require(topic, field, option), field
         topic, slash, field = text.rpartition("/")
         if not (topic and slash and field):
-            listed = ", ".join(self.names[:LISTED])
             raise RecordingError(
-                f"{self.path}: {option} {text}: expected TOPIC/FIELD; the topics are {listed}"
+                f"{self.path}: {option} {text}: expected TOPIC/FIELD; the topics are {listed_topics(self.names)}"
             )
         return self.require(topic, field, option), field
 

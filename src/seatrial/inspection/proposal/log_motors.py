@@ -11,6 +11,7 @@ from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
     choose,
+    listed_topics,
 )
 from seatrial.io.formats.known import (
     OUTPUTS,
@@ -20,7 +21,6 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 PULSE = (800.0, 2200.0)  # [us]
-LISTED = 20  # topics in a message
 
 
 def as_motors(
@@ -35,11 +35,9 @@ def as_motors(
     return found
 
 
-def listed_topics(log: Log) -> str:
-    """Names of topics for a message."""
-    names = [t.name for t in log.topics.values()]
-    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
-    return ", ".join(names[:LISTED]) + more
+def topics_of(log: Log) -> str:
+    """Names of its topics for a message."""
+    return listed_topics([t.name for t in log.topics.values()])
 
 
 def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTopic, Motor]]:
@@ -48,7 +46,7 @@ def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTo
         topic = log.topics.get(choices.commands)
         if topic is None:
             raise RecordingError(
-                f"{log.path}: no topic {choices.commands} (--commands); it has {listed_topics(log)}"
+                f"{log.path}: no topic {choices.commands} (--commands); it has {topics_of(log)}"
             )
         given = motors(log, topic) or list(_changing(log, topic))
         if not given:
@@ -68,7 +66,7 @@ def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTo
     if not able:
         raise RecordingError(
             f"{log.path}: no message with motor outputs that change; name the topic of the commands with "
-            f"--commands. The topics are {listed_topics(log)}"
+            f"--commands. The topics are {topics_of(log)}"
         )
     chosen = able[0].name
     if ask is not None and len(able) > 1:

@@ -17,6 +17,7 @@ Place = tuple[float, float, float]  # of a thruster: x, y [m], direction [deg]
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
 LONGEST_PLACE = 50.0  # [m] from the origin, on a small boat; a longer one is in other units
+LISTED_TOPICS = 20  # in a message
 OPTIONS = {"poses": "--pose", "commands": "--commands"}
 
 
@@ -154,6 +155,12 @@ def one_each(places: tuple[Place, ...], names: Sequence[str]) -> tuple[Place, ..
             f"{len(places)} of {len(names)} thrusters given; one each for {joined(names)}, separated by ';'"
         )
     return places
+
+
+def listed_topics(names: Sequence[str]) -> str:
+    """Names of topics for a message."""
+    more = f" and {len(names) - LISTED_TOPICS} more" if len(names) > LISTED_TOPICS else ""
+    return ", ".join(names[:LISTED_TOPICS]) + more
 
 
 def lever_of(text: str) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.physics import driven
 from seatrial.evaluation.comparison.parameters import Pair
-from seatrial.evaluation.scores import Scored
+from seatrial.evaluation.scores import Scored, main_start
 from seatrial.identification.uncertainty.identifiability import Identifiability
 from seatrial.identification.uncertainty.parameter_verdict import SHARP_ERROR, USABLE_ERROR
 from seatrial.report.comparison.two_models import LETTERS, MODEL_COLOURS, MODEL_DASHES, MODEL_SIGNS
@@ -32,7 +32,7 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.figures.known import LARGEST_ERROR_SHOWN, LEAST_ERROR_SHOWN, reach
-from seatrial.report.figures.prediction import above_commands, main_start
+from seatrial.report.figures.prediction import above_commands
 from seatrial.report.text.names import plotly_symbol
 from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.frames import SYMBOLS, Array

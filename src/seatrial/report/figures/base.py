@@ -102,12 +102,18 @@ def figure(traces: Sequence[Figure], x: str, y: str, **layout: Any) -> Figure:  
 
 def logarithmic(low: float, high: float) -> Figure:
     """A logarithmic axis from `low` to `high` with ticks that are whole numbers: 0.1, 0.2, 0.5, 1."""
+    ticks = log_ticks(low, high)
+    ends = [float(np.log10(low)), float(np.log10(high))]
+    text = [f"{t:.6g}" for t in ticks]
+    return {"type": "log", "range": ends, "tickvals": ticks, "ticktext": text}
+
+
+def log_ticks(low: float, high: float) -> list[float]:
+    """Ticks of a logarithmic axis: 1, 2, 5 where it spans few decades; a decade beyond each end, too."""
     begin, end = float(np.log10(low)), float(np.log10(high))
     factors = (1.0, 2.0, 5.0) if end - begin < FEW_DECADES else (1.0,)
     powers = range(int(np.floor(begin)) - 1, int(np.ceil(end)) + 2)
-    ticks = [f * 10.0**p for p in powers for f in factors]
-    text = [f"{t:.6g}" for t in ticks]
-    return {"type": "log", "range": [begin, end], "tickvals": ticks, "ticktext": text}
+    return [f * 10.0**p for p in powers for f in factors]
 
 
 def room_for(traces: Sequence[Figure]) -> Figure:

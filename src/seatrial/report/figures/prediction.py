@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.evaluation.scores import Scored, Start
+from seatrial.evaluation.scores import Scored, main_start
 from seatrial.report.evidence.runs import PICTURE_WINDOW, Run, busy_window
 from seatrial.report.figures.base import (
     BLACK,
@@ -96,12 +96,6 @@ def above_commands(
         xaxis={"range": list(run.window), "anchor": "y2"}, yaxis={"domain": [0.38, 1.0]},
         yaxis2={"title": {"text": COMMAND}, "domain": [0.0, 0.3]}, hovermode="x",
     )  # fmt: skip
-
-
-def main_start(rows: Sequence[Scored]) -> Start:
-    """The start whose errors count: the filter's beside a smoothed reference, else the stencil's."""
-    smoothed = any(s.reference is not None for row in rows for s in row.scores.values())
-    return "filter" if smoothed else "stencil"
 
 
 def horizons(rows: Sequence[Scored], axis: int) -> Figure:

@@ -13,7 +13,7 @@ from seatrial.report.text.cells import Cell, Name, Number, Text
 from seatrial.report.text.markup import NOT_A_NUMBER, number
 from seatrial.report.text.numbers import minutes
 from seatrial.report.text.table import Table
-from seatrial.util.frames import SYMBOLS
+from seatrial.util.frames import SPEED_UNITS, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section:
@@ -85,9 +85,8 @@ def files(evidence: Evidence) -> Table:
 
 def envelope(model: Model) -> Table:
     """Ranges of speeds and forces in the identification data, forward-left-up."""
-    units = ("m/s", "m/s", "rad/s")
     rows: list[list[Cell]] = [
-        [Name(n), Number(low, 3), Number(high, 3), Text(units[SYMBOLS.index(n)])]
+        [Name(n), Number(low, 3), Number(high, 3), Text(SPEED_UNITS[SYMBOLS.index(n)])]
         for n, (low, high) in model.envelope.speeds.items()
     ]
     rows += [
