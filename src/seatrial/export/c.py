@@ -13,7 +13,7 @@ from seatrial.export.c_chain import (
     table_words,
     thrusts,
 )
-from seatrial.export.c_names import macro, spelled
+from seatrial.export.c_names import Names, names_of
 from seatrial.export.content import Content
 from seatrial.export.spelling import c_comment
 from seatrial.export.template import block, fill, pieces, template
@@ -26,20 +26,20 @@ MOST_PENDING = 1 << 16  # commands in the queue
 
 def header(content: Content, name: str) -> str:
     """The header's text; every name in it starts with `name`."""
-    return fill(template("boat.h"), words(content, name))
+    return fill(template("boat.h"), words(content, names_of(content, name)))
 
 
-def words(content: Content, name: str) -> dict[str, str]:
+def words(content: Content, names: Names) -> dict[str, str]:
     """The substitutions of `boat.h`."""
     late = any(content.latency(a) > 0.0 for a in content.actuators)
     common = {
-        "name": name,
-        "NAME": name.upper(),
+        "name": names.name,
+        "NAME": names.name.upper(),
         "vehicle": c_comment(content.vehicle_name),
         "source": c_comment(content.source),
     }
     queue = fill(
-        template("queue.h" if late else "at_once.h"), {**common, **_queue_words(content, name)}
+        template("queue.h" if late else "at_once.h"), {**common, **_queue_words(content, names)}
     )
     return {
         **common,
@@ -51,25 +51,25 @@ def words(content: Content, name: str) -> dict[str, str]:
         "angles": "".join(f"\n * {c_comment(note)}" for note in content.angle_notes),
         "radians": "; an angle in rad" if content.angles else "",
         "input_comment": c_comment(", ".join(content.inputs)),
-        "coefficients": "\n".join(_numbers(content, content.structure.coefficients, name)),
-        "constants": _constants(content, name),
+        "coefficients": "\n".join(_numbers(content, content.structure.coefficients, names)),
+        "constants": _constants(content, names),
         "longest_step": number(content.longest_step),
-        "sizes": _sizes(content, name) if late else "",
-        "members": _members(content, name, late=late),
+        "sizes": _sizes(content, names) if late else "",
+        "members": _members(content, names, late=late),
         "allocation": block(allocation(content), "  "),
-        "curves": block(curves(content, name), "  "),
+        "curves": block(curves(content, names), "  "),
         "mix": block(mix(content), "  "),
-        "acceleration": block(acceleration(content, name), "  "),
-        "prepare": prepare(content, name),
-        "levels": block(levels(content, name), "      "),
-        **_functions(content, name, common),
+        "acceleration": block(acceleration(content, names), "  "),
+        "prepare": prepare(content, names),
+        "levels": block(levels(content, names), "      "),
+        **_functions(content, names, common),
         "queue": queue,
-        "thrusts": block(thrusts(content, name), "  "),
+        "thrusts": block(thrusts(content, names), "  "),
         "reset": _reset(content),
     }
 
 
-def _functions(content: Content, name: str, common: dict[str, str]) -> dict[str, str]:
+def _functions(content: Content, names: Names, common: dict[str, str]) -> dict[str, str]:
     """The substitutions that are functions which this boat needs, or the names of these."""
     sections = pieces("curves.h", "/* ")
     used = functions(content)
@@ -83,14 +83,14 @@ def _functions(content: Content, name: str, common: dict[str, str]) -> dict[str,
         "whole": "_smooth" if "limited" in used else "_advance",
         "smooth": ", up to the end of a rate limit" if "limited" in used else "",
         "parts_function": fill(
-            sections["parts"], {**common, "parts": block(parts(content, name), "    ")}
+            sections["parts"], {**common, "parts": block(parts(content, names), "    ")}
         )
         if "limited" in used
         else "",
     }
 
 
-def _numbers(content: Content, parameters: tuple[str, ...], name: str) -> list[str]:
+def _numbers(content: Content, parameters: tuple[str, ...], names: Names) -> list[str]:
     rows = []
     for p in parameters:
         error = content.errors[p]
@@ -98,7 +98,7 @@ def _numbers(content: Content, parameters: tuple[str, ...], name: str) -> list[s
         rows.append(
             (
                 "#define",
-                macro(content, name, p),
+                names.macros[p],
                 f"({number(content.values[p])})",
                 f"/* {known}",
                 f"[{content.units[p]}] */",
@@ -107,11 +107,13 @@ def _numbers(content: Content, parameters: tuple[str, ...], name: str) -> list[s
     return aligned(rows, " ")
 
 
-def _constants(content: Content, name: str) -> str:
-    names = content.model.vehicle.constants.names
-    if not names:
+def _constants(content: Content, names: Names) -> str:
+    constants = content.model.vehicle.constants.names
+    if not constants:
         return ""
-    return "\n".join(["", "/* Constants of the thrusters. */", *_numbers(content, names, name), ""])
+    return "\n".join(
+        ["", "/* Constants of the thrusters. */", *_numbers(content, constants, names), ""]
+    )
 
 
 def _pending(content: Content) -> int:
@@ -120,24 +122,24 @@ def _pending(content: Content) -> int:
     return min(MOST_PENDING, 1 << int(longest * HIGHEST_COMMAND_RATE + 1).bit_length())
 
 
-def _latencies(content: Content, name: str) -> list[str]:
+def _latencies(content: Content, names: Names) -> list[str]:
     """The latency of every actuator, as source code."""
     return [
-        macro(content, name, a.constants["latency"]) if content.latency(a) > 0.0 else "0.0"
+        names.macros[a.constants["latency"]] if content.latency(a) > 0.0 else "0.0"
         for a in content.actuators
     ]
 
 
-def _sizes(content: Content, name: str) -> str:
-    upper, room = name.upper(), _pending(content)
+def _sizes(content: Content, names: Names) -> str:
+    upper, room = names.name.upper(), _pending(content)
     return (
-        f"enum {{ {upper}_LATENCIES = {len(set(_latencies(content, name)))}, "
+        f"enum {{ {upper}_LATENCIES = {len(set(_latencies(content, names)))}, "
         f"{upper}_PENDING = {room} /* delayed commands at once */ }};\n"
     )
 
 
-def _members(content: Content, name: str, *, late: bool) -> str:
-    upper = name.upper()
+def _members(content: Content, names: Names, *, late: bool) -> str:
+    upper = names.name.upper()
     lines = []
     if content.scales:
         signals = c_comment(", ".join(content.scales))
@@ -154,8 +156,8 @@ def _members(content: Content, name: str, *, late: bool) -> str:
     return "".join(f"\n  {line}" for line in lines)
 
 
-def _queue_words(content: Content, name: str) -> dict[str, str]:
-    each = _latencies(content, name)
+def _queue_words(content: Content, names: Names) -> dict[str, str]:
+    each = _latencies(content, names)
     once = list(dict.fromkeys(each))
     settle = [
         f"  boat->level[{k}] = boat->target[{k}];"
@@ -170,14 +172,13 @@ def _queue_words(content: Content, name: str) -> dict[str, str]:
     }
 
 
-def acceleration(content: Content, name: str) -> list[str]:
+def acceleration(content: Content, names: Names) -> list[str]:
     """Eq. (12), a statement a term."""
     terms = content.structure.terms
     used = {factor.strip("|") for t in terms for factor in t.factors}
     solved = any(t.acceleration is not None for t in terms)
     lines = [f"const double {s} = nu[{i}];" for i, s in enumerate(SYMBOLS) if s in used]
-    names = spelled(content, name)
-    forces = [(j, names[f]) for j, f in enumerate(content.forces) if f in used]
+    forces = [(j, names.forces[f]) for j, f in enumerate(content.forces) if f in used]
     lines += [f"const double {f} = F[{j}];" for j, f in forces]
     lines += ["double A[3][3] = {{0.0}};"] if solved else []
     lines += ["double g[3] = {0.0, 0.0, 0.0};" if solved else "double* const g = nu_dot;"]
@@ -186,8 +187,10 @@ def acceleration(content: Content, name: str) -> list[str]:
     if not solved:
         lines.append("g[0] = g[1] = g[2] = 0.0;")
 
+    spelled = names.macros | names.forces
+
     def spell(word: str) -> str:
-        return f"fabs({word[1:-1]})" if word.startswith("|") else names.get(word, word)
+        return f"fabs({word[1:-1]})" if word.startswith("|") else spelled.get(word, word)
 
     for axis, axis_name in enumerate(AXES):
         lines.append(f"/* {axis_name} */")
@@ -198,7 +201,7 @@ def acceleration(content: Content, name: str) -> list[str]:
             else:
                 times = ACCELERATIONS[term.acceleration]
                 lines.append(f"A[{axis}][{term.acceleration}] {sign}= {value}; /* times {times} */")
-    return [*lines, *([f"{name}_solve(A, g, nu_dot);"] if solved else [])]
+    return [*lines, *([f"{names.name}_solve(A, g, nu_dot);"] if solved else [])]
 
 
 def _reset(content: Content) -> str:

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The actuator chain in C: allocation, curves, lags and rate limits, F = T f."""
 
-from seatrial.boat.allocation import Scheme
-from seatrial.export.c_names import macro
-from seatrial.export.content import Actuator, Content
+from seatrial.export.c_names import Names
+from seatrial.export.chain import Actuator, Allocation, Language
+from seatrial.export.content import Content
 from seatrial.export.spelling import c_comment
 from seatrial.export.terms import aligned, number, signed_sum
 
@@ -12,52 +12,42 @@ def functions(content: Content) -> set[str]:
     """Helpers of this boat's chain and structure."""
     actuators = content.actuators
     needs = {
-        "curve": any(a.curved for a in actuators),
-        "pair": any(a.partner is not None for a in actuators),
-        "table": any(a.tabulated for a in actuators),
         "fade": any(map(content.lagged, actuators)) or any(map(content.limited, actuators)),
         "degree": bool(content.angles),
-        "limited": any(map(content.limited, actuators)),
-        "multiplier": any(a.scale is not None for a in actuators),
         "solve": any(t.acceleration is not None for t in content.structure.terms),
     }
-    return {key for key, needed in needs.items() if needed}
+    return content.helpers | {key for key, needed in needs.items() if needed}
 
 
 def allocation(content: Content) -> list[str]:
     """Commands to the boat into commands f of the actuators."""
-    limit = None if content.limit is None else number(content.limit)
-    if content.scheme is Scheme.DIRECT:
-        commands = [
-            signed_sum((w, f"command[{j}]") for j, w in enumerate(row)) for row in content.inverse
-        ]
-        if limit is not None:
-            commands = [f"fmin(fmax({c}, -{limit}), {limit})" for c in commands]
-        return _named(content, commands)
-    if content.scheme is Scheme.MP:
-        shares = [
-            signed_sum((w, f"command[{j}]") for j, w in enumerate(row)) for row in content.inverse
-        ]
-    else:  # Table I and Eq. (11): a share astern is left to the opposite thruster
+    own = content.allocation
+    if own.one_sided:
         shares = [
             " + ".join(
                 f"fmax({signed_sum([(2.0 * w, f'command[{j}]')])}, 0.0)"
                 for j, w in enumerate(row)
                 if w
             )
-            for row in content.inverse
+            for row in own.inverse
         ]
-    return [*_named(content, shares), *_limited(content, limit)]
+    else:
+        shares = [
+            signed_sum((w, f"command[{j}]") for j, w in enumerate(row)) for row in own.inverse
+        ]
+    if own.each is not None:
+        limit = number(own.each)
+        shares = [f"fmin(fmax({share}, -{limit}), {limit})" for share in shares]
+    return [*_named(content, shares), *_limited(own)]
 
 
-def _limited(content: Content, limit: str | None) -> list[str]:
-    """A limit scales the whole wrench, never a single thruster."""
-    offset = number(content.offset)
-    n = len(content.actuators)
-    if limit is None:
-        return [f"f[{k}] += {offset};" for k in range(n)] if content.offset else []
-    room = number(max(0.0, (content.limit or 0.0) - content.offset))
-    scaled = "alpha * f[k]" if not content.offset else f"{offset} + alpha * f[k]"
+def _limited(own: Allocation) -> list[str]:
+    """The limit of the whole wrench, and the offset."""
+    offset, n = number(own.offset), len(own.inverse)
+    if own.whole is None:
+        return [f"f[{k}] += {offset};" for k in range(n)] if own.offset else []
+    room = number(own.whole)
+    scaled = "alpha * f[k]" if not own.offset else f"{offset} + alpha * f[k]"
     return [
         "double alpha = 1.0; /* share of the wrench within the limits */",
         "int k;",
@@ -77,45 +67,14 @@ def _named(content: Content, values: list[str]) -> list[str]:
     return aligned(rows, " ")
 
 
-def curves(content: Content, name: str) -> list[str]:
+def curves(content: Content, names: Names) -> list[str]:
     """Steady thrust of each actuator, or angle [rad], for its command."""
-
-    def own(actuator: Actuator, stage: str, neutral: str) -> str:
-        found = actuator.constants.get(stage)
-        return neutral if found is None else macro(content, name, found)
-
-    def component(k: int) -> str:
-        a = content.actuators[k]
-        offset = own(a, "pair_offset_across" if a.across else "pair_offset_along", "")
-        return f"{'-' if a.mirrored else ''}f[{k}]" + (f" + {offset}" if offset else "")
-
-    lines = []
-    for k, a in enumerate(content.actuators):
-        if a.partner is not None:
-            sign = "-" if a.mirrored else ""
-            dead = own(a, "pair_dead_zone", "0.0")
-            value = f"{sign}{name}_pair({component(k)}, {component(a.partner)}, {dead})"
-        elif a.tabulated:
-            value = f"{name}_table(f[{k}])"
-        elif a.curved:
-            stages = (
-                ("edge_forward", "0.0"),
-                ("edge_reverse", "0.0"),
-                ("reverse_ratio", "1.0"),
-                ("power", "1.0"),
-            )
-            given = ", ".join(own(a, stage, neutral) for stage, neutral in stages)
-            value = f"{name}_curve(f[{k}], {given})"
-        else:
-            value = f"f[{k}]"
-        gain = own(a, "gain", "")
-        value = f"{gain} * {value}" if gain else value
-        if a.steers is not None:
-            trim = own(a, "angle_offset", "")
-            value = f"{own(a, 'full_angle', '')} * {value}" + (f" + {trim}" if trim else "")
-            value = f"{name.upper()}_DEGREE * ({value})"
-        lines.append((f"target[{k}] = {value};", f"/* {c_comment(a.name)} */"))
-    return aligned(lines, " ")
+    c = Language("f[{}]".format, names.macros.__getitem__, number, f"{names.name}_", names.degree)
+    rows = [
+        (f"target[{k}] = {c.text(curve)};", f"/* {c_comment(curve.actuator)} */")
+        for k, curve in enumerate(content.curves)
+    ]
+    return aligned(rows, " ")
 
 
 def table_words(content: Content) -> dict[str, str]:
@@ -154,7 +113,7 @@ def _unused(content: Content, sums: list[tuple[str, str]]) -> list[str]:
     ]
 
 
-def prepare(content: Content, name: str) -> str:
+def prepare(content: Content, names: Names) -> str:
     """Constants of all steps of an advance: fades and multipliers."""
     lines = []
     n = len(content.actuators)
@@ -165,40 +124,40 @@ def prepare(content: Content, name: str) -> str:
     if content.scales:
         lines.append(f"double gain[{n}]; /* of the known signals */")
     if "limited" in functions(content):
-        rates = ", ".join(_rate(content, name, a) for a in content.actuators)
-        lags = ", ".join(_lag(content, name, a) for a in content.actuators)
+        rates = ", ".join(_rate(content, names, a) for a in content.actuators)
+        lags = ", ".join(_lag(content, names, a) for a in content.actuators)
         lines += [
             f"const double rate[{n}] = {{{rates}}}; /* [rad/s] limit of an angle; 0: none */",
             f"const double lag[{n}] = {{{lags}}};",
         ]
     for k, a in enumerate(content.actuators):
         if "fade" in functions(content):
-            lag = _lag(content, name, a)
-            lines.append(f"{name}_fade(h, {lag}, &begin[{k}], &middle[{k}], &end[{k}]);")
+            lag = _lag(content, names, a)
+            lines.append(f"{names.name}_fade(h, {lag}, &begin[{k}], &middle[{k}], &end[{k}]);")
     for k, a in enumerate(content.actuators):
         if content.scales:
-            lines.append(f"gain[{k}] = {_multiplier(content, name, a)};")
+            lines.append(f"gain[{k}] = {_multiplier(content, names, a)};")
     return "".join(f"  {line}\n" for line in lines)
 
 
-def _multiplier(content: Content, name: str, actuator: Actuator) -> str:
+def _multiplier(content: Content, names: Names, actuator: Actuator) -> str:
     if actuator.scale is None:
         return "1.0"
     reference = number(list(content.scales.values())[actuator.scale])
-    power = macro(content, name, actuator.constants["scale_power"])
-    return f"{name}_multiplier(boat->scale[{actuator.scale}], {reference}, {power})"
+    power = names.macros[actuator.constants["scale_power"]]
+    return f"{names.name}_multiplier(boat->scale[{actuator.scale}], {reference}, {power})"
 
 
-def thrusts(content: Content, name: str) -> list[str]:
+def thrusts(content: Content, names: Names) -> list[str]:
     """Thrust of each actuator now, with its known signal."""
     gains = [
-        f"{_multiplier(content, name, a)} * " if a.scale is not None else ""
+        f"{_multiplier(content, names, a)} * " if a.scale is not None else ""
         for a in content.actuators
     ]
     return [f"thrust[{k}] = {gain}boat->level[{k}];" for k, gain in enumerate(gains)]
 
 
-def levels(content: Content, name: str) -> list[str]:
+def levels(content: Content, names: Names) -> list[str]:
     """Thrust at begin, middle and end of a step; the levels move to its end."""
     gain = "gain[k] * " if content.scales else ""
     used = functions(content)
@@ -209,8 +168,8 @@ def levels(content: Content, name: str) -> list[str]:
     limited = [
         "if (rate[k] > 0.0) {",
         "  left[0] = away;",
-        f"  left[1] = {name}_limited(away, rate[k], lag[k], 0.5 * h);",
-        f"  left[2] = {name}_limited(away, rate[k], lag[k], h);",
+        f"  left[1] = {names.name}_limited(away, rate[k], lag[k], 0.5 * h);",
+        f"  left[2] = {names.name}_limited(away, rate[k], lag[k], h);",
         "}",
     ]
     return [
@@ -224,23 +183,23 @@ def levels(content: Content, name: str) -> list[str]:
     ]
 
 
-def parts(content: Content, name: str) -> list[str]:
+def parts(content: Content, names: Names) -> list[str]:
     """The part of the time in which no angle reaches the end of its rate limit."""
     return [
-        f"part = {name}_smooth_part(boat->level[{k}] - boat->target[{k}], {_rate(content, name, a)}, "
-        f"{_lag(content, name, a)}, part);"
+        f"part = {names.name}_smooth_part(boat->level[{k}] - boat->target[{k}], {_rate(content, names, a)}, "
+        f"{_lag(content, names, a)}, part);"
         for k, a in enumerate(content.actuators)
         if content.limited(a)
     ]
 
 
-def _lag(content: Content, name: str, actuator: Actuator) -> str:
+def _lag(content: Content, names: Names, actuator: Actuator) -> str:
     """[s], as source code."""
-    return macro(content, name, actuator.constants["lag"]) if content.lagged(actuator) else "0.0"
+    return names.macros[actuator.constants["lag"]] if content.lagged(actuator) else "0.0"
 
 
-def _rate(content: Content, name: str, actuator: Actuator) -> str:
+def _rate(content: Content, names: Names, actuator: Actuator) -> str:
     """[rad/s] of an angle's rate limit, as source code; 0 without one."""
     if not content.limited(actuator):
         return "0.0"
-    return f"{name.upper()}_DEGREE * {macro(content, name, actuator.constants['angle_rate'])}"
+    return f"{names.degree} * {names.macros[actuator.constants['angle_rate']]}"

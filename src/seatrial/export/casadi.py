@@ -7,13 +7,14 @@ In the library the axes are forward-left-up; in a file they are the vehicle file
 
 import math
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
-from seatrial.export.content import Actuator, Content
+from seatrial.export.chain import Actuator, Shape
+from seatrial.export.content import Content
 from seatrial.util.errors import ExportError
 from seatrial.util.frames import SYMBOLS, Axes
 
@@ -220,66 +221,64 @@ class Functions:
         return x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
 
     def _allocate(self, command: Symbol) -> Symbol:
-        ca, content = self.ca, self.content
-        inverse, limit = ca.DM(content.inverse), content.limit
-        if content.scheme is Scheme.DIRECT:
-            f = ca.mtimes(inverse, command)
-            return f if limit is None else ca.fmin(ca.fmax(f, -limit), limit)
-        if content.scheme is Scheme.MP:
-            f = ca.mtimes(inverse, command)  # Eq. (10)
-        else:  # Table I and Eq. (11)
+        ca, own = self.ca, self.content.allocation
+        inverse = ca.DM(own.inverse)
+        if own.one_sided:  # Table I and Eq. (11)
             f = ca.sum2(ca.fmax(2.0 * inverse * ca.repmat(command.T, inverse.shape[0], 1), 0.0))
-        if limit is not None:  # scales the whole wrench, never a single thruster
-            room = max(0.0, limit - content.offset)
-            f = f * room / ca.fmax(room, ca.norm_inf(f))
-        return f + content.offset
+        else:  # Eq. (10)
+            f = ca.mtimes(inverse, command)
+        if own.each is not None:
+            f = ca.fmin(ca.fmax(f, -own.each), own.each)
+        if own.whole is not None:
+            f = f * own.whole / ca.fmax(own.whole, ca.norm_inf(f))
+        return f + own.offset
 
     def _own(self, actuator: Actuator, stage: str, neutral: float) -> float:
-        name = actuator.constants.get(stage)
+        return self._value(actuator.constants.get(stage), neutral)
+
+    def _value(self, name: str | None, neutral: float) -> float:
         return neutral if name is None else self.content.values[name]
 
     def _curves(self, f: Symbol) -> Symbol:
-        actuators = self.content.actuators
+        functions: dict[Shape, Callable[..., Symbol]] = {
+            Shape.LINE: lambda own: own,
+            Shape.CURVE: self._curve,
+            Shape.TABLE: self._table,
+            Shape.PAIR: self._pair,
+        }
         found = []
-        for k, a in enumerate(actuators):
-            gain = self._own(a, "gain", 1.0)
-            if a.partner is not None:
-                g = self._pair(a, self._component(f, k), self._component(f, a.partner))
-            elif a.tabulated:
-                commands, thrusts = zip(*self.content.table, strict=True)
-                held = self.ca.fmin(self.ca.fmax(f[k], commands[0]), commands[-1])
-                g = self.ca.pw_lin(held, self.ca.DM(list(commands)), self.ca.DM(list(thrusts)))
-            else:
-                g = self._curve(a, f[k]) if a.curved else f[k]
-            if a.steers is not None:
-                trim = self._own(a, "angle_offset", 0.0)
-                g = math.pi / 180.0 * (self._own(a, "full_angle", 0.0) * g + trim)
-            found.append(gain * g)
+        for one in self.content.curves:
+            given = [
+                (-f[a.k] if a.negative else f[a.k]) + self._value(a.offset, 0.0)
+                for a in one.arguments
+            ]
+            g = functions[one.shape](*given, *(self._value(*named) for named in one.constants))
+            g = self._value(one.gain, 1.0) * (-g if one.negative else g)
+            if one.full_angle is not None:
+                g = self._value(one.full_angle, 0.0) * g + self._value(one.trim, 0.0)
+                g = math.pi / 180.0 * g
+            found.append(g)
         return self.ca.vertcat(*found)
 
-    def _curve(self, actuator: Actuator, f: Symbol) -> Symbol:
-        power = self._own(actuator, "power", 1.0)
-
+    def _curve(
+        self, f: Symbol, forward: float, reverse: float, ratio: float, power: float
+    ) -> Symbol:
         def past(size: Symbol, edge: float) -> Symbol:
             share = self.ca.fmax(size - edge, 0.0) / (1.0 - edge)
             return share if power == 1.0 else share**power
 
-        ahead = past(f, self._own(actuator, "edge_forward", 0.0))
-        astern = past(-f, self._own(actuator, "edge_reverse", 0.0))
-        ratio = self._own(actuator, "reverse_ratio", 1.0)
-        return self.ca.if_else(f >= 0, ahead, -ratio * astern)
+        return self.ca.if_else(f >= 0, past(f, forward), -ratio * past(-f, reverse))
 
-    def _component(self, f: Symbol, k: int) -> Symbol:
-        a = self.content.actuators[k]
-        offset = self._own(a, "pair_offset_across" if a.across else "pair_offset_along", 0.0)
-        return (-f[k] if a.mirrored else f[k]) + offset
+    def _table(self, f: Symbol) -> Symbol:
+        commands, thrusts = zip(*self.content.table, strict=True)
+        held = self.ca.fmin(self.ca.fmax(f, commands[0]), commands[-1])
+        return self.ca.pw_lin(held, self.ca.DM(list(commands)), self.ca.DM(list(thrusts)))
 
-    def _pair(self, actuator: Actuator, own: Symbol, other: Symbol) -> Symbol:
-        ca, dead = self.ca, self._own(actuator, "pair_dead_zone", 0.0)
+    def _pair(self, own: Symbol, other: Symbol, dead: float) -> Symbol:
+        ca = self.ca
         length = ca.sqrt(own**2 + other**2)
         share = ca.fmax(ca.fmin(length, 1.0) - dead, 0.0) / (1.0 - dead)
-        turned = -1.0 if actuator.mirrored else 1.0
-        return turned * ca.if_else(length > dead, own / ca.fmax(length, 1e-300) * share, 0.0)
+        return ca.if_else(length > dead, own / ca.fmax(length, 1e-300) * share, 0.0)
 
     def _mix(self, f: Symbol, scale: Symbol) -> Symbol:
         ca, references = self.ca, list(self.content.scales.values())

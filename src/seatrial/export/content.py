@@ -14,31 +14,18 @@ from seatrial.boat.actuators import SHORTEST_LAG, STAGES, USES
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Structure
+from seatrial.export.chain import (
+    Actuator,
+    Allocation,
+    Shape,
+    SteadyCurve,
+    allocation_of,
+    curves_of,
+)
 from seatrial.export.spelling import line
 from seatrial.util.frames import Array, Axes
 
 MATRIX_DECIMALS = 14  # of matrices with entries of about 1
-
-
-@dataclass(frozen=True)
-class Actuator:
-    """One actuator: its constants by stage (absent: no such stage), its pair, the thrust it turns."""
-
-    name: str
-    constants: dict[str, str]  # of STAGES
-    scale: int | None  # number of its scale signal
-    tabulated: bool
-    partner: int | None  # the pair's other actuator
-    across: bool  # the pair's second component
-    mirrored: bool  # its command has the opposite sign in the pair's vector
-    steers: int | None = None  # the actuator whose thrust it turns: it is an angle [rad]
-
-    @property
-    def curved(self) -> bool:
-        """Whether it has edges, a power or a different thrust astern."""
-        return bool(
-            {"edge_forward", "edge_reverse", "reverse_ratio", "power"} & set(self.constants)
-        )
 
 
 @dataclass(frozen=True)
@@ -122,6 +109,25 @@ class Content:
     def deflection(self) -> Array:
         """D (forces, actuators): F += D sin(angle) in these axes."""
         return _rounded(self.model.vehicle.deflection * self._force_signs)
+
+    @cached_property
+    def allocation(self) -> Allocation:
+        """Commands to the boat into actuator commands."""
+        return allocation_of(self.inverse, self.scheme, self.limit, self.offset)
+
+    @cached_property
+    def curves(self) -> tuple[SteadyCurve, ...]:
+        """The level that each actuator tends to."""
+        return curves_of(self.actuators)
+
+    @property
+    def helpers(self) -> set[str]:
+        """Functions that curves, rate limits and known signals of this boat need."""
+        found = {curve.shape.value for curve in self.curves} - {Shape.LINE.value}
+        found |= {"limited"} if any(map(self.limited, self.actuators)) else set()
+        return found | (
+            {"multiplier"} if any(a.scale is not None for a in self.actuators) else set()
+        )
 
     @property
     def offset(self) -> float:

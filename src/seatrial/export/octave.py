@@ -3,9 +3,9 @@
 
 import re
 
-from seatrial.boat.allocation import Scheme
 from seatrial.boat.structure import ACCELERATIONS
-from seatrial.export.content import Actuator, Content
+from seatrial.export.chain import Actuator, Language
+from seatrial.export.content import Content
 from seatrial.export.spelling import identifiers, matlab_comment, matlab_text
 from seatrial.export.template import block, fill, pieces, template
 from seatrial.export.terms import aligned, number, product
@@ -58,14 +58,9 @@ def function(content: Content, name: str) -> str:
 
 
 def _helpers(content: Content) -> list[str]:
-    needs = {
-        "curve": any(a.curved for a in content.actuators),
-        "pair": any(a.partner is not None for a in content.actuators),
-        "table": any(a.tabulated for a in content.actuators),
-        "limited": any(map(content.limited, content.actuators)),
-        "multiplier": bool(content.scales),
-    }
-    return [key for key, needed in needs.items() if needed]
+    return [
+        key for key in ("curve", "pair", "table", "limited", "multiplier") if key in content.helpers
+    ]
 
 
 def function_name(name: str) -> str:
@@ -106,54 +101,31 @@ def _matrix(values: Array) -> str:
 
 
 def _allocation(content: Content) -> list[str]:
-    inverse, limit = _matrix(content.inverse), content.limit
-    if content.scheme is Scheme.DIRECT:
-        lines = [f"f = {inverse} * command;"]
-        return (
-            lines
-            if limit is None
-            else [*lines, f"f = max(min(f, {number(limit)}), -{number(limit)});"]
-        )
-    if content.scheme is Scheme.MP:
-        lines = [f"inverse = {inverse};", "f = inverse * command;"]
-    else:  # Table I and Eq. (11)
-        lines = [f"inverse = {inverse};", "f = sum(max(2 * inverse .* command', 0), 2);"]
-    if limit is not None:
-        room = max(0.0, limit - content.offset)
-        lines.append(
-            f"f = f * min(1, {number(room)} / max(abs(f)));  % a limit scales the whole wrench"
-        )
-    return [*lines, *([f"f = f + {number(content.offset)};"] if content.offset else [])]
+    own = content.allocation
+    lines = [f"inverse = {_matrix(own.inverse)};"]
+    lines += [
+        "f = sum(max(2 * inverse .* command', 0), 2);"
+        if own.one_sided
+        else "f = inverse * command;"
+    ]
+    if own.each is not None:
+        lines.append(f"f = max(min(f, {number(own.each)}), -{number(own.each)});")
+    if own.whole is not None:
+        share = f"min(1, {number(own.whole)} / max(abs(f)))"
+        lines.append(f"f = f * {share};  % a limit scales the whole wrench")
+    return [*lines, *([f"f = f + {number(own.offset)};"] if own.offset else [])]
 
 
 def _curves(content: Content) -> list[str]:
-    def component(k: int) -> str:
-        a = content.actuators[k]
-        offset = _own(content, a, "pair_offset_across" if a.across else "pair_offset_along", "")
-        return f"{'-' if a.mirrored else ''}f({k + 1})" + (f" + {offset}" if offset else "")
-
-    stages = (("edge_forward", "0"), ("edge_reverse", "0"), ("reverse_ratio", "1"), ("power", "1"))
-    lines = []
-    for k, a in enumerate(content.actuators):
-        gain = _own(content, a, "gain", "")
-        if a.partner is not None:
-            dead, sign = _own(content, a, "pair_dead_zone", "0"), "-" if a.mirrored else ""
-            value = f"{sign}pair({component(k)}, {component(a.partner)}, {dead})"
-        elif a.tabulated:
-            value = f"table(f({k + 1}))"
-        elif a.curved:
-            value = f"curve(f({k + 1}), {', '.join(_own(content, a, stage, none) for stage, none in stages)})"
-        elif gain or a.steers is not None:
-            value = f"f({k + 1})"
-        else:
-            continue
-        value = f"{gain} * {value}" if gain else value
-        if a.steers is not None:
-            trim = _own(content, a, "angle_offset", "")
-            value = f"{_own(content, a, 'full_angle', '')} * {value}{f' + {trim}' if trim else ''}"
-            value = f"pi / 180 * ({value})"
-        lines.append((f"target({k + 1}) = {value};", f"% {matlab_comment(a.name)}"))
-    return aligned(lines, " ")
+    octave = Language(
+        lambda k: f"f({k + 1})", lambda name: _field(content, name), "{:g}".format, "", "pi / 180"
+    )
+    rows = [
+        (f"target({k}) = {octave.text(curve)};", f"% {matlab_comment(curve.actuator)}")
+        for k, curve in enumerate(content.curves, start=1)
+        if not curve.plain
+    ]
+    return aligned(rows, " ")
 
 
 def _turned(content: Content) -> list[str]:
