@@ -21,7 +21,7 @@ from seatrial.simulation.scene import Scene, SceneFile, load_scene
 from seatrial.simulation.sensors import Sensors, check, core_imu, core_lidar, core_pose
 from seatrial.util.errors import ModelError, SimulatorError
 from seatrial.util.frames import Array
-from seatrial.util.rows import finite_row
+from seatrial.util.rows import finite_row, row_of
 
 R = TypeVar("R", bound=Reading)
 ABREAST = 1.5  # [m] to port of each other, where no scene has starts
@@ -153,8 +153,8 @@ class SimulatedBoat:
 
         they hold until the next. Raises SeatrialError.
         """
-        row = finite_row(values, f"{self.name}: command", self.model.vehicle.inputs, SimulatorError)
-        if np.any(np.abs(row) > _core.STRONGEST_COMMAND):
+        row = row_of(values, f"{self.name}: command", self.model.vehicle.inputs, SimulatorError)
+        if not np.all(np.abs(row) <= _core.STRONGEST_COMMAND):
             most = _core.STRONGEST_COMMAND
             raise SimulatorError(
                 f"{self.name}: command {row.tolist()}: expected numbers from {-most:g} to {most:g}"

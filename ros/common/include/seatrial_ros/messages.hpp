@@ -4,6 +4,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 
@@ -86,7 +87,7 @@ void read_twist(const Twist& in, double nu[kAxes], double variance[kAxes]) {
   nu[2] = in.twist.angular.z;
   double planar[kAxes * kAxes];
   read_covariance(in.covariance, planar);
-  for (int i = 0; i < kAxes; ++i) variance[i] = planar[(kAxes + 1) * i];
+  for (int i = 0; i < kAxes; ++i) variance[i] = planar[std::ptrdiff_t{kAxes + 1} * i];
 }
 
 /// geometry_msgs/Transform by x, y [m], psi [rad].
