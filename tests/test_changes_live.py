@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from changed_boats import drives_by_cause, known_model, sent
 from conftest import CSE1
+from given_lines import Given
 
 import seatrial
 from seatrial.commands.cli import main
@@ -20,28 +21,11 @@ from seatrial.onboard.live.protocol import NANO
 model, drives = known_model, drives_by_cause
 
 
-class Lines:
-    """A source of lines, and what was answered."""
-
-    def __init__(self, given):
-        self.given, self.answers, self.ended = given, [], False
-
-    def read(self, wait):
-        self.ended = True
-        return self.given
-
-    def follow(self, line):
-        pass
-
-    def write(self, line):
-        self.answers.append(json.loads(line))
-
-
 def live(model, rows, tmp_path, *, automatic, orders=()):
     path = tmp_path / "model.yaml"
     seatrial.save(model, path)
     text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
-    source, said, kept = Lines([*text, *orders]), [], []
+    source, said, kept = Given([*text, *orders], json.loads), [], []
     adaptation = Adaptation(ChangeDetector(seatrial.load(path)), automatic, kept.append)
     served = serve(path, source, Settings(), said.append, adaptation)
     return served, source.answers, said, kept
@@ -77,7 +61,7 @@ def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path
     path, said = tmp_path / "model.yaml", []
     seatrial.save(model, path)
     text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
-    source = Lines([*text[:middle], *odd, *text[middle:]])
+    source = Given([*text[:middle], *odd, *text[middle:]], json.loads)
     serve(path, source, Settings(), said.append, Adaptation(ChangeDetector(model)))
     expected = [
         "line 901: JSON is malformed", "line 902: pose at", "line 903: pose at", "line 904: pose at",
@@ -137,7 +121,7 @@ def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives
         text.append(json.dumps(line))
     path, said = tmp_path / "model.yaml", []
     seatrial.save(model, path)
-    serve(path, Lines(text), Settings(), said.append, Adaptation(ChangeDetector(model)))
+    serve(path, Given(text, json.loads), Settings(), said.append, Adaptation(ChangeDetector(model)))
     assert said == []
 
 

@@ -288,7 +288,7 @@ def test_gains_without_guidance_are_no_gains_of_this_boat(tuning, tmp_path):
     begin = text.index("guidance:")
     end = text.index("\n", text.index("approach:", begin)) + 1
     (tmp_path / "less.yaml").write_text(text[:begin] + text[end:])
-    with pytest.raises(ControlError, match="guidance goes with an authority of 0 in sway"):
+    with pytest.raises(ControlError, match="guidance is for a boat without sway thrust"):
         load_gains(tmp_path / "less.yaml")
 
 

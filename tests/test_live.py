@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from given_lines import Given
 from test_model import frd
 from waiting import PATIENCE, free_port, until
 
@@ -69,23 +70,6 @@ def lines(recording, *, flip: bool = False, form: str = "json") -> list[str]:
     if form == "csv":
         return [",".join([kind, repr(t / 1e9), *map(repr, row)]) for t, kind, row in found]
     return [json.dumps({"stamp": t, kind: row}) for t, kind, row in found]
-
-
-class Given:
-    """A source of lines that are all there, and what was answered."""
-
-    def __init__(self, given: list[str]) -> None:
-        self.given, self.answers, self.ended = given, [], False
-
-    def read(self, wait):
-        self.ended = True
-        return self.given
-
-    def follow(self, line):
-        pass
-
-    def write(self, line):
-        self.answers.append(line)
 
 
 def through(path: Path, given: list[str], form: str = "json") -> tuple[list[str], list[str]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 import export_names
 import numpy as np
 import pytest
+from given_lines import Given
 from waiting import PATIENCE, until
 
 import seatrial
@@ -27,23 +28,6 @@ def path(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("live") / "model.yaml"
     seatrial.save(export_names.plain_boat(), path)
     return path
-
-
-class Given:
-    """A source of lines that are all there, and what was answered."""
-
-    def __init__(self, given) -> None:
-        self.given, self.answers, self.ended = given, [], False
-
-    def read(self, wait):
-        self.ended = True
-        return self.given
-
-    def follow(self, line):
-        pass
-
-    def write(self, line):
-        self.answers.append(json.loads(line))
 
 
 def test_blank_lines_in_a_datagram_are_nothing():
@@ -118,7 +102,7 @@ def test_an_absurd_command_does_not_end_the_mimic(path, capsys, monkeypatch):
         '{"t": 1, "command": [1e300, 0, 0]}',
         '{"t": 2, "command": [0, 0, 0]}',
     ]
-    source = Given(given)
+    source = Given(given, json.loads)
     monkeypatch.setattr("seatrial.onboard.live.endpoints.Pipes", lambda: source)
     assert main(["mimic", str(path)]) == 0
     assert "line 2: command at 1.000000 s was not used" in capsys.readouterr().err
@@ -130,7 +114,7 @@ def test_an_absurd_command_does_not_end_the_mimic(path, capsys, monkeypatch):
 def test_stamps_that_are_set_back_do_not_silence_the_odometry(path, back):
     """By the data's clock: before, nothing came until the stamps were where they had been."""
     rows = [(0.1 * k - (back if k >= 50 else 0.0), 0.01 * k) for k in range(100)]
-    source = Given([json.dumps({"t": t, "pose": [x, 0, 0]}) for t, x in rows])
+    source = Given([json.dumps({"t": t, "pose": [x, 0, 0]}) for t, x in rows], json.loads)
     serve(path, source, Settings("json", 10.0), lambda _: None)
     late = [row for row in source.answers if row["map"][0] > 0.595]  # after ten poses that agree
     times = np.array([row["t"] for row in late]) + back
@@ -162,7 +146,9 @@ def test_the_thread_of_the_test_for_a_change_ends_with_the_server(path):
     """The server does not wait for a test that runs. Before, the thread stayed."""
     test = SlowTest()
     line = Arrived.of('{"pose": [0, 0, 0]}')
-    live = serve(path, Given([line]), Settings(clock="system"), lambda _: None, Adaptation(test))
+    live = serve(
+        path, Given([line], json.loads), Settings(clock="system"), lambda _: None, Adaptation(test)
+    )
     assert test.begun.wait(PATIENCE)
     assert not test.go.is_set()
     test.go.set()

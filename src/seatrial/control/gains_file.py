@@ -116,7 +116,8 @@ def load_gains(path: str | Path) -> GainsFile:
         )
     if (found.authority[1] <= 0.0) != (found.guidance is not None):
         raise ControlError(
-            f"{path}: guidance goes with an authority of 0 in sway, and one of the two is missing; tune it again"
+            f"{path}: guidance is for a boat without sway thrust (authority 0 in sway), and the file has only one "
+            "of the two; run 'seatrial tune' again"
         )
     return found
 
