@@ -21,9 +21,8 @@ FEWEST_CELL_POSES = 5  # a cell with fewer has no mean square
 LEAST_LIKELIHOOD_GAIN = 50.0  # of 2 log L, by larger errors there; chance reaches 5 to 22
 LEAST_ERROR_RATIO = 1.35  # RMS innovation inside over outside: less hardly matters
 MOST_DISTURBED_SHARE = 1 / 3  # of the poses: more are no exception, but model mismatch
-LEAST_ROOM_LEFT = (
-    0.1  # of that share must be left at the end; with less, the search ended for lack of room
-)
+# of that share must be left at the end; with less, the search ended for lack of room
+LEAST_ROOM_LEFT = 0.1
 MOST_INTERVALS = 20  # more are regular, not exceptions
 JOINING_GAP = 6.0  # [s] between two intervals, or to an end: what lies there is disturbed, too
 EVERY_LENGTH_TO = 30  # [cells] up to which every length is tried

@@ -29,9 +29,8 @@ WITHOUT_REFERENCE = "scores 4"  # all of it relative to the stencil's velocities
 WITH_SENTENCES = "scores 3"
 GOOD_RATIO = 0.8  # RMS over constant velocity's: above it an axis is predicted hardly better
 OFF = 2.0  # standard errors by which coefficients may be off without a finding
-POSE_NOISE_ERROR = (
-    0.05  # the same of pose noise, relative: by the median fourth difference of some 3000 poses
-)
+# the same of pose noise, relative: by the median fourth difference of some 3000 poses
+POSE_NOISE_ERROR = 0.05
 NOT_FINITE = {"ratio": math.inf, "kurtosis": math.nan}  # of a boat that never moves
 # what predictions start from: the stencil's velocity; the model's own causal filter's; the same with the filter's
 # disturbance, which continues and decays: what odometry on board predicts without poses

@@ -10,9 +10,8 @@ from seatrial.util.frames import AXES, SYMBOLS
 BEYOND = 1.25  # times the expected error: a smaller one is not reported
 WIDER = 1.5  # times its interval, as all horizons are looked at: 2.9 standard errors
 SHARED = 2  # poses ahead to which the filter has used poses that the reference uses, too
-SOON = (
-    0.5  # [s] within it the error is mostly that of poses, hardly that of a boat that has changed
-)
+# [s] within it the error is mostly that of poses, hardly that of a boat that has changed
+SOON = 0.5
 
 
 def unexpected_errors(scores: Iterable[Scored], known: bool) -> list[Finding]:

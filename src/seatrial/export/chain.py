@@ -30,13 +30,11 @@ class Allocation:
     """Commands to the boat into commands f of the actuators: by T+, then within the limits, then the offset."""
 
     inverse: Array  # T+ (actuators, inputs)
-    one_sided: (
-        bool  # Table I and Eq. (11): twice the share, ahead only; astern is the opposite thruster's
-    )
+    # Table I and Eq. (11): twice the share, ahead only; astern is the opposite thruster's
+    one_sided: bool
     each: float | None  # limit of every single command
-    whole: (
-        float | None
-    )  # of the largest command: beyond it the whole wrench is scaled, never one thruster
+    # limit of the largest command: beyond it the whole wrench is scaled, never one thruster
+    whole: float | None
     offset: float
 
 

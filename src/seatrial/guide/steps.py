@@ -83,9 +83,8 @@ class Task:
     steps: Steps
     effects: tuple[str, ...] = ()  # estimated from the beginning
     assumed: list[str] = field(default_factory=list)
-    log_of: dict[tuple[Source, ...], Path] = field(
-        default_factory=dict
-    )  # by the files of a recording
+    # by the files of a recording
+    log_of: dict[tuple[Source, ...], Path] = field(default_factory=dict)
 
     def file(self, name: str) -> Path:
         """In the folder."""

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=msgspec.Struct)
 MOST_BYTES = 64_000_000  # of a YAML or JSON file
-LONGEST_BEGINNING = (
-    40  # [characters] of a name in that of its temporary file: at most 160 of 255 bytes
-)
+# [characters] of a name in that of its temporary file: at most 160 of 255 bytes
+LONGEST_BEGINNING = 40
 MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file: bounds one that refers to itself
 
 
