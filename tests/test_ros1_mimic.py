@@ -7,7 +7,7 @@ import signal
 import numpy as np
 import pytest
 from conftest import ROOT
-from ros1_node_tools import messages, needed, nodes, plant_states, track
+from ros1_node_tools import messages, needed, nodes, plant_states, stamp_of, track
 
 import seatrial
 from seatrial.simulation.plan import load_plan
@@ -36,7 +36,7 @@ def recorded(ros, path, tmp_path_factory):
     recorder = ros.record("-O", out, topics=RECORDED)
     words = [",".join(map(str, axes)) for axes in DRIVES]
     carrier = ros.start("python3", ROOT / "tests" / "ros1_carrier.py", *words)
-    mimic = ros.node("mimic", hears="/joy", model=path, lag=0.1, speed=0.3)
+    mimic = ros.node("mimic", hears="/joy", model=path, lag=0.1, speed=0.3, rate=100.0)
     ros.finish(carrier)
     ros.finish(mimic, signal.SIGINT)
     ros.finish(recorder, signal.SIGINT)
@@ -66,8 +66,8 @@ def test_the_virtual_boat_begins_at_the_carrier_and_moves_as_the_plant_does(reco
     )  # placed by the first pose
     np.testing.assert_allclose(seen[later], [1.0, 2.0, 0.5], atol=1e-9)
     commands = [
-        (arrival * 1e-9 - t[later], np.array([m.axes[1], m.axes[0], m.axes[3]]))
-        for arrival, m in messages(recorded, "/joy")
+        (stamp_of(m.header) * 1e-9 - t[later], np.array([m.axes[1], m.axes[0], m.axes[3]]))
+        for _, m in messages(recorded, "/joy")
     ]
     want = plant_states(boat, (1.0, 2.0, 0.5), commands, (t - t[later])[later:])[:, :3]
     assert np.all(np.abs(want - seen[later:]).max(axis=0) < [0.02, 0.02, 0.05])
