@@ -33,9 +33,8 @@ class Shell {
     if (node_.settings().publish_clock) {
       clock_ = public_.advertise<rosgraph_msgs::Clock>("/clock", kQueue);
     }
-    start_ = ros::WallTime::now();
-    timer_ = public_.createWallTimer(ros::WallDuration(kPeriod),
-                                     [this](const ros::WallTimerEvent&) { step(); });
+    timer_ = public_.createSteadyTimer(ros::WallDuration(kPeriod),
+                                       [this](const ros::SteadyTimerEvent&) { step(); });
   }
 
  private:
@@ -101,7 +100,7 @@ class Shell {
 
   /// On to where this machine's clock is.
   void step() {
-    const bool in_time = node_.follow((ros::WallTime::now() - start_).toSec(),
+    const bool in_time = node_.follow((ros::SteadyTime::now() - began_).toSec(),
                                       [this](const Reading& r) { publish(r); },
                                       [this](int boat) { publish_truth(boat); });
     if (!in_time) {
@@ -158,8 +157,9 @@ class Shell {
   std::vector<Outlets> outlets_;
   ros::Publisher clock_;
   tf2_ros::StaticTransformBroadcaster broadcaster_;
-  ros::WallTime start_;  // that simulated time 0 is
-  ros::WallTimer timer_;
+  const ros::WallTime start_ = ros::WallTime::now();      // that simulated time 0 is
+  const ros::SteadyTime began_ = ros::SteadyTime::now();  // the same, by a clock that nobody sets
+  ros::SteadyTimer timer_;
 };
 
 }  // namespace
