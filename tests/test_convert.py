@@ -18,6 +18,18 @@ from seatrial.io.log import Wanted
 from seatrial.io.reader import read
 from seatrial.util.errors import FileError, RecordingError
 
+TABLE_VEHICLE = """
+seatrial: vehicle 1
+name: boat
+axes: forward-left-up
+pose: {file: log.csv, stamp: time, x: x, y: y, psi: psi}
+commands: {file: log.csv, stamp: time, inputs: {t: a, t_ns: b, valid: c}}
+forces:
+  F_u: {axis: surge, of: {t: 1}}
+  F_v: {axis: sway, of: {t_ns: 1}}
+  F_r: {axis: yaw, of: {valid: 1}}
+structure: auto
+"""
 WRITERS = {"run.BIN": ardupilot, "run.ulg": px4, "run.tlog": telemetry}
 
 
@@ -59,6 +71,21 @@ def test_tables_hold_the_same_recording(given, tmp_path, name):
     }  # fmt: skip
     found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
     same(found, read(path, load_vehicle(file)))
+
+
+@pytest.mark.parametrize("epoch", [0, 1_700_000_000])  # [s] stamps of one column, of two
+def test_commands_named_as_the_columns_of_stamps_stay_what_they_are(tmp_path, epoch):
+    (tmp_path / "log").mkdir()
+    rows = "".join(f"{epoch}.{k:02d},{k},0,0,{k * 0.01},1,0.5\n" for k in range(40))
+    (tmp_path / "log" / "log.csv").write_text(f"time,x,y,psi,a,b,c\n{rows}")
+    (tmp_path / "vehicle.yaml").write_text(TABLE_VEHICLE)
+    vehicle = load_vehicle(tmp_path / "vehicle.yaml")
+    convert(tmp_path / "log", tmp_path / "out", vehicle)
+    found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
+    expected = read(tmp_path / "log", vehicle)
+    np.testing.assert_array_equal(found.stamps, expected.stamps)
+    np.testing.assert_array_equal(found.eta, expected.eta)
+    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "db3"])
@@ -116,7 +143,7 @@ def test_a_table_that_can_not_be_written_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr("seatrial.util.files.os.fsync", full)
     stamps = np.arange(3) * 10**9
     with pytest.raises(FileError, match=r"poses\.csv: can't be written \(No space left"):
-        write_table(tmp_path / "poses.csv", ["x"], stamps, np.zeros((3, 1)))
+        write_table(tmp_path / "poses.csv", ["t"], ["x"], stamps, np.zeros((3, 1)))
     assert list(tmp_path.iterdir()) == []
 
 

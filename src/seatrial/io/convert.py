@@ -6,7 +6,7 @@ file, so that the new recording is the old one.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -27,7 +27,7 @@ from seatrial.recording.sampled_commands import sampled_commands
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, write_chunks, write_text
-from seatrial.util.frames import Array, Stamps
+from seatrial.util.frames import NS_PER_S, Array, Stamps
 from seatrial.util.progress import over, stage
 
 STAMP, REST, VALID = "t", "t_ns", "valid"  # columns
@@ -104,21 +104,25 @@ def _named(pairs: Iterable[tuple[Request, Rows]]) -> list[_Signal]:
 def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
     written = []
     parts = any(int(np.abs(s.rows.stamps).max(initial=0)) > EXACT for s in found)
+    # one name in all tables, as the vehicle file has one for all
+    taken = {name for s in found for name in s.request.names}
+    t, rest, valid = (_apart(name, taken) for name in (STAMP, REST, VALID))
     for signal in over(found):
         names, values = list(signal.request.names), [signal.rows.values]
         if signal.rows.marked_valid is not None:
-            names.append(VALID)
+            names.append(valid)
             values.append(signal.rows.marked_valid[:, None].astype(np.float64))
         table = out / f"{signal.name}.csv"
-        write_table(table, names, signal.rows.stamps, np.column_stack(values), parts=parts)
+        stamp_names = (t, rest) if parts else (t,)
+        write_table(table, stamp_names, names, signal.rows.stamps, np.column_stack(values))
         written.append(table)
     content = _content(found, vehicle)
     for key in ("pose", "commands"):
-        stamp = {"column": STAMP, "nanoseconds": REST} if parts else {"column": STAMP, "unit": "ns"}
+        stamp = {"column": t, "nanoseconds": rest} if parts else {"column": t, "unit": "ns"}
         content[key] = _without_places(content[key]) | {"stamp": stamp}
     content["pose"]["file"], content["commands"]["file"] = "poses.csv", "commands.csv"
     if any(s.rows.marked_valid is not None for s in found):
-        content["pose"]["valid"] = VALID
+        content["pose"]["valid"] = valid
     for signal in found:
         for name, column in zip(signal.request.names, signal.request.columns, strict=True):
             entry = _entry(column) | {"column": name, "file": f"{signal.name}.csv"}
@@ -165,19 +169,26 @@ def _write_vehicle(path: Path, content: dict[str, Any]) -> Path:
     return path
 
 
-def write_table(
-    path: Path, names: Sequence[str], stamps: Stamps, values: Array, *, parts: bool = False
-) -> None:
-    """A table: stamps `t` [ns] and a column for each name, all digits kept. Raises FileError.
+def _apart(name: str, taken: Collection[str]) -> str:
+    """The name of a column, with `_` behind it for as long as a signal has that name."""
+    while name in taken:
+        name += "_"
+    return name
 
-    parts: stamps as whole seconds `t` and the nanoseconds `t_ns` behind them.
+
+def write_table(
+    path: Path, stamp_names: Sequence[str], names: Sequence[str], stamps: Stamps, values: Array
+) -> None:
+    """A table: stamps [ns] and a column for each name, all digits kept. Raises FileError.
+
+    stamp_names: of the stamps' column; two: whole seconds, and the nanoseconds behind them.
     """
+    parts = len(stamp_names) > 1
     texts = (
-        ",".join([f"{t // 10**9},{t % 10**9}" if parts else str(t), *map(_number, row)])
+        ",".join([f"{t // NS_PER_S},{t % NS_PER_S}" if parts else str(t), *map(_number, row)])
         for t, row in zip(stamps.tolist(), values.tolist(), strict=True)
     )
-    first = [STAMP, REST] if parts else [STAMP]
-    head = ",".join([*first, *(f'"{n}"' if "," in n else n for n in names)])
+    head = ",".join([*stamp_names, *(f'"{n}"' if "," in n else n for n in names)])
     write_chunks(path, (f"{line}\n".encode() for line in chain([head], texts)))
 
 
@@ -197,7 +208,8 @@ def _all_topics(path: Path, out: Path) -> list[Path]:
             (samples,) = log.read([Wanted(topic.name, topic.fields)])
             name = "".join(c if c.isalnum() or c in "_@.-" else "_" for c in topic.name).rstrip("_")
             table = out / f"{name or 'topic'}.csv"
-            write_table(table, topic.fields, samples.stamps, samples.values)
+            stamp_name = _apart(STAMP, topic.fields)
+            write_table(table, (stamp_name,), topic.fields, samples.stamps, samples.values)
             written.append(table)
         if log.parameters:
             known = sorted((k, v) for k, v in log.parameters.items() if k.isidentifier())
