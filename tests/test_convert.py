@@ -74,9 +74,10 @@ def test_tables_hold_the_same_recording(given, tmp_path, name):
 
 
 @pytest.mark.parametrize("epoch", [0, 1_700_000_000])  # [s] stamps of one column, of two
-def test_commands_named_as_the_columns_of_stamps_stay_what_they_are(tmp_path, epoch):
+def test_a_table_of_all_signals_stays_one_whatever_its_commands_are_called(tmp_path, epoch):
+    """Its commands, a tenth of a second apart, may be samples, in the new table as in the old one."""
     (tmp_path / "log").mkdir()
-    rows = "".join(f"{epoch}.{k:02d},{k},0,0,{k * 0.01},1,0.5\n" for k in range(40))
+    rows = "".join(f"{epoch + k // 10}.{k % 10},{k},0,0,{k * 0.01},1,0.5\n" for k in range(40))
     (tmp_path / "log" / "log.csv").write_text(f"time,x,y,psi,a,b,c\n{rows}")
     (tmp_path / "vehicle.yaml").write_text(TABLE_VEHICLE)
     vehicle = load_vehicle(tmp_path / "vehicle.yaml")
@@ -85,7 +86,10 @@ def test_commands_named_as_the_columns_of_stamps_stay_what_they_are(tmp_path, ep
     expected = read(tmp_path / "log", vehicle)
     np.testing.assert_array_equal(found.stamps, expected.stamps)
     np.testing.assert_array_equal(found.eta, expected.eta)
+    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
     np.testing.assert_array_equal(found.commands.values, expected.commands.values)
+    assert found.command_period == pytest.approx(expected.command_period)
+    assert not found.command_sampled
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "db3"])

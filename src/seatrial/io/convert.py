@@ -107,27 +107,46 @@ def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Pa
     # one name in all tables, as the vehicle file has one for all
     taken = {name for s in found for name in s.request.names}
     t, rest, valid = (_apart(name, taken) for name in (STAMP, REST, VALID))
-    for signal in over(found):
-        names, values = list(signal.request.names), [signal.rows.values]
-        if signal.rows.marked_valid is not None:
-            names.append(valid)
-            values.append(signal.rows.marked_valid[:, None].astype(np.float64))
-        table = out / f"{signal.name}.csv"
+    tables = _tables(found)
+    for name, signals in over(list(tables.items())):
+        names, values = [], []
+        for signal in signals:
+            names += signal.request.names
+            values.append(signal.rows.values)
+            if signal.rows.marked_valid is not None:
+                names.append(valid)
+                values.append(signal.rows.marked_valid[:, None].astype(np.float64))
+        table = out / f"{name}.csv"
         stamp_names = (t, rest) if parts else (t,)
-        write_table(table, stamp_names, names, signal.rows.stamps, np.column_stack(values))
+        write_table(table, stamp_names, names, signals[0].rows.stamps, np.column_stack(values))
         written.append(table)
     content = _content(found, vehicle)
     for key in ("pose", "commands"):
         stamp = {"column": t, "nanoseconds": rest} if parts else {"column": t, "unit": "ns"}
         content[key] = _without_places(content[key]) | {"stamp": stamp}
-    content["pose"]["file"], content["commands"]["file"] = "poses.csv", "commands.csv"
     if any(s.rows.marked_valid is not None for s in found):
         content["pose"]["valid"] = valid
-    for signal in found:
+    for file, signal in ((f"{table}.csv", s) for table in tables for s in tables[table]):
+        if signal.name in ("poses", "commands"):
+            content["pose" if signal.name == "poses" else "commands"]["file"] = file
         for name, column in zip(signal.request.names, signal.request.columns, strict=True):
-            entry = _entry(column) | {"column": name, "file": f"{signal.name}.csv"}
-            _enter(content, signal.request, name, entry)
+            _enter(content, signal.request, name, _entry(column) | {"column": name, "file": file})
     return [*written, _write_vehicle(out / "vehicle.yaml", content)]
+
+
+def _tables(found: Sequence[_Signal]) -> dict[str, list[_Signal]]:
+    """Signals by table: a table each, but commands stay in the rows of the poses, where they may be samples."""
+    tables: dict[str, list[_Signal]] = {}
+    for signal in found:
+        poses = tables.get("poses", [])
+        beside = signal.request.role == "commands" and any(
+            s.rows.stream.source == signal.rows.stream.source
+            and np.array_equal(s.rows.stamps, signal.rows.stamps)
+            and not set(s.request.names) & set(signal.request.names)
+            for s in poses
+        )
+        tables.setdefault("poses" if beside else signal.name, []).append(signal)
+    return tables
 
 
 def _content(found: Sequence[_Signal], vehicle: Vehicle) -> dict[str, Any]:
