@@ -109,7 +109,8 @@ def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Pa
     t, rest, valid = (_apart(name, taken) for name in (STAMP, REST, VALID))
     tables = _tables(found)
     for name, signals in over(list(tables.items())):
-        names, values = [], []
+        names: list[str] = []
+        values: list[Array] = []
         for signal in signals:
             names += signal.request.names
             values.append(signal.rows.values)
