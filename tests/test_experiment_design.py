@@ -30,7 +30,7 @@ from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import ModelError
-from seatrial.util.statistics import pseudo_inverse
+from seatrial.util.statistics import pseudo_inverse, root_of
 
 NOISE = np.array([4e-3, 4e-3, 4e-3])  # [m, m, rad] as in `hard`
 
@@ -73,6 +73,12 @@ def test_what_is_not_told_of_has_no_inverse():
     assert known.tolist() == [True, False, False]
     assert inverse[0, 0] == pytest.approx(0.25)
     assert not pseudo_inverse(np.zeros((2, 2)))[1].any()
+
+
+def test_a_root_of_a_covariance_gives_it_back_where_it_is_singular():
+    covariance = np.array([[4.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+    root = root_of(covariance)
+    np.testing.assert_allclose(root @ root.T, covariance, atol=1e-12)
 
 
 def test_a_step_from_all_recordings_leads_back_to_what_they_say(model, runs):

@@ -28,7 +28,7 @@ from seatrial.poolside.state import ManoeuvreState
 from seatrial.poolside.stick_patterns import StickPattern, first_patterns, stick_patterns
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import POSE_SIGNS, Array, Axes
-from seatrial.util.statistics import NORMAL_95
+from seatrial.util.statistics import NORMAL_95, root_of
 
 BOAT_RADIUS = 0.3  # [m] where none is given
 PATH_PERIOD = 0.25  # [s] of a manoeuvre's drawn path
@@ -223,12 +223,11 @@ def _point(model: Model, thinned: float) -> ReferencePoint:
 def _added(covariance: Array, information: Array) -> tuple[Array, float]:
     """The covariance (p, p) after more information (p, p), and the fall of its log-determinant.
 
-    In units of the standard errors. A direction with a negative eigenvalue, by rounding, counts as known.
+    In units of the standard errors.
     """
     size = np.sqrt(np.diag(covariance))
     scale = np.outer(size, size)
-    spectrum, vectors = np.linalg.eigh(covariance / scale)
-    root = vectors * np.sqrt(np.maximum(spectrum, 0.0))
+    root = root_of(covariance / scale)
     inner = np.eye(len(size)) + root.T @ (information * scale) @ root
     after = root @ np.linalg.solve(inner, root.T) * scale
     return np.asarray(after), float(np.linalg.slogdet(inner)[1])

@@ -27,6 +27,15 @@ def inverse_of(matrix: Array) -> Array:
     return np.asarray(root @ root.T)
 
 
+def root_of(covariance: Array) -> Array:
+    """A square root (p, p) of a covariance that may be singular: root @ root.T is the covariance.
+
+    A negative eigenvalue, by rounding, counts as 0.
+    """
+    spectrum, vectors = np.linalg.eigh(covariance)
+    return np.asarray(vectors * np.sqrt(np.maximum(spectrum, 0.0)))
+
+
 def pseudo_inverse(information: Array) -> tuple[Array, Mask]:
     """Inverse (p, p) over directions with information, and which parameters (p,) they determine."""
     size = np.sqrt(np.diag(information))

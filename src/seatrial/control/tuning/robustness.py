@@ -13,6 +13,7 @@ from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margin
 from seatrial.control.tuning.rules import Gains
 from seatrial.util.frames import Array
 from seatrial.util.progress import over
+from seatrial.util.statistics import root_of
 
 MARGIN_DRAWS = 200
 MARGIN_SEED = 1
@@ -23,8 +24,7 @@ def drawn(model: Model, draws: int = MARGIN_DRAWS, seed: int = MARGIN_SEED) -> I
     """The model with coefficients and constants drawn from its covariance; deterministic by seed."""
     rng = np.random.default_rng(seed)
     n = len(model.coefficients)
-    values, vectors = np.linalg.eigh(model.covariance)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    root = root_of(model.covariance)
     for _ in range(draws):
         off = root @ rng.normal(size=len(root))
         yield replace(

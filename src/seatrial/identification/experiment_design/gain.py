@@ -24,7 +24,7 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import ModelError
 from seatrial.util.format import joined
 from seatrial.util.frames import Array
-from seatrial.util.statistics import NORMAL_95
+from seatrial.util.statistics import NORMAL_95, root_of
 
 # times the shortest time: a simpler manoeuvre that takes no longer is preferred
 NEARLY_SHORTEST = 1.25
@@ -120,8 +120,7 @@ class ErrorDecay:
     def of(cls, covariance: Array, rate: Array) -> "ErrorDecay":
         """From a covariance (p, p), and the information (p, p) of one more second."""
         size = np.sqrt(np.diag(covariance))
-        spectrum, vectors = np.linalg.eigh(covariance / np.outer(size, size))
-        root = size[:, None] * vectors * np.sqrt(np.maximum(spectrum, 0.0))
+        root = size[:, None] * root_of(covariance / np.outer(size, size))
         speed, turn = np.linalg.eigh(root.T @ rate @ root)
         return cls(np.square(root @ turn), np.maximum(speed, 0.0))
 

@@ -10,6 +10,7 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.steering import angle_names, steered_entries
 from seatrial.util.frames import Array
+from seatrial.util.statistics import root_of
 
 CHAIN_DRAWS = 200  # of the constants
 CHAIN_SEED = 7
@@ -128,23 +129,12 @@ def _drawn(model: Model) -> Array:
     own = model.constants[None, :]
     if not covariance.any():
         return np.array(own)
-    spectrum, vectors = np.linalg.eigh(covariance)
-    root = vectors * np.sqrt(np.maximum(spectrum, 0.0))
-    normal = np.random.default_rng(CHAIN_SEED).normal(size=(CHAIN_DRAWS, len(spectrum)))
-    moved = own + normal @ root.T
-    kinds = [name.partition(".")[0] for name in model.vehicle.constants.names]
-    low = np.array(
-        [
-            -np.inf
-            if k in ("latency", "scale_power", "steer_offset") or k.startswith("pair_offset")
-            else 0.0
-            for k in kinds
-        ]
-    )
-    high = np.array(
-        [0.9 if k.startswith(("edge", "pair_dead", "steer_dead")) else np.inf for k in kinds]
-    )
-    return np.vstack([own, np.clip(moved, low, high)])
+    normal = np.random.default_rng(CHAIN_SEED).normal(size=(CHAIN_DRAWS, len(covariance)))
+    moved = own + normal @ root_of(covariance).T
+    # no draw beyond what an estimate can be; a given value may be
+    low, high = np.array([model.vehicle.constants.bounds(i) for i in range(own.size)]).T
+    moved = np.clip(moved, np.minimum(own, low), np.maximum(own, high))
+    return np.vstack([own, moved])
 
 
 def _curve(names: tuple[str, ...], x: Array, every: Sequence[Array] | Array) -> Curve:

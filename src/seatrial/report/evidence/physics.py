@@ -12,6 +12,7 @@ from seatrial.boat.schema import Integration
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
+from seatrial.util.statistics import root_of
 
 PHYSICS_DRAWS = 60  # of the coefficients
 PHYSICS_SEED = 20
@@ -69,7 +70,7 @@ def _spread(place: int, found: AxisPhysics, drawn: Sequence[Sequence[AxisPhysics
 def _drawn(model: Model) -> list[list[AxisPhysics] | None]:
     """`axis_physics` of coefficients drawn from their covariance; None where they are unstable."""
     n = len(model.coefficients)
-    root = _root(model.covariance[:n, :n])
+    root = root_of(model.covariance[:n, :n])
     if not root.any():
         return []
     normal = np.random.default_rng(PHYSICS_SEED).normal(size=(PHYSICS_DRAWS, n))
@@ -84,9 +85,3 @@ def _drawn(model: Model) -> list[list[AxisPhysics] | None]:
             return None
 
     return spread(one, model.coefficients + normal @ root.T)
-
-
-def _root(covariance: Array) -> Array:
-    """A square root (n, n) of a covariance that may be singular."""
-    spectrum, vectors = np.linalg.eigh(covariance)
-    return np.asarray(vectors * np.sqrt(np.maximum(spectrum, 0.0)))
