@@ -20,7 +20,6 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.selection.score_information import ScoreInformation, score_information
 from seatrial.identification.selection.score_test import (
-    REPORTED_GAIN,
     ScoreTest,
     score_test,
     score_test_after_step,
@@ -48,15 +47,11 @@ class _Change:
     @property
     def manifest(self) -> bool:
         """Whether it is significant, and large enough to be reported."""
-        return _beyond_chance(self.test) and self.ratio <= 1.0 - LEAST_FACTOR_CHANGE
+        return self.test.reported and self.ratio <= 1.0 - LEAST_FACTOR_CHANGE
 
 
 # of an axis, a quantity, and the weights (p,) by which a factor on it moves the free parameters
 _FactorTest = Callable[[int, str, Array], _Change | None]
-
-
-def _beyond_chance(test: ScoreTest) -> bool:
-    return test.likely and test.gain >= REPORTED_GAIN
 
 
 def change_findings(at: Point) -> list[Finding]:
@@ -198,7 +193,7 @@ def _clock_offset(at: Point, known: ScoreInformation) -> tuple[list[Finding], fl
     problem = at.runs.problem
     late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
     found = _by_recording(known, late.astype(float))
-    if found is None or not _beyond_chance(found[1]):
+    if found is None or not found[1].reported:
         return [], 0.0
     places, test = found
     delays = np.concatenate([[0.0], test.step])

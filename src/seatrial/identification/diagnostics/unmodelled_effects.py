@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -24,9 +23,9 @@ from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.selection.held import Held, held_test
 from seatrial.identification.selection.score_test import (
     LARGE_GAIN,
-    LIKELY_DEVIATIONS,
     REPORTED_GAIN,
     ScoreTest,
+    beyond_chance,
 )
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
@@ -138,11 +137,7 @@ def _unequal_gains(at: Point) -> list[Held]:
 
 
 def _significant(test: ScoreTest) -> bool:
-    return test.gain > REPORTED_GAIN and _beyond_chance(test.statistic, test.freedom)
-
-
-def _beyond_chance(statistic: float, freedom: int) -> bool:
-    return statistic > freedom + LIKELY_DEVIATIONS * math.sqrt(2.0 * freedom)
+    return test.gain > REPORTED_GAIN and beyond_chance(test.statistic, test.freedom)
 
 
 def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
@@ -157,7 +152,7 @@ def differs_from_zero(at: Point, parameters: Sequence[int]) -> bool:
     except IdentificationError:
         return False
     statistic = float(value @ np.linalg.pinv(covariance, hermitian=True) @ value)
-    return _beyond_chance(statistic, len(own))
+    return beyond_chance(statistic, len(own))
 
 
 def _removes_process_noise(at: Point, after: Array) -> bool:

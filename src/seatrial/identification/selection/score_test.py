@@ -6,6 +6,7 @@ parameters do not explain is compared with its scatter over blocks, which holds 
 (White, Econometrica 50, 1982, sections 3 and 4).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -36,7 +37,17 @@ class ScoreTest:
     def likely(self) -> bool:
         """Beyond chance: about 1 in 10 000 for one parameter, 1 in 200 where the likelihood gains very much."""
         deviations = LIKELY_DEVIATIONS if self.gain > LARGE_GAIN else SIGNIFICANT_DEVIATIONS
-        return bool(self.statistic > self.freedom + deviations * np.sqrt(2.0 * self.freedom))
+        return beyond_chance(self.statistic, self.freedom, deviations)
+
+    @property
+    def reported(self) -> bool:
+        """Whether it is worth a sentence: beyond chance, and the likelihood gains enough."""
+        return self.likely and self.gain >= REPORTED_GAIN
+
+
+def beyond_chance(statistic: float, freedom: int, deviations: float = LIKELY_DEVIATIONS) -> bool:
+    """Whether a chi-square statistic is so many standard deviations above its mean under the null hypothesis."""
+    return bool(statistic > freedom + deviations * math.sqrt(2.0 * freedom))
 
 
 def score_test(
