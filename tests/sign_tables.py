@@ -18,7 +18,6 @@ from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording, Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
-from seatrial.util.frames import POSE_SIGNS, Axes
 
 UNITS = {**LENGTHS, **ANGLES, None: 1.0}
 OTHER = {"mm": "m", "deg": "rad", None: None}
@@ -42,7 +41,7 @@ class Table:
         )  # fmt: skip
 
     def poses(self, vehicle: Vehicle) -> np.ndarray:
-        pose, signs = vehicle.file.pose, POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        pose, signs = vehicle.file.pose, vehicle.axes.signs
         return np.column_stack([self._column(e) for e in (pose.x, pose.y, pose.psi)]) * signs
 
     def inputs(self, vehicle: Vehicle) -> np.ndarray:
@@ -61,7 +60,7 @@ class Table:
 
 
 def tabulated(recording: Recording, vehicle: Vehicle, marked=None) -> Table:
-    signs = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+    signs = vehicle.axes.signs
     columns = dict(zip(("x", "y", "psi"), (recording.raw * signs).T, strict=True))
     values = (recording.commands.values * vehicle.input_signs).T
     for entry, column in zip(vehicle.file.commands.inputs.values(), values, strict=True):

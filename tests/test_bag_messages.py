@@ -22,7 +22,7 @@ from mcap_writer import mcap
 
 import seatrial
 from seatrial.recording.timing import Clock
-from seatrial.util.frames import POSE_SIGNS
+from seatrial.util.frames import Axes
 
 # Poses #
 
@@ -91,7 +91,7 @@ def test_pose_fields_may_be_named_with_units_signs_and_axes(tmp_path):
     np.testing.assert_allclose(record.eta, eta, atol=1e-12)
     boat = vehicle(pose=fields, axes="forward-right-down")
     flipped = seatrial.read(path, boat)
-    np.testing.assert_allclose(flipped.raw, eta * POSE_SIGNS, atol=1e-12)
+    np.testing.assert_allclose(flipped.raw, eta * Axes.FRD.signs, atol=1e-12)
     np.testing.assert_array_equal(
         flipped.commands.values, record.commands.values * [1.0, -1.0, -1.0]
     )

@@ -38,7 +38,7 @@ from seatrial.poolside.sources.lines import LineSource, datagrams
 from seatrial.poolside.sources.mavlink_stream import FrameStream
 from seatrial.poolside.sources.telemetry import TelemetrySource, telemetry
 from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
-from seatrial.util.frames import POSE_SIGNS
+from seatrial.util.frames import Axes
 
 
 @pytest.fixture(autouse=True)
@@ -865,4 +865,4 @@ def test_standard_input_by_a_real_pipe(tmp_path):
     )  # fmt: skip
     assert done.stdout.startswith("[('pose', 1000000000)] ('1 of 2 lines could not be used")
     assert load_vehicle(tmp_path / "vehicle.yaml").inputs == ("F_u", "F_v", "F_r")
-    assert np.all(POSE_SIGNS == [1, -1, -1])
+    assert np.all(Axes.FRD.signs == [1, -1, -1])

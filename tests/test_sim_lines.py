@@ -18,7 +18,7 @@ from seatrial.commands.cli import main
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.server import SimSettings, SimStream
 from seatrial.simulation.trials import plant_model
-from seatrial.util.frames import POSE_SIGNS
+from seatrial.util.frames import Axes
 
 PROGRAM = str(Path(sys.executable).parent / "seatrial")
 SCRIPT = [(0.0, [0.8, 0.0, 0.1]), (2.0, [0.3, -0.6, 0.5]), (5.0, [-0.5, 0.2, -0.4])]
@@ -103,8 +103,12 @@ def test_lines_are_in_the_models_own_axes(boat, path, tmp_path):
     scene.write_text("seatrial: scene 1\nwalls: [[-5, 1, 9, 1]]\nsensors: {imu: {rate: 20}}\n")
     options = ("--speed", 0, "--duration", 4, "--scene", scene)
     _, own, _ = sim(path, *options, lines=commands())
-    _, flipped, _ = sim(other, *options, lines=commands(POSE_SIGNS))
-    turn = {"pose": POSE_SIGNS, "truth": np.tile(POSE_SIGNS, 2), "imu": np.array([-1, 1, -1])}
+    _, flipped, _ = sim(other, *options, lines=commands(Axes.FRD.signs))
+    turn = {
+        "pose": Axes.FRD.signs,
+        "truth": np.tile(Axes.FRD.signs, 2),
+        "imu": np.array([-1, 1, -1]),
+    }
     for kind, signs in turn.items():
         want = by_kind(own, kind)
         np.testing.assert_allclose(by_kind(flipped, kind)[:, 1:], want[:, 1:] * signs, atol=1e-9)

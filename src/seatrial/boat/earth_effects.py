@@ -49,7 +49,7 @@ def direction(vehicle: Vehicle, x: float, y: float) -> str:
     As a bearing from north, clockwise, where the pose is east and north; else as the angle from x towards y
     of the file's axes.
     """
-    second = -y if vehicle.axes is Axes.FRD else y
+    second = vehicle.axes.lateral_sign * y
     if not _knows_north(vehicle.file.pose, vehicle.axes):
         return f"{degrees(atan2(second, x)):.0f} deg from x towards y"
     north, east = (x, second) if vehicle.axes is Axes.FRD else (second, x)

@@ -55,4 +55,4 @@ class ForceWeights:
 
     def _sign(self, force: ForceEntry) -> float:
         """-1 where the axes of the file have the opposite sign."""
-        return -1.0 if self.axes is Axes.FRD and force.axis != "surge" else 1.0
+        return 1.0 if force.axis == "surge" else self.axes.lateral_sign

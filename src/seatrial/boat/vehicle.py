@@ -72,7 +72,7 @@ class Vehicle:
     def lever(self) -> tuple[float, float]:
         """Lever arm of the measured point from the origin, ahead and to port [m]."""
         ahead, aside = self.file.pose.lever or (0.0, 0.0)
-        return ahead, -aside if self.axes is Axes.FRD else aside
+        return ahead, self.axes.lateral_sign * aside
 
     @property
     def point(self) -> str:
@@ -198,7 +198,7 @@ class Vehicle:
                 f"{', '.join(given)}; got {', '.join(self.inputs)}. For a joypad's "
                 f"{', '.join(WRENCH)} write allocation: {{scheme: moore-penrose}}"
             )
-        sign = -1.0 if self.axes is Axes.FRD else 1.0
+        sign = self.axes.lateral_sign
         return tuple(
             Thruster(n, given[n].x, sign * given[n].y, sign * np.deg2rad(given[n].angle_deg))
             for n in self.actuators
@@ -305,8 +305,8 @@ class Vehicle:
     def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
         """The same vehicle with this lever arm, ahead of the origin and to port [m]."""
         ahead, left = lever
-        second = -left if self.axes is Axes.FRD else left
-        pose = msgspec.structs.replace(self.file.pose, lever=(ahead, second))
+        own = (ahead, self.axes.lateral_sign * left)
+        pose = msgspec.structs.replace(self.file.pose, lever=own)
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
 
     def with_delays(self, position: float, heading: float) -> "Vehicle":

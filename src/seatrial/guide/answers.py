@@ -190,7 +190,7 @@ def contradicting_names(forces: Mapping[str, Mapping[str, Any]], axes: str) -> t
     """
     by_axis = {force["axis"]: force["of"] for force in forces.values()}
     surge, yaw = by_axis.get("surge", {}), by_axis.get("yaw", {})
-    left_up = -1.0 if axes == Axes.FRD.value else 1.0
+    left_up = Axes(axes).lateral_sign
     named = {name: side for name in yaw if (side := _named_side(name)) and surge.get(name)}
     wrong = [n for n, side in named.items() if left_up * side * surge[n] * yaw[n] > 0.0]
     return tuple(wrong) if len(wrong) == len(named) else ()

@@ -18,7 +18,7 @@ from seatrial.boat.structure import Structure, Term
 from seatrial.boat.vehicle import Vehicle
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import AXES, SYMBOLS, Array, Axes
+from seatrial.util.frames import AXES, SYMBOLS, Array
 
 SPREAD = 0.2  # expected relative change of a coefficient: a payload of a fifth of the mass
 COMMON_SHARE = 0.5  # of that variance: one factor on all drag and thrust of an axis, its mass
@@ -127,7 +127,7 @@ def check_prior(prior: Model, vehicle: Vehicle, *, lever: bool = False) -> None:
     prior.vehicle.check_sides(vehicle)
     if not lever and not vehicle.same_origin(prior.vehicle):
         ahead, left = prior.vehicle.lever
-        point = f"[{ahead:.3f}, {-left if vehicle.axes is Axes.FRD else left:.3f}]"
+        point = f"[{ahead:.3f}, {vehicle.axes.lateral_sign * left:.3f}]"
         stated = list(vehicle.file.pose.lever or (0.0, 0.0))
         raise IdentificationError(
             f"the prior's poses are of a point {point} m from its origin, the vehicle file's of {stated}; "

@@ -65,8 +65,7 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     recording = with_enough_poses(_with_sampled_commands(recording, vehicle.file.commands.sampled))
     # 4. Yaw rates of a gyro, their bias removed.
     for one, rows in _by_role(found, "yaw rates"):
-        r = scaled(rows.values[:, 0], one.columns[0])
-        r = -r if vehicle.axes is Axes.FRD else r
+        r = vehicle.axes.lateral_sign * scaled(rows.values[:, 0], one.columns[0])
         recording = with_yaw_rate(
             recording, stamps_of_headings(rows.stamps, heading), r, one.wheres[0]
         )

@@ -10,7 +10,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.io.signals import checked_unit, scaled
 from seatrial.recording.delays import heading_at_positions
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps, earth_offset
+from seatrial.util.frames import Array, Axes, Stamps, earth_offset
 
 ANGLE_UNITS = ("rad", "deg")
 LENGTH_UNITS = ("m", "cm", "mm")
@@ -52,7 +52,7 @@ def of_origin(eta: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Arr
     ahead, second = vehicle.file.pose.lever or (0.0, 0.0)
     if ahead or second:  # a position is known without a heading, too
         eta[:, :2] -= earth_offset(psi, ahead, second)
-    return eta * POSE_SIGNS if vehicle.axes is Axes.FRD else eta
+    return eta * vehicle.axes.signs
 
 
 def heading_of(values: Array, column: Column) -> Array:

@@ -20,7 +20,7 @@ from seatrial.simulation.plan import PlanFile
 from seatrial.simulation.trials import SUFFIX, Trial
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import dump_yaml, write_text
-from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps
+from seatrial.util.frames import Array, Stamps
 
 BAG_EPOCH = 1_700_000_000 * 10**9  # [ns] time zero of a trial in its bag: ROS times are after 1970
 TRUTH = "truth"  # folder of the true states, which a real boat does not record
@@ -131,7 +131,7 @@ def _by_topic(vehicle: Vehicle) -> dict[str, list[tuple[int, Column]]]:
 
 def _raw_pose(trial: Trial) -> Array:
     """x, y, psi (n, 3) in the vehicle file's axes and units."""
-    pose = trial.pose * POSE_SIGNS if trial.vehicle.axes is Axes.FRD else trial.pose
+    pose = trial.pose * trial.vehicle.axes.signs
     return np.column_stack([_raw(pose[:, i], c) for i, c in enumerate(pose_columns(trial.vehicle))])
 
 
@@ -146,9 +146,9 @@ def _write_truth(trial: Trial, path: Path) -> None:
     vehicle = trial.vehicle
     names = ["t", "x", "y", "psi", "u", "v", "r", *(f"{f.name}_actual" for f in vehicle.forces)]
     truth = np.column_stack([trial.truth_t, trial.truth, trial.truth_force])
-    if vehicle.axes is Axes.FRD:
-        truth[:, [2, 3, 5, 6]] *= -1.0
-        truth[:, 7:] *= [-1.0 if f.axis > 0 else 1.0 for f in vehicle.forces]
+    truth[:, 1:4] *= vehicle.axes.signs
+    truth[:, 4:7] *= vehicle.axes.signs
+    truth[:, 7:] *= vehicle.axes.signs[[f.axis for f in vehicle.forces]]
     _write_table(path, names, truth)
 
 

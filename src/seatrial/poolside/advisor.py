@@ -27,7 +27,7 @@ from seatrial.poolside.needs import Need
 from seatrial.poolside.state import ManoeuvreState
 from seatrial.poolside.stick_patterns import StickPattern, first_patterns, stick_patterns
 from seatrial.util.errors import ModelError
-from seatrial.util.frames import POSE_SIGNS, Array, Axes
+from seatrial.util.frames import Array
 from seatrial.util.statistics import NORMAL_95, root_of
 
 BOAT_RADIUS = 0.3  # [m] where none is given
@@ -64,7 +64,7 @@ class Advisor:
         radius: float = BOAT_RADIUS,
     ) -> None:
         self.vehicle, self.period, self.radius = vehicle, period, radius
-        self._signs = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._signs = vehicle.axes.signs
         self._walls = None if area is None else Area(area.corners * self._signs[:2])
         self._patterns = stick_patterns(vehicle)
 

@@ -25,7 +25,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.poolside.sources.source import EventKind
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_yaml, sync_folder, write_text
-from seatrial.util.frames import NS_PER_S, POSE_SIGNS, Array, Axes
+from seatrial.util.frames import NS_PER_S, Array
 
 SYNC = 0.5  # [s] between two writes to the disk
 SECONDS, NANOSECONDS = "stamp [s]", "stamp [ns]"  # no name of an input ends so
@@ -52,7 +52,7 @@ class Recorder:
 
     def __init__(self, folder: Path, vehicle: Vehicle) -> None:
         self.folder, self._original = folder, vehicle
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
         self._names: dict[EventKind, tuple[str, ...]] = {
             "pose": ("x", "y", "psi"), "position": ("x", "y"), "heading": ("psi",),
             "command": vehicle.inputs, "scale": vehicle.scales,

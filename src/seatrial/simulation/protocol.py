@@ -13,7 +13,7 @@ from seatrial.onboard.live.protocol import Values, line_error, ordered_values
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan
 from seatrial.simulation.world import SimulatedBoat
 from seatrial.util.errors import LiveError
-from seatrial.util.frames import POSE_SIGNS, Array, Axes
+from seatrial.util.frames import Array
 
 Kind = Literal["pose", "truth", "imu", "scan", "command"]
 LINE_KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -103,4 +103,4 @@ class SimWriter:
 
 
 def _signs(boat: SimulatedBoat) -> Array:
-    return POSE_SIGNS if boat.model.vehicle.axes is Axes.FRD else np.ones(3)
+    return boat.model.vehicle.axes.signs

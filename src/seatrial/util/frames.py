@@ -22,7 +22,6 @@ AXES = ("surge", "sway", "yaw")
 SYMBOLS = ("u", "v", "r")
 SPEED_UNITS = ("m/s", "m/s", "rad/s")
 POSE, POSE_UNITS = ("x", "y", "psi"), ("m", "m", "rad")
-POSE_SIGNS = np.array([1.0, -1.0, -1.0])  # [x, y, psi] and [u, v, r] between the two systems
 
 
 class Axes(str, Enum):
@@ -30,6 +29,16 @@ class Axes(str, Enum):
 
     FLU = "forward-left-up"  # REP-103; psi counter-clockwise from above
     FRD = "forward-right-down"  # SNAME, Fossen; psi clockwise from above
+
+    @property
+    def lateral_sign(self) -> float:
+        """Of y, psi, v, r, F_v and F_r between these axes and forward-left-up, either way."""
+        return -1.0 if self is Axes.FRD else 1.0
+
+    @property
+    def signs(self) -> Array:
+        """Of [x, y, psi], [u, v, r], [F_u, F_v, F_r]: (3,) between these axes and forward-left-up, either way."""
+        return np.array([1.0, self.lateral_sign, self.lateral_sign])
 
 
 def body_velocity(psi: Array, eta_dot: Array) -> Array:

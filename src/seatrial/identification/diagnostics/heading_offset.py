@@ -19,7 +19,7 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_test import LARGE_GAIN
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import Array, Axes
+from seatrial.util.frames import Array
 
 TRIAL_TURN = 0.05  # [rad] of the two runs for the parabola
 MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
@@ -78,7 +78,7 @@ def likelier_heading(at: Point) -> HeadingOffset | None:
 def psi_offset(vehicle: Vehicle, by: float) -> float:
     """The `offset` of a vehicle file's psi, in its own unit, that takes an error [rad] off."""
     column = as_column(vehicle.file.pose.psi)
-    own = -by if vehicle.axes is Axes.FRD else by
+    own = vehicle.axes.lateral_sign * by
     return column.offset + column.sign * own * column.scale / TO_SI[column.unit or "rad"]
 
 

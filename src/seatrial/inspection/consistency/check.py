@@ -43,7 +43,7 @@ from seatrial.inspection.consistency.pose_units import (
 from seatrial.inspection.consistency.repair import Repair, apply_repair
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Axes
+from seatrial.util.frames import Array
 
 STRAIGHT_HEADING = 0.1  # [rad] least standard deviation of the heading that shows the handedness
 MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are thinned to it
@@ -126,7 +126,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     off = oblique_angle(search, best)
     if off:  # in the axes of the file
         search = with_heading_turned(search, off)
-        best = replace(search.no_edit, angle=-off if vehicle.axes is Axes.FRD else off)
+        best = replace(search.no_edit, angle=vehicle.axes.lateral_sign * off)
     repair = replace(best, units=(*lengths, angle))
     effects, said = effects_of(vehicle, search, repair, recordings)
     unexcited = _unexcited(vehicle, search, repair)

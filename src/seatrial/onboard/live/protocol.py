@@ -14,7 +14,7 @@ from seatrial.onboard.boat_change import BoatChange
 from seatrial.onboard.odometer import Odometry
 from seatrial.onboard.predictor import Estimate
 from seatrial.util.errors import LiveError
-from seatrial.util.frames import POSE, POSE_SIGNS, SYMBOLS, Array, Axes
+from seatrial.util.frames import POSE, SYMBOLS, Array
 
 LINE_FORMATS = ("json", "csv")
 NANO = 1_000_000_000
@@ -66,7 +66,7 @@ class Reader:
         self.vehicle = vehicle
         self._decode = msgspec.json.Decoder(Line).decode
         self._line: Callable[[str], Event] = self._json if form == "json" else self._csv
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
 
     def __call__(self, text: str) -> Event:
         """The event of a line."""
@@ -214,7 +214,7 @@ class Writer:
     """Odometry as lines."""
 
     def __init__(self, vehicle: Vehicle, form: str) -> None:
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
         self._encode = msgspec.json.Encoder().encode
         self._as_json = form == "json"
         self.change: BoatChange | None = None  # of the lines from now on

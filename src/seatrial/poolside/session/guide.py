@@ -14,7 +14,6 @@ from seatrial.poolside.enough import Enough
 from seatrial.poolside.needs import parameter_states
 from seatrial.poolside.session.parts import Advice, Seen
 from seatrial.poolside.state import ManoeuvreState
-from seatrial.util.frames import POSE_SIGNS, Axes
 from seatrial.workflow.fitness import Use
 
 
@@ -26,7 +25,7 @@ class DriveGuide:
     ) -> None:
         self._coverage, self._advisor = coverage, Advisor(vehicle, area)
         self._enough = Enough(uses)
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
         self._model: Model | None = None
 
     def advise(self, model: Model | None, seen: Seen) -> Advice:

@@ -8,7 +8,7 @@ import numpy as np
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import AT_REST_COMMAND
 from seatrial.poolside.coverage import LONGEST_INTERVAL
-from seatrial.util.frames import NS_PER_S, POSE_SIGNS, Array, Axes
+from seatrial.util.frames import NS_PER_S, Array
 
 STEP = 200_000_000  # [ns] between two rows of the track
 MOST_ROWS = 20_000  # more are thinned to half: 67 min at 5 Hz
@@ -23,7 +23,7 @@ class Track:
     """
 
     def __init__(self, vehicle: Vehicle) -> None:
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
         self._pose = np.full(3, np.nan)
         self._largest = [0.0] * len(vehicle.inputs)
         self._active = False  # whether a command drives the boat

@@ -12,7 +12,7 @@ from seatrial.io.poses import NO_FIX, heading_of, in_plane
 from seatrial.io.signals import Request, Signals, scaled
 from seatrial.poolside.sources.source import EventKind, Mistakes, SourceEvent, usable
 from seatrial.recording.faults.pose_faults import in_order
-from seatrial.util.frames import POSE_SIGNS, Array, Axes, Stamps
+from seatrial.util.frames import Array, Stamps
 
 NOT_LIVE = "yaw rates"  # of a gyro: read from a recording, not used by a session
 
@@ -28,7 +28,7 @@ class Conversion:
         self.vehicle, self.mistakes = vehicle, Mistakes("rows")
         self.wanted = [one for one in requests(signals, vehicle) if one.role != NOT_LIVE]
         self._whole = not any(one.role == "headings" for one in self.wanted)
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
         self._signs = dict(zip(vehicle.inputs, vehicle.input_signs, strict=True))
         self._held: dict[str, dict[str, float]] = {"commands": {}, "scales": {}}
 

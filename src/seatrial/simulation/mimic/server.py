@@ -7,13 +7,11 @@ Input lines and clocks as in `seatrial predict --live` (docs/live.md).
 from collections.abc import Callable, Iterator
 
 import msgspec
-import numpy as np
 
 from seatrial.onboard.live.line_loop import Settings, Stream
 from seatrial.onboard.live.protocol import NANO, Event
 from seatrial.simulation.mimic.follow import Mimic
 from seatrial.util.errors import LiveError
-from seatrial.util.frames import POSE_SIGNS, Axes
 
 _encode = msgspec.json.Encoder().encode
 
@@ -25,7 +23,7 @@ class MimicStream(Stream):
         vehicle = mimic.model.vehicle
         super().__init__(vehicle, settings, complain)
         self.mimic = mimic
-        self._flip = POSE_SIGNS if vehicle.axes is Axes.FRD else np.ones(3)
+        self._flip = vehicle.axes.signs
         self._newest = 0  # [ns]
 
     def use(self, event: Event, now: int) -> Iterator[str]:
