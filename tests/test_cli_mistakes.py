@@ -10,6 +10,8 @@ import yaml
 from cli_tools import run
 from conftest import CSE1
 
+from seatrial.boat.model_file import load
+
 BAD = {
     "no such recording": (["identify", "none", "--vehicle", "{v}", "-o", "{o}"], "no such file or folder"),
     "no such vehicle": (["identify", "{p}/S1-AF", "--vehicle", "none.yaml", "-o", "{o}"], "no such file"),
@@ -122,14 +124,26 @@ def test_a_mistake_is_one_line_exit_1_and_nothing_written(case, spoiled, tmp_pat
     assert list(tmp_path.iterdir()) == []
 
 
-def test_two_recordings_of_one_name_are_refused(pool, tmp_path, capsys):
+def test_a_copy_of_a_recording_is_refused(pool, tmp_path, capsys):
     shutil.copytree(pool / "S1-AF", tmp_path / "S1-AF")
     code, _, err = run(
         capsys, "identify", pool / "S1-AF", tmp_path / "S1-AF", "--vehicle", pool / "vehicle-AF.yaml",
         "-o", tmp_path / "m.yaml",
     )  # fmt: skip
     assert code == 1
-    assert "same name" in err
+    assert re.search(r"/S1-AF and \S+/S1-AF are one recording, \d+ poses", err), err
+
+
+def test_two_recordings_of_one_name_are_told_apart_by_their_folders(pool, tmp_path, capsys):
+    for k in (1, 2):
+        shutil.copytree(pool / f"S{k}-AF", tmp_path / f"day{k}" / "run")
+    model = tmp_path / "m.yaml"
+    code, *_ = run(
+        capsys, "identify", tmp_path / "day1" / "run", tmp_path / "day2" / "run",
+        "--vehicle", pool / "vehicle-AF.yaml", "-o", model,
+    )  # fmt: skip
+    assert code == 0
+    assert [entry.name for entry in load(model).recordings] == ["day1/run", "day2/run"]
 
 
 def test_no_command_writes_over_its_inputs_or_over_other_files(pool, tmp_path, capsys):

@@ -8,7 +8,7 @@ import pytest
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.io.reader import recording_name
+from seatrial.io.reader import recording_name, recording_names
 from seatrial.util.errors import SeatrialError
 
 T = np.arange(0, 20, 1 / 15)
@@ -56,6 +56,20 @@ def test_two_tables_at_their_own_rates_stay_asynchronous(tmp_path):
 def test_a_recording_has_the_name_of_its_file(tmp_path, name, recording):
     (tmp_path / name).touch()
     assert recording_name(tmp_path / name) == recording
+
+
+@pytest.mark.parametrize(
+    ("paths", "names"),
+    [
+        (["a/run.csv", "b/other.csv"], ["run", "other"]),
+        (["a/run.csv", "b/run.csv", "b/other.csv"], ["a/run", "b/run", "other"]),
+        (["a/x/run", "b/x/run", "b/y/run"], ["a/x/run", "b/x/run", "y/run"]),
+        (["a/run", "a/run"], ["run", "run"]),  # one log, which is refused elsewhere
+        (["/run", "/a/run"], ["run", "a/run"]),
+    ],
+)
+def test_recordings_of_one_name_are_told_apart_by_folders(paths, names):
+    assert recording_names([Path(path) for path in paths]) == names
 
 
 def test_units_signs_scales_and_offsets_are_applied(tmp_path):

@@ -11,7 +11,7 @@ from seatrial.guide.answers import (
     test_of,
 )
 from seatrial.guide.steps import Task
-from seatrial.io.reader import recording_name
+from seatrial.io.reader import recording_names
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
@@ -54,7 +54,7 @@ def _test_recording(
     here: Task, recordings: Sequence[Recording], test: str | Path | None
 ) -> Recording | None:
     """The recording that tests the model: given, or answered, or none."""
-    names = [recording_name(path) for path in here.logs]
+    names = recording_names(here.logs)
     if test is None:
         test = _answered_test(here, names)
     return None if test == LAST_QUARTER else recordings[place_of(str(test), here.logs)]
@@ -76,9 +76,8 @@ def _answered_test(here: Task, names: Sequence[str]) -> str:
 
 def place_of(test: str, logs: Sequence[Path]) -> int:
     """The place of the log that tests the model, given by path or name. Raises RecordingError."""
-    places = [
-        i for i, path in enumerate(logs) if Path(test) == path or test == recording_name(path)
-    ]
+    named = enumerate(zip(logs, recording_names(logs), strict=True))
+    places = [i for i, (path, name) in named if Path(test) == path or test == name]
     if len(places) != 1 or len(logs) < 2:
         raise RecordingError(
             f"--test {test}: expected one of several logs, {', '.join(map(str, logs))}"

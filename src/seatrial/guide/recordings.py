@@ -10,11 +10,11 @@ from seatrial.guide.steps import Task
 from seatrial.guide.vehicle_file import of_this_boat
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect
-from seatrial.io import read
+from seatrial.io import read, read_each
 from seatrial.recording.recording import Recording
 from seatrial.recording.undriven import undriven_motion
 from seatrial.util.files import write_text
-from seatrial.util.progress import over, stage
+from seatrial.util.progress import stage
 
 
 def driven_recordings(
@@ -22,7 +22,7 @@ def driven_recordings(
 ) -> tuple[list[Recording], Inspection]:
     """The recordings while the boat is driven, and the inspection of all of them."""
     with stage("reading", 0.1), of_this_boat(here, proposed_now=proposed_now):
-        recordings = [read(path, vehicle, salvage=here.salvage) for path in over(here.logs)]
+        recordings = read_each(here.logs, vehicle, salvage=here.salvage)
     here.log_of |= {r.sources: log for r, log in zip(recordings, here.logs, strict=True)}
     with stage("inspecting", 0.05):
         inspection = _inspect(here, recordings, vehicle)

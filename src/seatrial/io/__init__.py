@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Recordings from files."""
 
-from seatrial.io.reader import read
+from seatrial.io.reader import read, read_each
 
-__all__ = ["read"]
+__all__ = ["read", "read_each"]

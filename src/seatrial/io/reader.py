@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A recording from any log: a bag, a log of an autopilot, or tables."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from seatrial.boat.vehicle import Vehicle
@@ -15,7 +16,7 @@ from seatrial.io.log_signals import LogSignals
 from seatrial.io.signals import Signals
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording
-from seatrial.util.progress import stage
+from seatrial.util.progress import over, stage
 
 OPENED = 0.4  # of the time of reading an autopilot's log: its messages are counted
 
@@ -28,6 +29,15 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
     path = Path(path)
     with open_signals(path, vehicle, salvage=salvage) as signals:
         return assemble(signals, vehicle, recording_name(path))
+
+
+def read_each(paths: Sequence[Path], vehicle: Vehicle, *, salvage: bool = False) -> list[Recording]:
+    """A recording of each path, as of `read`; of several with one name, each with its folder's before it."""
+    named = list(zip(paths, recording_names(paths), strict=True))
+    return [
+        replace(read(path, vehicle, salvage=salvage), name=name)
+        for path, name in over(named, "recording" if len(named) > 1 else "")
+    ]
 
 
 @contextmanager
@@ -53,3 +63,20 @@ def recording_name(path: Path) -> str:
     full = path.resolve()
     name = full.name.removesuffix(".active").removesuffix(".zstd")
     return full.name if full.is_dir() else Path(name).stem
+
+
+def recording_names(paths: Sequence[Path]) -> list[str]:
+    """Names of the recordings at paths: where two logs have one name, with the folders that tell them apart."""
+    places = [path.resolve() for path in paths]
+    names = [recording_name(path) for path in paths]
+    for depth in range(1, max((len(place.parts) for place in places), default=0)):
+        of_name: dict[str, set[Path]] = {}
+        for name, place in zip(names, places, strict=True):
+            of_name.setdefault(name, set()).add(place)
+        names = [
+            f"{place.parts[-1 - depth]}/{name}"
+            if len(of_name[name]) > 1 and depth < len(place.parts) - 1
+            else name
+            for name, place in zip(names, places, strict=True)
+        ]
+    return names

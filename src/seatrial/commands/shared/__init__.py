@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from seatrial.util.printing import STANDARD_OUTPUT, put
-from seatrial.util.progress import over
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -64,13 +63,10 @@ def guard(out: Path | None, begins: str, *inputs: object) -> None:
 
 def read_all(args: argparse.Namespace, vehicle: "Vehicle") -> "list[Recording]":
     """All recordings of a command, cut as it says."""
-    from seatrial.io import read
+    from seatrial.io import read_each
 
     unwanted = [_stretch(text) for text in args.without]
-    found = [
-        read(path, vehicle, salvage=args.salvage)
-        for path in over(args.recordings, "recording" if len(args.recordings) > 1 else "")
-    ]
+    found = read_each(args.recordings, vehicle, salvage=args.salvage)
     for name, start, end in unwanted:
         i = _called(name, found, args.recordings)
         found[i] = found[i].without(start, end)
