@@ -62,7 +62,8 @@ def test_a_recording_has_the_name_of_its_file(tmp_path, name, recording):
     ("paths", "names"),
     [
         (["a/run.csv", "b/other.csv"], ["run", "other"]),
-        (["a/run.csv", "b/run.csv", "b/other.csv"], ["a/run", "b/run", "other"]),
+        (["a/run.csv", "b/run.csv", "b/other.csv"], ["a/run.csv", "b/run.csv", "other"]),
+        (["run.csv", "run.bag"], ["run.csv", "run.bag"]),
         (["a/x/run", "b/x/run", "b/y/run"], ["a/x/run", "b/x/run", "y/run"]),
         (["a/run", "a/run"], ["run", "run"]),  # one log, which is refused elsewhere
         (["/run", "/a/run"], ["run", "a/run"]),

@@ -27,7 +27,7 @@ from seatrial.guide.steps import digest_of, work_digest
 from seatrial.inspection.advice import USABLE_POSES
 from seatrial.inspection.overview import GOOD
 from seatrial.io import read
-from seatrial.io.reader import recording_name
+from seatrial.io.reader import recording_name, recording_names
 from seatrial.util.errors import FileError, RecordingError, SeatrialError, VehicleError
 from seatrial.util.files import (
     convert,
@@ -170,11 +170,14 @@ def _recordings(boat: Boat, found: Guide, unread: Unread) -> list[FleetRecording
     views = {view.name: view for view in found.inspection.recordings}
     findings = of_kinds(found.model.estimator.findings, *ASK_FOR_ACTION)
     rows = []
+    # as they were called when they were read together
+    good = [path for path in boat.recordings if path not in unread]
+    names = dict(zip(good, recording_names(good), strict=True))
     for path in boat.recordings:
-        name = recording_name(path)
         if path in unread:
-            rows.append(FleetRecording(name, unread[path], bad=True, remarks=[]))
+            rows.append(FleetRecording(recording_name(path), unread[path], bad=True, remarks=[]))
             continue
+        name = names[path]
         named = [finding_text(f) for f in most_important(findings) if name in f.subject]
         remarks = [*named, *(words for words in views[name].verdicts if words != GOOD)]
         bad = bool(named) or views[name].usable < USABLE_POSES

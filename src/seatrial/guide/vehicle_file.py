@@ -10,7 +10,7 @@ from seatrial.boat.vehicle import Vehicle, load_vehicle
 from seatrial.guide.answers import assumptions, choices_of, proposed
 from seatrial.guide.steps import Task
 from seatrial.inspection.proposal.sources import Choices
-from seatrial.io.reader import recording_name
+from seatrial.io.reader import recording_names
 from seatrial.util.errors import FileError, RecordingError, VehicleError
 from seatrial.util.files import write_text
 from seatrial.util.format import joined
@@ -57,7 +57,7 @@ def _other_logs(here: Task) -> list[str]:
     """What is assumed where the folder has a model of other recordings, none of them given."""
     path = here.file("model.yaml")
     before = [entry.name for entry in load(path).recordings] if path.exists() else []
-    if not before or set(before) & {recording_name(log) for log in here.logs}:
+    if not before or set(before) & {*recording_names(here.logs)}:
         return []
     return [
         f"these logs are of the boat in {here.file('vehicle.yaml')}, whose model was of {joined(before)} and "

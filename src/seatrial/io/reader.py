@@ -32,7 +32,7 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
 
 
 def read_each(paths: Sequence[Path], vehicle: Vehicle, *, salvage: bool = False) -> list[Recording]:
-    """A recording of each path, as of `read`; of several with one name, each with its folder's before it."""
+    """A recording of each path, as of `read`, with its name among them."""
     named = list(zip(paths, recording_names(paths), strict=True))
     return [
         replace(read(path, vehicle, salvage=salvage), name=name)
@@ -66,7 +66,7 @@ def recording_name(path: Path) -> str:
 
 
 def recording_names(paths: Sequence[Path]) -> list[str]:
-    """Names of the recordings at paths: where two logs have one name, with the folders that tell them apart."""
+    """Names of the recordings at paths; of two logs with one name, as much of their paths as tells them apart."""
     places = [path.resolve() for path in paths]
     names = [recording_name(path) for path in paths]
     for depth in range(1, max((len(place.parts) for place in places), default=0)):
@@ -74,8 +74,8 @@ def recording_names(paths: Sequence[Path]) -> list[str]:
         for name, place in zip(names, places, strict=True):
             of_name.setdefault(name, set()).add(place)
         names = [
-            f"{place.parts[-1 - depth]}/{name}"
-            if len(of_name[name]) > 1 and depth < len(place.parts) - 1
+            "/".join(place.parts[-depth:])
+            if len(of_name[name]) > 1 and depth < len(place.parts)
             else name
             for name, place in zip(names, places, strict=True)
         ]
