@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "seatrial_ros/command_writer.hpp"
+#include "seatrial_ros/number_messages.hpp"
 #include "seatrial_ros/signal.hpp"
 #include "seatrial_ros/target.hpp"
 
@@ -39,7 +40,80 @@ ros::MotionMessage on_circle(double t) {
   return m;
 }
 
+struct Vector {
+  double x = 0.0, y = 0.0, z = 0.0;
+};
+
+struct Header {
+  int stamp = 0;
+};
+
+/// With the members of either ROS's messages.
+struct Messages {
+  struct Joy {
+    Header header;
+    std::vector<float> axes;
+    std::vector<int> buttons;
+  };
+  struct Wrench {
+    Vector force;
+    Vector torque;
+  };
+  struct WrenchStamped {
+    Header header;
+    Wrench wrench;
+  };
+  struct Twist {
+    Vector linear;
+    Vector angular;
+  };
+  struct TwistStamped {
+    Header header;
+    Twist twist;
+  };
+  struct JointState {
+    Header header;
+    std::vector<double> position, velocity, effort;
+  };
+  template <class Number>
+  struct Data {
+    Number data = {};
+  };
+  using Float32MultiArray = Data<std::vector<float>>;
+  using Float64MultiArray = Data<std::vector<double>>;
+  using Float32 = Data<float>;
+  using Float64 = Data<double>;
+};
+
 }  // namespace
+
+TEST_CASE("Every type's numbers are written where they are read, and headers are found") {
+  const std::vector<std::pair<const char*, ros::Numbers>> all = {
+      {"sensor_msgs/Joy", {{0.5, -0.25}, {}}},
+      {"geometry_msgs/Wrench", {{1, 2, 3, 4, 5, 6}}},
+      {"geometry_msgs/msg/WrenchStamped", {{1, 2, 3, 4, 5, 6}}},
+      {"geometry_msgs/Twist", {{1, 2, 3, 4, 5, 6}}},
+      {"geometry_msgs/msg/TwistStamped", {{1, 2, 3, 4, 5, 6}}},
+      {"sensor_msgs/JointState", {{0.1, 0.2}, {}, {0.3}}},
+      {"std_msgs/Float64MultiArray", {{0.1, 0.2, 0.3}}},
+      {"std_msgs/msg/Float32MultiArray", {{0.5, 0.25}}},
+      {"std_msgs/Float64", {{0.1}}},
+      {"std_msgs/msg/Float32", {{0.75}}}};
+  for (const auto& one : all) {
+    const std::string name = one.first;
+    CAPTURE(name);
+    const bool stamped = ros::with_message<Messages>(name, [&one](auto message) {
+      ros::put_numbers(one.second, message);
+      CHECK(ros::numbers_in(message) == one.second);
+      bool found = false;
+      ros::with_header(message, [&found](const Header&) { found = true; });
+      return found;
+    });
+    const bool has_one = name.find("Stamped") != std::string::npos || name == "sensor_msgs/Joy" ||
+                         name == "sensor_msgs/JointState";
+    CHECK(stamped == has_one);
+  }
+}
 
 TEST_CASE("What is written into messages is read out of them") {
   const std::vector<Channel> inputs = {channel("/joy", "axes", 3, -1.0, 0.0),

@@ -70,9 +70,7 @@ class Shell {
     if (now.isZero()) return;  // simulated time that has not begun
     const seatrial::MimicOutput found = node_.tick(nanoseconds(now));
     geometry_msgs::Twist velocity;
-    velocity.linear.x = found.velocity[0];
-    velocity.linear.y = found.velocity[1];
-    velocity.angular.z = found.velocity[2];
+    sr::fill_twist(found.velocity, velocity);
     send(now, velocity);
     nav_msgs::Odometry boat;
     boat.header.stamp = now;

@@ -2,20 +2,13 @@
 // What the ROS 1 nodes have in common: parameters, stamps, and commands out of messages of any
 // type.
 #pragma once
-#include <geometry_msgs/TwistStamped.h>
-#include <geometry_msgs/WrenchStamped.h>
 #include <ros/ros.h>
-#include <sensor_msgs/JointState.h>
-#include <sensor_msgs/Joy.h>
-#include <std_msgs/Float32.h>
-#include <std_msgs/Float32MultiArray.h>
-#include <std_msgs/Float64.h>
-#include <std_msgs/Float64MultiArray.h>
 #include <topic_tools/shape_shifter.h>
 
 #include <functional>
 #include <map>
 
+#include "message_types.hpp"
 #include "seatrial_ros/settings.hpp"
 #include "seatrial_ros/signal.hpp"
 
@@ -40,52 +33,6 @@ Given read_settings(const ::ros::NodeHandle& own) {
     }
   });
   return settings;
-}
-
-inline void fill(const std::string& type, const ShapeShifter& any, NumbersMessage& in) {
-  const auto stamped = [&in](const auto& m) { in.stamp = nanoseconds(m.header.stamp); };
-  switch (shape_of(type)->kind) {
-    case Kind::kJoy: {
-      const auto m = any.instantiate<sensor_msgs::Joy>();
-      stamped(*m);
-      in.numbers = joy_numbers(*m);
-      break;
-    }
-    case Kind::kWrench:
-      in.numbers = wrench_numbers(*any.instantiate<geometry_msgs::Wrench>());
-      break;
-    case Kind::kWrenchStamped: {
-      const auto m = any.instantiate<geometry_msgs::WrenchStamped>();
-      stamped(*m);
-      in.numbers = wrench_numbers(m->wrench);
-      break;
-    }
-    case Kind::kTwist:
-      in.numbers = twist_numbers(*any.instantiate<geometry_msgs::Twist>());
-      break;
-    case Kind::kTwistStamped: {
-      const auto m = any.instantiate<geometry_msgs::TwistStamped>();
-      stamped(*m);
-      in.numbers = twist_numbers(m->twist);
-      break;
-    }
-    case Kind::kJointState: {
-      const auto m = any.instantiate<sensor_msgs::JointState>();
-      stamped(*m);
-      in.numbers = joint_numbers(*m);
-      break;
-    }
-    case Kind::kArray:
-      in.numbers = type == "std_msgs/Float64MultiArray"
-                       ? array_numbers(*any.instantiate<std_msgs::Float64MultiArray>())
-                       : array_numbers(*any.instantiate<std_msgs::Float32MultiArray>());
-      break;
-    case Kind::kNumber:
-      in.numbers = type == "std_msgs/Float64"
-                       ? single_number(*any.instantiate<std_msgs::Float64>())
-                       : single_number(*any.instantiate<std_msgs::Float32>());
-      break;
-  }
 }
 
 /// Subscriptions to all topics that a node wants numbers from (number_topics, set_type).
@@ -125,7 +72,11 @@ class NumberTopics {
     NumbersMessage in;
     in.topic = topic;
     in.arrival = nanoseconds(::ros::Time::now());
-    fill(type, any, in);
+    with_message<Messages>(type, [&any, &in](auto blank) {
+      const auto message = any.instantiate<decltype(blank)>();
+      with_header(*message, [&in](const auto& header) { in.stamp = nanoseconds(header.stamp); });
+      in.numbers = numbers_in(*message);
+    });
     take_(in);
   }
 

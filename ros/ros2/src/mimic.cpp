@@ -80,9 +80,7 @@ class MimicNode : public rclcpp::Node {
     if (stamp.nanoseconds() == 0) return;  // simulated time that has not begun
     const seatrial::MimicOutput found = node_.tick(stamp.nanoseconds());
     Twist velocity;
-    velocity.linear.x = found.velocity[0];
-    velocity.linear.y = found.velocity[1];
-    velocity.angular.z = found.velocity[2];
+    sr::fill_twist(found.velocity, velocity);
     send(stamp, velocity);
     Odometry boat;
     boat.header.stamp = stamp;

@@ -34,9 +34,6 @@ class NumberTopics {
  private:
   SubscriptionPtr subscribe(const std::string& topic, const std::string& type);
 
-  template <class Message, class Read>
-  SubscriptionPtr on(const std::string& topic, Read read);
-
   rclcpp::Node* node_;
   Take take_;
   TypedTopics topics_;

@@ -22,21 +22,23 @@
 #include "nodes.hpp"
 #include "numbers.hpp"
 #include "parameters.hpp"
-#include "seatrial_ros/sim_messages.hpp"
-#include "seatrial_ros/sim_node.hpp"
+#include "seatrial_ros/sim_outlets.hpp"
 
 namespace seatrial_odometry {
 
 namespace sr = seatrial::ros;
 using namespace std::chrono_literals;
-using geometry_msgs::msg::PoseStamped;
-using nav_msgs::msg::Odometry;
 using rosgraph_msgs::msg::Clock;
 using seatrial::Reading;
-using seatrial::ReadingKind;
-using sensor_msgs::msg::Imu;
-using sensor_msgs::msg::JointState;
-using sensor_msgs::msg::LaserScan;
+
+struct SimMessages {
+  using Imu = sensor_msgs::msg::Imu;
+  using JointState = sensor_msgs::msg::JointState;
+  using LaserScan = sensor_msgs::msg::LaserScan;
+  using Odometry = nav_msgs::msg::Odometry;
+  using PoseStamped = geometry_msgs::msg::PoseStamped;
+  using TransformStamped = geometry_msgs::msg::TransformStamped;
+};
 
 constexpr auto kPeriod = 5ms;  // of this machine's clock between steps
 
@@ -45,10 +47,10 @@ class SimulatorNode : public rclcpp::Node {
   explicit SimulatorNode(const rclcpp::NodeOptions& options)
       : rclcpp::Node("seatrial_simulator", options),
         node_(sr::read_settings<sr::SimSettings>(*this)),
+        outlets_(node_, [this](const std::string& topic, auto& send) { advertise(topic, send); }),
         numbers_(*this, node_, [this](const sr::NumbersMessage& in) { on_numbers(in); }),
         broadcaster_(*this) {
-    for (int boat = 0; boat < node_.n_boats(); ++boat) advertise(boat);
-    place_lasers();
+    if (node_.sensors().lidar) broadcaster_.sendTransform(outlets_.lasers());
     if (node_.settings().publish_clock) {
       clock_ = create_publisher<Clock>("/clock", rclcpp::ClockQoS());
     }
@@ -59,51 +61,17 @@ class SimulatorNode : public rclcpp::Node {
   static constexpr std::size_t kQueue = 100;
   using Seconds = std::chrono::duration<double>;
 
-  struct Outlets {
-    rclcpp::Publisher<PoseStamped>::SharedPtr pose;
-    rclcpp::Publisher<Odometry>::SharedPtr truth;
-    rclcpp::Publisher<JointState>::SharedPtr taken;
-    rclcpp::Publisher<Imu>::SharedPtr imu;
-    rclcpp::Publisher<LaserScan>::SharedPtr scan;
-    sr::Frames frames;
-    std::string laser;
-  };
-
-  void advertise(int boat) {
-    const sr::SimSettings& s = node_.settings();
-    const seatrial::Sensors& sensors = node_.sensors();
-    Outlets out;
-    const auto name = [this, boat](const char* word) { return node_.named(boat, word); };
-    out.truth = create_publisher<Odometry>(name("truth"), kQueue);
-    out.taken = create_publisher<JointState>(name("taken"), kQueue);
-    if (sensors.pose) out.pose = create_publisher<PoseStamped>(node_.pose_topic(boat), kQueue);
-    if (sensors.imu) out.imu = create_publisher<Imu>(name("imu"), kQueue);
-    if (sensors.lidar) out.scan = create_publisher<LaserScan>(name("scan"), kQueue);
-    out.frames = {s.map_frame, node_.named(boat, s.base_frame)};
-    out.laser = node_.named(boat, s.laser_frame);
-    outlets_.push_back(out);
-  }
-
-  void place_lasers() {
-    if (!node_.sensors().lidar) return;
-    std::vector<geometry_msgs::msg::TransformStamped> all;
-    for (const Outlets& out : outlets_) {
-      geometry_msgs::msg::TransformStamped message;
-      message.header.frame_id = out.frames.base_link;
-      message.child_frame_id = out.laser;
-      sr::fill(node_.sensors().lidar->mount, message.transform);
-      all.push_back(message);
-    }
-    broadcaster_.sendTransform(all);
+  template <class Message>
+  void advertise(const std::string& topic, sr::Send<Message>& send) {
+    send = [publisher = create_publisher<Message>(topic, kQueue)](const Message& message) {
+      publisher->publish(message);
+    };
   }
 
   void on_numbers(const sr::NumbersMessage& in) {
     step();
     const std::string wrong = node_.numbers(in, [this](int boat, const sr::Signal& command) {
-      JointState message;
-      message.header.stamp = stamp(node_.time());
-      sr::fill_taken(command, message);
-      outlets_[static_cast<std::size_t>(boat)].taken->publish(message);
+      outlets_.taken(boat, command, stamp(node_.time()));
     });
     if (!wrong.empty()) RCLCPP_WARN_THROTTLE(get_logger(), steady_, 1000, "%s", wrong.c_str());
   }
@@ -117,7 +85,8 @@ class SimulatorNode : public rclcpp::Node {
   void step() {
     const bool in_time = node_.follow(
         Seconds(std::chrono::steady_clock::now() - began_).count(),
-        [this](const Reading& r) { publish(r); }, [this](int boat) { publish_truth(boat); });
+        [this](const Reading& r) { outlets_.reading(r, stamp(r.stamp)); },
+        [this](int boat) { outlets_.truth(boat, stamp(node_.time())); });
     if (!in_time) {
       RCLCPP_WARN_THROTTLE(
           get_logger(), steady_, 5000,
@@ -130,46 +99,10 @@ class SimulatorNode : public rclcpp::Node {
     clock_->publish(message);
   }
 
-  void publish_truth(int boat) {
-    const Outlets& out = outlets_[static_cast<std::size_t>(boat)];
-    double x[seatrial::kStates];
-    node_.state(boat, x);
-    Odometry message;
-    message.header.stamp = stamp(node_.time());
-    sr::fill_truth(x, out.frames, message);
-    out.truth->publish(message);
-  }
-
-  void publish(const Reading& reading) {
-    const Outlets& out = outlets_[static_cast<std::size_t>(reading.boat)];
-    const auto head = [this, &reading](auto& message, const std::string& frame) {
-      message.header.stamp = stamp(reading.stamp);
-      message.header.frame_id = frame;
-    };
-    if (reading.kind == ReadingKind::kPose) {
-      PoseStamped message;
-      head(message, node_.pose_frame(reading.boat));
-      double raw[3];
-      node_.as_message(reading.boat, reading.values.data(), raw);
-      sr::fill_pose(raw, message.pose);
-      out.pose->publish(message);
-    } else if (reading.kind == ReadingKind::kImu) {
-      Imu message;
-      head(message, out.frames.base_link);
-      sr::fill_imu(reading, *node_.sensors().imu, message);
-      out.imu->publish(message);
-    } else {
-      LaserScan message;
-      head(message, out.laser);
-      sr::fill_scan(reading, *node_.sensors().lidar, message);
-      out.scan->publish(message);
-    }
-  }
-
   sr::SimNode node_;
+  sr::SimOutlets<SimMessages> outlets_;
   sr::NumberTopics numbers_;
   tf2_ros::StaticTransformBroadcaster broadcaster_;
-  std::vector<Outlets> outlets_;
   rclcpp::Publisher<Clock>::SharedPtr clock_;
   rclcpp::Clock steady_{RCL_STEADY_TIME};
   // simulated time 0, by either clock of this machine

@@ -85,28 +85,4 @@ inline std::vector<CommandTopic> command_topics(const std::vector<Channel>& chan
   return topics;
 }
 
-template <class Message>
-void fill_joy(const Numbers& from, Message& out) {
-  out.axes.assign(from[0].begin(), from[0].end());
-}
-
-/// Wrench (force, torque) or Twist (linear, angular).
-template <class Vector>
-void fill_six(const Numbers& from, Vector& first, Vector& second) {
-  const std::vector<double>& n = from[0];
-  first.x = n[0];
-  first.y = n[1];
-  first.z = n[2];
-  second.x = n[3];
-  second.y = n[4];
-  second.z = n[5];
-}
-
-template <class Message>
-void fill_joints(const Numbers& from, Message& out) {
-  out.position = from[0];
-  out.velocity = from[1];
-  out.effort = from[2];
-}
-
 }  // namespace seatrial::ros

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Numbers out of messages, by the paths that a vehicle file names: axes[1], wrench.force.x.
-// Templates, as the messages of ROS 1 and ROS 2 are types of their own with the same members.
+// Numbers of messages by the paths that a vehicle file names: axes[1], wrench.force.x.
 #pragma once
 #include <algorithm>
 #include <stdexcept>
@@ -106,50 +105,6 @@ inline Place place_in(const Shape& shape, const Channel& channel, const std::str
   throw std::runtime_error(channel.topic + " (" + (type.empty() ? shape.types.front() : type) +
                            ") has no field '" + asked + "' for " + channel.name + "; expected " +
                            joined(paths));
-}
-
-namespace detail {
-
-template <class Array>
-std::vector<double> copied(const Array& array) {
-  return {array.begin(), array.end()};
-}
-
-template <class Pair>
-Numbers six(const Pair& a, const Pair& b) {
-  return {{a.x, a.y, a.z, b.x, b.y, b.z}};
-}
-
-}  // namespace detail
-
-template <class Message>
-Numbers joy_numbers(const Message& m) {
-  return {detail::copied(m.axes), detail::copied(m.buttons)};
-}
-
-template <class Message>
-Numbers wrench_numbers(const Message& m) {
-  return detail::six(m.force, m.torque);
-}
-
-template <class Message>
-Numbers twist_numbers(const Message& m) {
-  return detail::six(m.linear, m.angular);
-}
-
-template <class Message>
-Numbers joint_numbers(const Message& m) {
-  return {detail::copied(m.position), detail::copied(m.velocity), detail::copied(m.effort)};
-}
-
-template <class Message>
-Numbers array_numbers(const Message& m) {
-  return {detail::copied(m.data)};
-}
-
-template <class Message>
-Numbers single_number(const Message& m) {
-  return {{static_cast<double>(m.data)}};
 }
 
 }  // namespace seatrial::ros

@@ -90,6 +90,16 @@ void read_twist(const Twist& in, double nu[kAxes], double variance[kAxes]) {
   for (int i = 0; i < kAxes; ++i) variance[i] = planar[std::ptrdiff_t{kAxes + 1} * i];
 }
 
+/// geometry_msgs/Twist by u, v [m/s], r [rad/s].
+template <class Twist>
+void fill_twist(const double nu[kAxes], Twist& out) {
+  out.linear.x = nu[0];
+  out.linear.y = nu[1];
+  out.linear.z = 0.0;
+  out.angular.x = out.angular.y = 0.0;
+  out.angular.z = nu[2];
+}
+
 /// geometry_msgs/Transform by x, y [m], psi [rad].
 template <class Transform>
 void fill(const double eta[kPose], Transform& out) {
@@ -119,11 +129,7 @@ void fill(const Odometry& found, const Frames& frames, Message& out) {
   out.pose.pose.position.z = 0.0;
   set_heading(found.pose[2], out.pose.pose.orientation);
   detail::spread(found.covariance, out.pose.covariance);
-  out.twist.twist.linear.x = found.motion.velocity[0];
-  out.twist.twist.linear.y = found.motion.velocity[1];
-  out.twist.twist.linear.z = 0.0;
-  out.twist.twist.angular.x = out.twist.twist.angular.y = 0.0;
-  out.twist.twist.angular.z = found.motion.velocity[2];
+  fill_twist(found.motion.velocity, out.twist.twist);
   double spread[kAxes][kAxes];
   for (int a = 0; a < kAxes; ++a) {
     std::copy(found.motion.covariance[3 + a] + 3, found.motion.covariance[3 + a] + kStates,

@@ -24,9 +24,7 @@ void fill_truth(const double* x, const Frames& frames, Message& out) {
   out.header.frame_id = frames.odom;
   out.child_frame_id = frames.base_link;
   fill_pose(x, out.pose.pose);
-  out.twist.twist.linear.x = x[3];
-  out.twist.twist.linear.y = x[4];
-  out.twist.twist.angular.z = x[5];
+  fill_twist(x + kPose, out.twist.twist);
 }
 
 /// sensor_msgs/Imu at rest upright; no orientation is measured.
