@@ -19,6 +19,7 @@ from seatrial.util.errors import ExportError, ModelError
 
 HULL = Hull(10.0, 0.5, (0.6, 0.5, 0.2), (3.0, 4.0, 0.1))
 NAMES = ("always_forward", "right_down", "ship")
+GAINS = (1.1, 0.9, 1.05, 0.95)  # of right_down: the levels at full command
 
 
 def written(folder, name, hull=HULL) -> Xml.Element:
@@ -67,6 +68,7 @@ def inertias(model: Xml.Element) -> tuple[float, float, np.ndarray]:
 def engine(model: Xml.Element, nu: np.ndarray, f: np.ndarray, turned: float = 0.0) -> np.ndarray:
     """Accelerations of a rigid body under the plugins, by their documentation; nothing of seatrial's.
 
+    f: shares of the thrust at full command, of the larger one of ahead and astern.
     turned: [rad] position of the joint that turns a thruster's link.
 
     Hydrodynamics: sum of c * nu_j, c * nu_j * nu_k, c * nu_j * |nu_k| and c * nu_dot_j, by names.
@@ -103,8 +105,8 @@ def engine(model: Xml.Element, nu: np.ndarray, f: np.ndarray, turned: float = 0.
             )
             angle += numbers(gear, "axis/xyz")[2] * turned
         full = next(
-            float(p.findtext("max_thrust_cmd")) for p in model.findall("plugin")
-            if p.findtext("joint_name") == joint.get("name")
+            max(float(p.findtext("max_thrust_cmd")), -float(p.findtext("min_thrust_cmd")))
+            for p in model.findall("plugin") if p.findtext("joint_name") == joint.get("name")
         )  # fmt: skip
         push = full * f[k] * np.array([np.cos(angle), np.sin(angle)])
         force += [*push, x * push[1] - y * push[0]]
@@ -129,7 +131,8 @@ def test_what_the_plugins_do_is_the_cores_acceleration_whatever_the_added_mass(
         nu,
         np.ascontiguousarray(f @ model.vehicle.mix.T),
     )
-    found = [engine(described, a, b) for a, b in zip(nu, f, strict=True)]
+    shares = f / (GAINS if name == "right_down" else 1.0)
+    found = [engine(described, a, b) for a, b in zip(nu, shares, strict=True)]
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)
 
 
@@ -212,6 +215,33 @@ def test_thrusters_stay_where_they_were_measured_if_the_forces_fit_them(tmp_path
         assert numbers(link, "pose") == pytest.approx(expected, abs=1e-9)
     full = [p.findtext("max_thrust_cmd") for p in model.findall("plugin")[1:]]
     assert [float(x) for x in full] == pytest.approx([thrust] * 4)
+
+
+def test_the_comments_have_all_their_words(tmp_path):
+    """A comment has a greatest length: what the user must know is not cut off."""
+    export(known(), "sdf", tmp_path / "boat.sdf", hull=EVEN)
+    text = (tmp_path / "boat.sdf").read_text()
+    assert "so they do not determine the parts. -->" in text
+    assert "Allocation, latency, dead zone and lag are not included. -->" in text
+    assert "Angles take rad on cmd_pos: helm (of motor). -->" in text
+
+
+def test_full_command_has_the_gain_and_the_curve_of_its_direction(tmp_path):
+    """Of four equal thrusters, 10 N each at level 1: at command 0.8, past the edges, and astern by the ratio."""
+    described = boat("right_down")
+    limited = described.vehicle.to_mapping()
+    limited["allocation"] |= {"limit": 0.8}
+    fit = np.sqrt(2.0) * 10.0 / HULL.effective[:2]
+    model = make_model(
+        vehicle_from(limited, "limited"), TABLE_II["AF"] | {"X_F": fit[0], "Y_F": fit[1]}
+    )
+    export(model, "sdf", tmp_path / "boat.sdf", hull=HULL)
+    plugins = Xml.parse(tmp_path / "boat.sdf").getroot().findall("model/plugin")[1:]
+    found = [[float(p.findtext(f"{end}_thrust_cmd")) for end in ("min", "max")] for p in plugins]
+    # bow: (|f| - edge) / (1 - edge) to the power 1.4, astern 0.7 of it; stern: lines, F_3 astern 0.9
+    ahead, astern = ((0.8 - 0.05) / 0.95) ** 1.4, 0.7 * ((0.8 - 0.11) / 0.89) ** 1.4
+    levels = np.array([[-astern, ahead], [-astern, ahead], [-0.72, 0.8], [-0.8, 0.8]])
+    np.testing.assert_allclose(found, 10.0 * np.array(GAINS)[:, None] * levels, rtol=1e-9)
 
 
 @pytest.mark.parametrize("share", [0.05, 0.5, 0.99, 1.01, 1.5, 3.0])

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from seatrial import _core
 from seatrial.boat.allocation import Thruster
 from seatrial.boat.structure import Term
 from seatrial.export.content import Content
@@ -28,14 +29,14 @@ UNEVEN = 1e-3  # of thrust: what a turned thrust may differ from that ahead
 
 @dataclass(frozen=True)
 class Propeller:
-    """A thruster with the force of an actuator: position, direction, thrust."""
+    """A thruster with the force of an actuator: position, direction, thrust at full command."""
 
     name: str  # of its link
     joint: str
     x: float  # [m]
     y: float  # [m]
     angle: float  # [rad] from forward, towards port
-    thrust: float  # [N] at command 1
+    reach: tuple[float, float]  # [N] at full command astern and ahead
     gear: "Gear | None" = None
 
 
@@ -141,8 +142,21 @@ class Gazebo:
             x + shift * along[1],
             y - shift * along[0],
             float(np.arctan2(sway, surge)),
-            size,
+            self._reach(k, size),
         )
+
+    def _reach(self, k: int, thrust: float) -> tuple[float, float]:
+        """[N] of actuator k at full command astern and ahead, known signals at their references."""
+        model, content = self.content.model, self.content
+        commands = np.zeros((2, len(content.actuators)))
+        commands[:, k] = np.array([-1.0, 1.0]) * (1.0 if content.limit is None else content.limit)
+        # a pair's other component is zero at minus its offset
+        for other in content.curves[k].arguments[1:]:
+            offset = 0.0 if other.offset is None else content.values[other.offset]
+            commands[:, other.k] = offset if other.negative else -offset
+        levels = _core.curve(model.vehicle.chain, model.constants, k, commands)
+        astern, ahead = (thrust * levels).tolist()
+        return astern, ahead
 
     def _turned(self, k: int, angle: int, wrench: Array) -> Propeller:
         """Thrust f of actuator k, turned by an angle: its wrenches of f cos and of f sin give its position."""
@@ -163,9 +177,8 @@ class Gazebo:
         rate = own.constants.get("angle_rate")
         limit = None if rate is None else float(np.deg2rad(self.content.values[rate]))
         gear = Gear(*self._names[angle], side, limit)
-        return Propeller(
-            *self._names[k], float(x), float(y), float(np.arctan2(ahead[1], ahead[0])), size, gear
-        )
+        heading = float(np.arctan2(ahead[1], ahead[0]))
+        return Propeller(*self._names[k], float(x), float(y), heading, self._reach(k, size), gear)
 
     def _uneven(self, k: int, angle: int, ahead: Array, across: Array) -> ExportError:
         names = [self.content.actuators[i].name for i in (k, angle)]

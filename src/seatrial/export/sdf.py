@@ -34,32 +34,34 @@ def text(model: Model, name: str, hull: Hull | None) -> bytes:
     boat = Gazebo(Content(model, Axes.FLU), hull)
     boat.check_stable()
     root = Xml.Element("sdf", version="1.9")
-    root.append(Xml.Comment(f" {xml_comment(_about(boat))} "))
+    for words in _about(boat):
+        root.append(Xml.Comment(f" {xml_comment(words)} "))
     own = Xml.SubElement(root, "model", name=name)
     _hull(own, boat)
     for propeller in boat.propellers:
         _link(own, propeller, boat)
     _hydrodynamics(own, name, boat)
     for propeller in boat.propellers:
-        _thruster(own, name, propeller, boat)
+        _thruster(own, name, propeller)
         if propeller.gear is not None:
             _gear(own, propeller.gear)
     Xml.indent(root)
     return bytes(Xml.tostring(root, encoding="utf-8", xml_declaration=True)) + b"\n"
 
 
-def _about(boat: Gazebo) -> str:
+def _about(boat: Gazebo) -> list[str]:
+    """A comment each, as a comment has a greatest length."""
     content, hull = boat.content, boat.hull
-    thrust = "; ".join(f"{p.name} {p.thrust:.4g}" for p in boat.propellers)
     gears = ", ".join(f"{p.gear.name} (of {p.name})" for p in boat.propellers if p.gear)
-    turned = f"Angles take rad on cmd_pos: {gears}. " if gears else ""
-    return (
-        f"{content.vehicle_name} by {content.source}. Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, "
-        f"added mass {hull.added[0]:g}, {hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: "
-        "coefficients are per unit of the sum, so they do not determine the parts. Thrusters take N on "
-        f"cmd_thrust; at full command: {thrust} N. {turned}Allocation, latency, dead zone and lag are not "
-        "included."
-    )
+    return [
+        f"{content.vehicle_name} by {content.source}",
+        f"Mass {hull.mass:g} kg, inertia {hull.inertia:g} kg m^2, added mass {hull.added[0]:g}, "
+        f"{hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: coefficients are per unit of "
+        "the sum, so they do not determine the parts.",
+        "Thrusters take N on cmd_thrust; full command ahead and astern give max_thrust_cmd and min_thrust_cmd. "
+        "Allocation, latency, dead zone and lag are not included.",
+        *([f"Angles take rad on cmd_pos: {gears}."] if gears else []),
+    ]
 
 
 def _element(parent: Xml.Element, path: str, value: str) -> None:
@@ -159,17 +161,17 @@ def _hydrodynamics(model: Xml.Element, name: str, boat: Gazebo) -> None:
         _element(plugin, parameter, number(-OUT_OF_PLANE_DAMPING * boat.hull.mass * share))
 
 
-def _thruster(model: Xml.Element, name: str, propeller: Propeller, boat: Gazebo) -> None:
+def _thruster(model: Xml.Element, name: str, propeller: Propeller) -> None:
     plugin = _plugin(model, "thruster", "Thruster")
-    full = propeller.thrust * (1.0 if boat.content.limit is None else boat.content.limit)
+    astern, ahead = propeller.reach
     _element(plugin, "namespace", name)
     _element(plugin, "joint_name", propeller.joint)
     _element(plugin, "thrust_coefficient", "1.0")
     _element(plugin, "fluid_density", number(WATER))
     _element(plugin, "propeller_diameter", number(float(np.round(2 * PROPELLER_SIZE, 6))))
     _element(plugin, "velocity_control", "true")
-    _element(plugin, "max_thrust_cmd", number(full))
-    _element(plugin, "min_thrust_cmd", number(-full))
+    _element(plugin, "max_thrust_cmd", number(ahead))
+    _element(plugin, "min_thrust_cmd", number(astern))
 
 
 def _gear(model: Xml.Element, gear: Gear) -> None:
