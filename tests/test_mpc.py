@@ -90,6 +90,30 @@ def test_a_stage_is_the_cores_motion_under_constant_commands(truth):
         np.testing.assert_allclose(found[6:], thrust * (1 - np.exp(-0.2 / 0.08)), rtol=1e-12)
 
 
+def test_a_heading_that_passes_pi_changes_no_command(controller):
+    """The same poses with the heading as a predictor has it, in (-pi, pi], and continuous; one step each."""
+    layout, idle = controller.layout, controller.thrusters.idle
+
+    def follow(wrapped):
+        last, plan, found = idle, None, []
+        for t in 0.1 * np.arange(12):
+            motion = np.array([0.4 * np.cos(t), 0.4 * np.sin(t), 2.7 + 0.8 * t, 0.1, 0.2, 0.8])
+            ahead = motion + np.outer(controller.grid.times, [0.0, 0.0, 0.8, 0.0, 0.0, 0.0])
+            if wrapped and motion[2] > np.pi:
+                motion[2] -= 2.0 * np.pi
+                ahead[:, 2] -= 2.0 * np.pi
+            z = np.concatenate([motion, idle])
+            if plan is None:
+                stage_at_rest = np.concatenate([z, idle, [0.0]])
+                plan = np.concatenate([np.tile(stage_at_rest, layout.stages), z])
+            plan = np.array(controller.function(plan, z, ahead.T, last, np.zeros(3))[0]).ravel()
+            last = plan[layout.thrust(0)]
+            found.append(last)
+        return np.array(found)
+
+    np.testing.assert_allclose(follow(True), follow(False), rtol=0, atol=1e-8)
+
+
 def test_a_disturbance_pushes_along_the_earths_axes(truth):
     model = by_thrusters(truth)
     controller = Nmpc(truth, grid=Grid(2, 1e-4, 1))

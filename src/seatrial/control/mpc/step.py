@@ -90,8 +90,9 @@ def step_function(
     """(w, off) from w, z now, reference, last thrust, disturbance.
 
     walls: (4,) highest x, -x, y, -y [m] of the boat's origin; infinite without a wall.
-    Reference (6, stages): eta and nu at the stages' ends, headings continuous. off (2,): of
-    the quadratic programme, the constraint violation and the duality gap.
+    Reference (6, stages): eta and nu at the stages' ends, its headings continuous with that of z. off (2,): of
+    the quadratic programme, the constraint violation and the duality gap. Headings of w stay continuous where
+    that of z passes pi.
     The function is named `seatrial_nmpc`; C code can be generated from it.
     """
     ca = casadi_module()
@@ -105,9 +106,13 @@ def step_function(
         "disturbance": (3,),
     }
     given = [ca.MX.sym(name, *size) for name, size in sizes.items()]
-    w = given[0]
+    w, z, reference, *rest = given
+    # a full turn from the last plan, z would be far from where that is linearised
+    turns = 2.0 * ca.pi * ca.floor((w[2] - z[2]) / (2.0 * ca.pi) + 0.5)
+    z = ca.vertcat(z[:2], z[2] + turns, z[3:])
+    reference = ca.vertcat(reference[:2, :], reference[2, :] + turns, reference[3:, :])
     hessian, gradient, jacobian, value = _linearised(model, thrusters, grid, weights, layout)(
-        *given
+        w, z, reference, *rest
     )
     below, room = _inequalities(thrusters, grid, layout, walls, (w, jacobian, value))
     equal = layout.equations
