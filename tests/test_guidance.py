@@ -30,7 +30,7 @@ from seatrial.control import (
     tuning_text,
 )
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT, gains_for
-from seatrial.control.tuning.guidance import Guidance, guidance_for, guided_motions, with_bend
+from seatrial.control.tuning.guidance import Guidance, about_path, guidance_for, guided_motions
 from seatrial.control.tuning.linear import linearise
 from seatrial.control.tuning.loops import Feedback, frequencies, margins
 from seatrial.control.tuning.page import tuning_report
@@ -113,7 +113,7 @@ def test_poles_on_the_right_are_counted_as_a_state_space_has_them(knob, draw):
     straight = linearise(own, guided_motions(own))
     gains = gains_for(straight, knob, 0.0, "pid")
     guidance = guidance_for(straight, 0.0, gains)
-    ahead = with_bend(own, straight, guidance)
+    (ahead,) = about_path([straight], guidance)
     tight = linearise(
         own, np.vstack([ahead.speeds, [[0.3, 0.0, 0.8]], [[0.3, 0.0, -0.4 / guidance.time]]])
     )

@@ -5,7 +5,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from conftest import TABLE_II
+from conftest import TABLE_II, make_model
+from survey_boat import TRUTH as TWIN
+from survey_boat import boat as twin
 from tune_tools import CHAIN, LAG, LATENCY, boat_by_hand, mallard, poles_by_pade, with_chain
 
 from seatrial.control import tune
@@ -252,6 +254,18 @@ def test_the_smallest_knob_has_all_draws_as_witnesses(model, boat):
         worst_of(boats, gains_for(boat, knob, HOLD, "pd"), knob, HOLD, 1.0).sensitivity
         <= SENSITIVITY_LIMIT
     ).all()
+
+
+@pytest.mark.parametrize("knob", [0.3, 5.0])
+def test_without_sway_thrust_the_proposed_knob_is_permitted_and_a_smaller_one_is_not(knob):
+    """Also where the request is too large: the bend, which is that of the look-ahead, counts in the search, too."""
+    guided = make_model(twin([{"latency": 0.05, "lag": 0.1}]), TWIN)
+    with pytest.raises(ControlError, match="the smallest robust one: --knob") as caught:
+        tune(guided, knob, draws=5)
+    proposed = float(str(caught.value).rpartition(" ")[2])
+    assert (tune(guided, proposed, draws=5).worst.sensitivity <= SENSITIVITY_LIMIT).all()
+    with pytest.raises(ControlError, match="is not robust"):
+        tune(guided, 0.95 * proposed, draws=5)
 
 
 @pytest.mark.parametrize(

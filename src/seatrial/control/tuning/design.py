@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Gains by internal model control, with margins about steady motions and over the covariance."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -13,9 +13,9 @@ from seatrial.control.tracking.thrusters import VEHICLE, allocator_for
 from seatrial.control.tuning.guidance import (
     AXES_GUIDED,
     Guidance,
+    about_path,
     guidance_for,
     guided_motions,
-    with_bend,
 )
 from seatrial.control.tuning.linear import LinearBoat, linearise
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
@@ -33,6 +33,7 @@ CONTROLLER_RATE = 50.0  # [Hz] of the controller
 SENSITIVITY_LIMIT = 2.0
 LARGEST_KNOB = 100.0  # [s] a larger one is refused
 KNOB_TOLERANCE = 1.002  # ratio of bounds at which the search of the smallest knob ends
+LEAST_KNOB_SHARE = 0.1  # of the largest delay: the search of the smallest knob begins there
 WORST_DRAWS = 8  # draws in the search of the smallest knob; the result is checked with all draws
 
 
@@ -117,10 +118,15 @@ def tune(
     hold = 0.5 / rate + extra
     gains = gains_for(boat, knob, hold, action)
     guidance = guidance_for(boat, hold, gains)
-    boat = boat if guidance is None else with_bend(model, boat, guidance)
     # Worst margins over draws of the covariance, at the steepest slope of the thrusters' curve
-    boats = draws_of(boat, model, draws, seed)
-    spread = _spread(model, boats, gains, guidance, (knob, hold, action, boat.steepest))
+    straight = draws_of(boat, model, draws, seed)
+    boats = about_path(straight, guidance)
+    request = knob, hold, action, boat.steepest
+    with stage("margins of draws", 0.9):
+        spread = worst_of(boats, gains, knob, hold, boat.steepest, guidance=guidance)
+    if not permitted(spread):
+        raise ControlError(_refusal(model, straight, spread, request))
+    boat = boats[0]
     nominal = _nominal(boat, gains, guidance, knob, hold)
     return Tuning(
         model, boat, action, knob, rate, extra, gains, nominal, spread.worst(), len(boats) - 1, seed,
@@ -135,22 +141,6 @@ def _plant(model: Model) -> LinearBoat:
         boat = linearise(model, guided_motions(model))
     _check_drag(model, boat)
     return boat
-
-
-def _spread(
-    model: Model,
-    boats: list[LinearBoat],
-    gains: tuple[Gains, Gains, Gains],
-    guidance: Guidance | None,
-    request: Request,
-) -> Margins:
-    """Worst margins of each draw. Raises ControlError where they are too small."""
-    knob, hold, _, strength = request
-    with stage("margins of draws", 0.9):
-        spread = worst_of(boats, gains, knob, hold, strength, guidance=guidance)
-    if not permitted(spread):
-        raise ControlError(_refusal(model, boats, spread, request))
-    return spread
 
 
 def _nominal(
@@ -226,19 +216,21 @@ def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Req
 
 
 def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> float | None:
-    """The smallest knob [s], rounded up to two digits, that is robust over all draws; None: there is none."""
-    _, hold, action, strength = request
-    if len(boats[0].driven) < 3:  # the bend is that of the look-ahead of another knob
-        boats = [replace(boat, speeds=boat.speeds[:-1], slopes=boat.slopes[:-1]) for boat in boats]
+    """The smallest knob [s], rounded up to two digits, that is robust over all draws; None: there is none.
+
+    Also below that of the request: a boat without sway thrust may get none between two that are robust.
+    """
+    wanted, hold, action, strength = request
     largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
     worst = [boats[0], *(boats[i] for i in np.argsort(-largest)[:WORST_DRAWS])]
 
     def robust(knob: float, among: list[LinearBoat]) -> bool:
         gains = gains_for(boats[0], knob, hold, action)
         guidance = guidance_for(boats[0], hold, gains)
+        among = about_path(among, guidance)  # the bend is that of the knob's look-ahead
         return permitted(worst_of(among, gains, knob, hold, strength, guidance=guidance))
 
-    low = high = request[0]
+    low = high = min(wanted, LEAST_KNOB_SHARE * float(boats[0].actuators.delay.max() + hold))
     while not robust(high, worst):
         low, high = high, 1.5 * high
         if high > LARGEST_KNOB:

@@ -8,12 +8,13 @@ gain is the look-ahead distance U T of line-of-sight guidance (Fossen 2021, chap
 time its drift compensation. Derived in docs/tune.md.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from seatrial.boat.model import Model
-from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
+from seatrial.control.tuning.linear import LinearBoat, slopes_at, steady_motions
 from seatrial.control.tuning.rules import Gains
 from seatrial.util.frames import Array
 
@@ -54,11 +55,24 @@ def guided_motions(model: Model) -> Array:
     return found
 
 
-def with_bend(model: Model, boat: LinearBoat, guidance: Guidance) -> LinearBoat:
-    """The boat about a bend, too, whose radius is the look-ahead distance, at most at its turning rate."""
-    most = np.abs(steady_motions(model)).max(axis=0)
-    bend = [TURN_SHARE * most[0], 0.0, min(TURN_SHARE * most[2], 1.0 / guidance.time)]
-    return linearise(model, np.vstack([boat.speeds, [bend]]))
+def about_path(boats: Sequence[LinearBoat], guidance: Guidance | None) -> list[LinearBoat]:
+    """The boats about a bend, too: its radius is the look-ahead distance, at most at the first one's turning rate.
+
+    Without guidance the boats themselves.
+    """
+    if guidance is None:
+        return list(boats)
+    most = boats[0].fastest
+    turn = min(TURN_SHARE * most[2], 1.0 / guidance.time)
+    bend = np.array([[TURN_SHARE * most[0], 0.0, turn]])
+    return [
+        replace(
+            boat,
+            speeds=np.vstack([boat.speeds, bend]),
+            slopes=np.concatenate([boat.slopes, slopes_at(boat.model, bend)]),
+        )
+        for boat in boats
+    ]
 
 
 def guidance_for(

@@ -61,6 +61,7 @@ class Actuators:
 class LinearBoat:
     """A boat about steady motions."""
 
+    model: Model
     mix: Array  # (inputs, 3) commands per axis command; at an axis command of 1 the largest input is 1
     authority: (
         Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: an axis without thrust
@@ -78,6 +79,11 @@ class LinearBoat:
     def driven(self) -> tuple[int, ...]:
         """The axes with thrust: all three, or surge and yaw."""
         return tuple(int(i) for i in np.flatnonzero(self.authority))
+
+    @cached_property
+    def fastest(self) -> Array:
+        """Largest speed (3,) of each axis in the model's steady motions [m/s, m/s, rad/s]."""
+        return np.asarray(np.abs(steady_motions(self.model)).max(axis=0))
 
     @cached_property
     def per_authority(self) -> Array:
@@ -127,7 +133,7 @@ def linearise(model: Model, speeds: Array | None = None) -> LinearBoat:
         share, slope = G @ mix, steepest(model)
     # A latency below 0 is a clock offset; a causal loop has none
     actuators = Actuators(push, share, np.maximum(latency, 0.0), np.maximum(lag, 0.0))
-    return LinearBoat(mix, authority, actuators, points, slopes_at(model, points), slope)
+    return LinearBoat(model, mix, authority, actuators, points, slopes_at(model, points), slope)
 
 
 def _plain_push(model: Model) -> Array:
