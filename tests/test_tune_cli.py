@@ -12,10 +12,11 @@ from tune_tools import mallard
 
 import seatrial
 from seatrial.commands.cli import main
-from seatrial.control import gains_of, load_gains, ros_parameters, save_gains, tune
+from seatrial.control import Reference, gains_of, load_gains, ros_parameters, save_gains, tune
 from seatrial.control.tuning.console import tuning_text
 from seatrial.control.tuning.page import tuning_report
 from seatrial.control.tuning.responses import responses, steps_of
+from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import FileError, SeatrialError
 
 
@@ -140,15 +141,30 @@ def test_step_responses_are_those_of_python_control():
     for axis, drag in enumerate((0.20, 0.23, 0.48)):
         g = own.gains[axis]
         delay = control.tf(*control.pade(0.05 + own.hold, 6))
-        loop = (
-            (g.proportional + g.integral / s + g.derivative * s)
-            * delay
-            / ((0.08 * s + 1) * s * (s + drag))
-        )
-        _, y = control.step_response(control.minreal(loop / (1 + loop), verbose=False), t)
+        plant = delay / ((0.08 * s + 1) * s * (s + drag))
+        on_step = g.proportional + g.integral / s  # the reference's velocity, for D, has no step
+        loop = (on_step + g.derivative * s) * plant
+        closed = control.minreal(on_step * plant / (1 + loop), verbose=False)
+        _, y = control.step_response(closed, t)
         # the yaw loop is that with surge closed; N_ud moves it by less than this
         np.testing.assert_allclose(found[axis], y, atol=8e-3)
     assert 1.1 < found.max() < 1.6 and abs(found[:, -1] - 1.0).max() < 0.03
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_the_step_response_is_that_of_the_controller_itself(axis):
+    """In the simulator: a goal so near that no command is limited and the boat stays nearly at rest."""
+    own = tune(mallard(chain=[{"latency": 0.05, "lag": 0.08}], spread=0.0), 0.8)
+    goal, rate = 1e-3 * np.eye(3)[axis], 50.0
+    controller = seatrial.TrackingController(own)
+    sea = Simulator(own.model, sensors=Sensors(pose=None, imu=None, lidar=None), radius=0.0)
+    t = np.arange(400) / rate
+    found = []
+    for now in t:
+        found.append(sea.eta[axis] / goal[axis])
+        sea.command(controller.command(now, sea.eta, sea.nu, Reference.still(goal)))
+        sea.advance(1.0 / rate)
+    np.testing.assert_allclose(steps_of(own, [own.boat], t)[0, axis], found, atol=0.015)
 
 
 def test_bands_hold_the_model_and_have_width(tuning):

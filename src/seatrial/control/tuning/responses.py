@@ -69,7 +69,7 @@ def responses(tuning: Tuning) -> Responses:
 
 
 def steps_of(tuning: Tuning, boats: list[LinearBoat], t: Array) -> Array:
-    """Poses (boats, 3, n) at times t [s] after a step of 1, by the closed loop's frequency response T.
+    """Poses (boats, 3, n) at times t [s] after a step of 1, by the frequency response T from reference to pose.
 
     y(t) = 2 / pi times the integral of Re T(i w) sin(w t) / w over w from 0 on: T is stable.
     """
@@ -78,12 +78,23 @@ def steps_of(tuning: Tuning, boats: list[LinearBoat], t: Array) -> Array:
     midpoints = np.arange(0.5, most * tuning.slowest / FREQUENCY_STEP)
     omega = midpoints * FREQUENCY_STEP / tuning.slowest
     sines = np.sin(np.outer(omega, t)) / omega[:, None]
+    step = _step_share(tuning, omega)
     return np.array(
         [
-            2.0 / np.pi * width * (a / (1.0 + a)).real @ sines
+            2.0 / np.pi * width * (step * a / (1.0 + a)).real @ sines
             for a in _single_loops(tuning, boats, omega)
         ]
     )
+
+
+def _step_share(tuning: Tuning, omega: Array) -> Complex:
+    """Share (3, n) of each controller that acts on a step of the reference, whose velocity, for D, stays 0."""
+    surge, sway, yaw = tuning.gains
+    s, found = 1j * omega, []
+    for own in (surge, sway if tuning.guidance is None else yaw, yaw):
+        pi = own.proportional + own.integral / s
+        found.append(pi / (pi + own.derivative * s))
+    return np.array(found)
 
 
 def _single_loops(tuning: Tuning, boats: list[LinearBoat], omega: Array) -> Iterator[Complex]:
