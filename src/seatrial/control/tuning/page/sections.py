@@ -24,10 +24,11 @@ delay that keeps the loop stable. Sensitivity: largest |S|, the worst amplificat
 $limit guarantees a phase margin of 29° and a gain margin of 2."""
 GUIDED = """This boat has no sway thrust. The second loop is the cross-track one of the guidance: heading and speed
 closed, about rest, the slowest and the fastest motion ahead, and a turn at speed."""
-STEPS = """Without feed-forward, at rest, for errors so small that no thruster saturates. A controller with
-integral action overshoots a step. It does not overshoot a feasible reference with feed-forward. Shaded: draws of
-the model's covariance."""
-BODE = """The loop of each axis with the other two closed, at rest, with exact delays. Dotted: 0&nbsp;dB, phase
+STEPS = """Without feed-forward, at rest (without sway thrust: ahead at full speed), for errors so small that no
+thruster saturates. A controller with integral action overshoots a step. It does not overshoot a feasible reference
+with feed-forward. Shaded: draws of the model's covariance."""
+BODE = """The loop of each axis with the other two closed, at rest (without sway thrust: ahead at full speed), with
+exact delays. Dotted: 0&nbsp;dB, phase
 −180°, the limit of the sensitivity."""
 
 
