@@ -12,7 +12,13 @@ from tune_tools import CHAIN, LAG, LATENCY, boat_by_hand, mallard, poles_by_pade
 
 from seatrial.control import tune
 from seatrial.control.tuning.dead_zone import dead_zone
-from seatrial.control.tuning.design import SENSITIVITY_LIMIT, gains_for, rounded_up, smallest_knob
+from seatrial.control.tuning.design import (
+    SENSITIVITY_LIMIT,
+    first_knob,
+    gains_for,
+    rounded_up,
+    smallest_knob,
+)
 from seatrial.control.tuning.linear import linearise, redrawn
 from seatrial.control.tuning.loops import Feedback, frequencies, margins, open_loop
 from seatrial.control.tuning.robustness import drawn, draws_of, worst_of
@@ -254,6 +260,14 @@ def test_the_smallest_knob_has_all_draws_as_witnesses(model, boat):
         worst_of(boats, gains_for(boat, knob, HOLD, "pd"), knob, HOLD, 1.0).sensitivity
         <= SENSITIVITY_LIMIT
     ).all()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "knob"),
+    [(0.437, 200, 0.44), (1.75, 1.85, 1.8), (63.5, 68, 64), (120, 200, None)],
+)
+def test_a_narrow_window_of_robust_knobs_is_found_at_its_lower_end(low, high, knob):
+    assert first_knob(lambda k: low <= k < high, 0.18) == knob
 
 
 @pytest.mark.parametrize("knob", [0.3, 5.0])

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Gains by internal model control, with margins about steady motions and over the covariance."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -32,9 +34,11 @@ CONTROLLER_RATE = 50.0  # [Hz] of the controller
 # largest |S|: 29 degrees of phase and a factor of 2 in gain remain (Skogestad 2003)
 SENSITIVITY_LIMIT = 2.0
 LARGEST_KNOB = 100.0  # [s] a larger one is refused
-KNOB_TOLERANCE = 1.002  # ratio of bounds at which the search of the smallest knob ends
-LEAST_KNOB_SHARE = 0.1  # of the largest delay: the search of the smallest knob begins there
-WORST_DRAWS = 8  # draws in the search of the smallest knob; the result is checked with all draws
+KNOB_STEP, NEXT_DIGIT = 1.05, 1.001  # factors of the search of the smallest knob
+LEAST_KNOB_SHARE = 0.5  # of the largest delay: the search of the smallest knob begins there
+WORST_DRAWS = (
+    8  # draws that a knob adds to the search of the smallest; it is checked with all draws
+)
 
 
 @dataclass(frozen=True)
@@ -216,34 +220,46 @@ def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Req
 
 
 def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> float | None:
-    """The smallest knob [s], rounded up to two digits, that is robust over all draws; None: there is none.
+    """The smallest knob [s], of two digits, that is robust over all draws; None: there is none.
 
-    Also below that of the request: a boat without sway thrust may get none between two that are robust.
+    Also below that of the request: a knob may be too large, too. found: margins of the request.
     """
     wanted, hold, action, strength = request
-    largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
-    worst = [boats[0], *(boats[i] for i in np.argsort(-largest)[:WORST_DRAWS])]
 
-    def robust(knob: float, among: list[LinearBoat]) -> bool:
+    def about(knob: float, among: list[LinearBoat]) -> Margins:
         gains = gains_for(boats[0], knob, hold, action)
         guidance = guidance_for(boats[0], hold, gains)
         among = about_path(among, guidance)  # the bend is that of the knob's look-ahead
-        return permitted(worst_of(among, gains, knob, hold, strength, guidance=guidance))
+        return worst_of(among, gains, knob, hold, strength, guidance=guidance)
 
-    low = high = min(wanted, LEAST_KNOB_SHARE * float(boats[0].actuators.delay.max() + hold))
-    while not robust(high, worst):
-        low, high = high, 1.5 * high
-        if high > LARGEST_KNOB:
+    def robust(among: list[LinearBoat], knob: float) -> bool:
+        return permitted(about(knob, among))
+
+    witnesses = {0}  # the draws that the search is over; those that were worst, knob by knob
+    first = min(wanted, LEAST_KNOB_SHARE * float(boats[0].actuators.delay.max() + hold))
+    while True:
+        largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
+        witnesses |= set(np.argsort(-largest)[:WORST_DRAWS].tolist())
+        among = [boats[i] for i in sorted(witnesses)]
+        knob = first_knob(partial(robust, among), first)
+        if knob is None:
             return None
-    while high > KNOB_TOLERANCE * low:
-        middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if robust(middle, worst) else (middle, high)
-    knob = rounded_up(high)
-    while not robust(knob, boats):
-        knob = rounded_up(1.05 * knob)
-        if knob > LARGEST_KNOB:
-            return None
-    return knob
+        found = about(knob, boats)
+        if permitted(found):
+            return knob
+
+
+def first_knob(robust: Callable[[float], bool], first: float) -> float | None:
+    """The first robust knob [s] of two digits, by steps of `KNOB_STEP`, then of the last digit; None: none."""
+    low, high = first, rounded_up(first)
+    while high <= LARGEST_KNOB:
+        if robust(high):
+            while (low := rounded_up(NEXT_DIGIT * low)) < high:
+                if robust(low):
+                    return low
+            return high
+        low, high = high, rounded_up(KNOB_STEP * high)
+    return None
 
 
 def rounded_up(value: float) -> float:
