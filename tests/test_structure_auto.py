@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from survey_boat import TRUTH, as_stated, driven
+from survey_boat import TRUTH, as_stated, driven, even
 
 import seatrial
 from seatrial.boat.findings import FindingKind
@@ -20,7 +20,9 @@ from seatrial.identification.selection.terms.candidates import aliases
 from seatrial.identification.selection.terms.decisions import TermVerdict
 from seatrial.identification.selection.terms.held_out import folds
 from seatrial.identification.selection.terms.select_terms import estimated_parameters
+from seatrial.identification.term_choice import choose_terms
 from seatrial.io.trial_files import write_setting, write_trial
+from seatrial.recording.from_poses import make_recording
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import VehicleError
@@ -152,6 +154,25 @@ def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
     piece, count = lifted[0].cut(0.0, 20.0), round(least / 20.0)
     assert enough_blocks([piece] * count, fitted)
     assert not enough_blocks([piece] * (count - 1), fitted)
+
+
+@pytest.mark.system
+def test_terms_that_diverge_leave_those_of_every_boat_and_the_lever_arm_is_named():
+    """Poses of an antenna 0.5 m ahead: drag in sway that stands in for it diverges in the model's own filter."""
+    vehicle, recording = driven(
+        {}, [lambda g: g.uniform(0, 1)] * 2, seed=4, stamps=even(5.0), noise=np.array([0.01, 0.01, 5e-5])
+    )  # fmt: skip
+    psi = recording.raw[:, 2]
+    ahead = np.column_stack([np.cos(psi), np.sin(psi), np.zeros_like(psi)])
+    poses = recording.raw + 0.5 * ahead
+    recording = make_recording("drive", recording.stamps, poses, recording.commands)
+    automatic = vehicle.with_automatic_structure()
+    choice = choose_terms([recording], automatic)
+    assert choice.diverges and choice.selection is None
+    found = seatrial.identify([recording], automatic)
+    assert list(found.values) == list(choice.vehicle.structure.coefficients)
+    (lever,) = (f for f in found.estimator.findings if f.kind is FindingKind.UNMODELLED_LEVER_ARM)
+    assert lever.number("size") == pytest.approx(0.5, abs=0.02)
 
 
 def test_a_prior_has_terms_already(boat, lifted, as_given):

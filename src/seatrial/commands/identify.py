@@ -27,10 +27,14 @@ if TYPE_CHECKING:
     from seatrial.identification.term_choice import TermChoice
     from seatrial.recording.recording import Recording
 
-TERMS_NOT_CHOSEN = (
+TOO_SHORT = (
     "structure: auto: {length:.0f} s are too short to choose terms. The model has drag, thrust and free added "
     "mass of every axis. Record {least:.0f} s or more, 20 s for each parameter, or write the terms in the vehicle "
     "file"
+)
+DIVERGE = (
+    "structure: auto: models with chosen terms diverge. The model has drag, thrust and free added mass of every "
+    "axis. Do first what the findings advise: terms can stand in for an effect such as a lever arm"
 )
 
 
@@ -181,10 +185,12 @@ def _terms(
         return selection_text(found) if args.verbose else chosen_terms_text(found), choice
     if prior is not None:
         return "", choice
+    if choice.diverges:
+        return DIVERGE, choice
     length = sum(recording.duration for recording in recordings)
     fitted = estimated_parameters(choice.vehicle, recordings)
     least = least_length(recordings, fitted)
-    return TERMS_NOT_CHOSEN.format(length=length, least=least), choice
+    return TOO_SHORT.format(length=length, least=least), choice
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:

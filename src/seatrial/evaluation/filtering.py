@@ -33,7 +33,7 @@ from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion, stencil_deviation
-from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.errors import DivergenceError, RecordingError
 from seatrial.util.frames import Array, body_velocity
 from seatrial.util.parallel import spread
 
@@ -212,7 +212,7 @@ def filter_pass(
 ) -> _core.FilterRun:
     """The filter along one recording, driven by the recorded commands.
 
-    Raises ModelError where the model diverges.
+    Raises DivergenceError where the model diverges.
     """
     size = len(model.coefficients)
     trace = model.trace(recording, initial=True, coefficients=range(size, size + 3))
@@ -220,7 +220,7 @@ def filter_pass(
         disturbed_boat(model), trace, poses, noise, OUTLIER, earth_fixed=earth_fixed(model.noise)
     )
     if not found.good:
-        raise ModelError(
+        raise DivergenceError(
             f"{recording.name}: the model diverges in its own filter: it can't be used at these "
             "speeds. Identify from recordings at these speeds"
         )
@@ -290,7 +290,7 @@ def _start_noise(recordings: Sequence[Recording]) -> Array:
 def run_filter(model: Model, recording: Recording, noise: Array | None = None) -> Filtered:
     """Velocities by the model's filter, with `noise` (11,), by default from `filter_noise`.
 
-    Raises ModelError where the model diverges.
+    Raises DivergenceError where the model diverges.
     """
     used_noise = filter_noise(model, [recording]) if noise is None else noise
     series = series_for(model, recording)

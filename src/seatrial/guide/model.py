@@ -58,10 +58,15 @@ def _made_of(
 ) -> str:
     """Coefficients, effects, and effects that were accepted and are not in the model."""
     text = f"{len(found.model.values)} coefficients"
-    if found.chosen is not None:
+    if found.choice.selection is not None:
         text += ", terms chosen by the recordings"
     elif vehicle.automatic:
-        text += f", those that every boat has: {too_short_text(found, training, held_out)}"
+        short = (
+            "models with chosen terms diverge"
+            if found.choice.diverges
+            else too_short_text(found, training, held_out)
+        )
+        text += f", those that every boat has: {short}"
     dropped = [kind for kind in accepted if kind not in found.effects]
     text += f"; with {joined(found.effects)}" if found.effects else ""
     return text + (f"; without {joined(dropped)}, which the other parts explain" if dropped else "")

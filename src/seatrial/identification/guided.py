@@ -19,7 +19,6 @@ from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.methods import identify_with_fit
 from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
-from seatrial.identification.selection.terms import Selection
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.selection.unnamed_forces import added_forces, with_unnamed_forces
 from seatrial.identification.solution import Fit, OutputErrorSettings
@@ -45,7 +44,7 @@ class Guided:
 
     model: Model
     solution: Fit
-    chosen: Selection | None  # terms that the recordings chose; None: given, or too short to choose
+    choice: TermChoice  # terms that the recordings chose
     followed: tuple[Finding, ...]  # findings whose effects are estimated now
     effects: tuple[str, ...]
 
@@ -132,7 +131,7 @@ def _whole(recordings: Sequence[Recording], known: _Known) -> Guided:
     with stage("identifying"):
         model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)
     assert solution is not None  # output-error has one
-    return Guided(model, solution, choice.selection, known.followed, kinds)
+    return Guided(model, solution, choice, known.followed, kinds)
 
 
 def _unmodelled(found: Guided) -> tuple[str, Finding] | None:

@@ -29,6 +29,7 @@ from seatrial.identification.selection.unnamed_forces import (
 from seatrial.identification.solution import StartValues
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
+from seatrial.util.errors import DivergenceError
 from seatrial.util.progress import stage
 
 
@@ -37,9 +38,10 @@ class TermChoice:
     """A vehicle with its terms, and why."""
 
     vehicle: Vehicle
-    selection: Selection | None = None  # the reasons; None: a prior's terms, or too short to choose
+    selection: Selection | None = None  # the reasons; None: a prior's terms, or none can be chosen
     begin: StartValues | None = None  # of the search with these terms
     findings: tuple[Finding, ...] = ()  # on what was chosen beside the terms
+    diverges: bool = False  # why none can be chosen; otherwise the recordings are too short
 
 
 def choose_terms(
@@ -50,9 +52,9 @@ def choose_terms(
 ) -> TermChoice:
     """The terms that the recordings support. Every method estimates those that output-error chooses.
 
-    A prior has terms and thrusters already. Recordings that are too short to choose leave the terms that every
-    boat has, with free added mass: where that has no effect its error says so. `effects` are estimated first:
-    terms that are chosen without them stand in for them.
+    A prior has terms and thrusters already. Recordings that are too short to choose, or terms that diverge, leave
+    those that every boat has, with free added mass: where that has no effect its error says so. `effects` are
+    estimated first: terms that are chosen without them stand in for them.
     """
     if prior is not None:
         known = with_forces_of(prior.vehicle, with_thrusters_of(prior.vehicle, vehicle))
@@ -100,11 +102,15 @@ def choose_terms_from(
 ) -> TermChoice:
     """The same after a solution with the effects, if any, and the terms that every boat has."""
     clean = recordings if at is None else without_effects(at, recordings)
-    with explained(recordings, vehicle):
-        found = choose_structure(clean, vehicle)
     first = None if at is None else start_values_of(at)
+    usual = TermChoice(with_usual_terms(vehicle), None, first)
+    try:
+        with explained(recordings, vehicle):
+            found = choose_structure(clean, vehicle)
+    except DivergenceError:  # terms that stand in for something else, such as a lever arm
+        return replace(usual, diverges=True)
     if found is None:
-        return TermChoice(with_usual_terms(vehicle), None, first)
+        return usual
     own = StartValues.of_model(found.model)
     known = {} if first is None else first.values
     return TermChoice(found.vehicle, found, StartValues({**known, **own.values}, own.noise))

@@ -45,6 +45,10 @@ class ModelError(SeatrialError):
     """A model that can't be used: wrong version, unknown keys, unstable."""
 
 
+class DivergenceError(ModelError):
+    """A model that diverges along a recording."""
+
+
 class PredictorError(SeatrialError):
     """An input that does not fit the predictor's model."""
 

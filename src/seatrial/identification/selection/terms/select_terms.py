@@ -81,7 +81,7 @@ def choose_structure(recordings: Sequence[Recording], vehicle: Vehicle) -> Selec
 
     As `select`, from the first maximum of the likelihood: `identify` takes findings and further stages of the
     actuator chain with the chosen terms. The recordings are checked, every axis was driven. Raises
-    IdentificationError where no solution is found.
+    IdentificationError where no solution is found, DivergenceError where one diverges in its filter.
     """
     if not enough_blocks(recordings, estimated_parameters(vehicle, recordings)):
         return None

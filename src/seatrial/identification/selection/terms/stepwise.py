@@ -145,7 +145,8 @@ def predicted(
     models += [trained(fit.model((*fit.terms, term)), looked[term]) for term in looked]
     there = blocks()
     before, *each = farmed(BlockPrediction.squares, there, models)
-    ratios = [np.sqrt(after.mean(axis=0) / before.mean(axis=0)) for after in each]
+    with np.errstate(invalid="ignore"):  # no ratio where the model without the term diverges, too
+        ratios = [np.sqrt(after.mean(axis=0) / before.mean(axis=0)) for after in each]
     gains = [there.gain(before, after) for after in each]
     return dict(zip(looked, zip(gains, ratios, strict=True), strict=True))
 
