@@ -13,7 +13,7 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.physical_library import base_terms, library_tiers
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import fit
-from seatrial.identification.selection.significance import enough_blocks, least_length
+from seatrial.identification.selection.significance import enough_blocks, least_length, usable_time
 from seatrial.identification.selection.terms import choose_structure, given_candidates
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import aliases
@@ -154,6 +154,18 @@ def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
     piece, count = lifted[0].cut(0.0, 20.0), round(least / 20.0)
     assert enough_blocks([piece] * count, fitted)
     assert not enough_blocks([piece] * (count - 1), fitted)
+
+
+def test_time_without_usable_poses_is_no_time_to_test_terms():
+    """An interval that is left out: identify goes on with what remains, and names no missing term."""
+    vehicle, recording = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=330.0)
+    lacking = vehicle.with_terms([t for t in vehicle.structure.terms if t.coefficient != "X_vr"])
+    assert enough_blocks([recording], 13)
+    rest = recording.without(0.0, 165.0)
+    assert usable_time([rest]) == pytest.approx(165.0, abs=10.0)
+    assert not enough_blocks([rest], 13)
+    found = seatrial.identify([rest], lacking)
+    assert FindingKind.MISSING_TERM not in {f.kind for f in found.estimator.findings}
 
 
 @pytest.mark.system

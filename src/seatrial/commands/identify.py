@@ -171,7 +171,7 @@ def _terms(
     prior: "Model | None",
 ) -> "tuple[str, TermChoice | None]":
     """The terms of a vehicle with `structure: auto`, and why, in words."""
-    from seatrial.identification.selection.significance import least_length
+    from seatrial.identification.selection.significance import least_length, usable_time
     from seatrial.identification.selection.terms import chosen_terms_text, selection_text
     from seatrial.identification.selection.terms.select_terms import estimated_parameters
     from seatrial.identification.term_choice import choose_terms
@@ -187,10 +187,9 @@ def _terms(
         return "", choice
     if choice.diverges:
         return DIVERGE, choice
-    length = sum(recording.duration for recording in recordings)
     fitted = estimated_parameters(choice.vehicle, recordings)
     least = least_length(recordings, fitted)
-    return TOO_SHORT.format(length=length, least=least), choice
+    return TOO_SHORT.format(length=usable_time(recordings), least=least), choice
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:

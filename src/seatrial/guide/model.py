@@ -12,7 +12,7 @@ from seatrial.guide.held_out import HELD_OUT_SHARE, HELD_OUT_SUFFIX
 from seatrial.guide.steps import Task
 from seatrial.identification.experiment_design.gain import drive_time
 from seatrial.identification.guided import Guided, identify_guided
-from seatrial.identification.selection.significance import least_length
+from seatrial.identification.selection.significance import least_length, usable_time
 from seatrial.recording.recording import Recording
 from seatrial.util.format import joined
 from seatrial.workflow.next_step import identify_line
@@ -76,12 +76,12 @@ def too_short_text(
     found: Guided, training: Sequence[Recording], held_out: Sequence[Recording]
 ) -> str:
     """What identifies and what choosing terms takes, in s, and how to get there."""
-    used = sum(one.duration for one in training)
+    used = usable_time(training)
     least = least_length(training, len(found.solution.problem.free))
     # the last quarter of what is recorded further is held out, too
     quarters = any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out)
     lacking = (least - used) / ((1.0 - HELD_OUT_SHARE) if quarters else 1.0)
-    whole = used + sum(one.duration for one in held_out)
+    whole = used + usable_time(held_out)
     other = ", or give another drive with --test" if quarters and whole >= least else ""
     return (
         f"{used:.0f} s identify the model, choosing terms takes {least:.0f} s: record {drive_time(lacking)} "

@@ -54,9 +54,15 @@ def enough_blocks(recordings: Sequence[Recording], fitted: int) -> bool:
     return blocks_of(recordings) >= 2 * fitted
 
 
+def usable_time(recordings: Sequence[Recording]) -> float:
+    """Seconds of recordings, without blocks of `BLOCK` [s] in which no pose is usable."""
+    blocks = sum(len(np.unique(r.t[r.valid] // BLOCK)) for r in recordings)
+    return min(sum(r.duration for r in recordings), BLOCK * blocks)
+
+
 def blocks_of(recordings: Sequence[Recording]) -> int:
-    """Number of blocks of `BLOCK` [s]."""
-    return math.ceil(sum(r.duration for r in recordings) / BLOCK)
+    """Number of blocks of `BLOCK` [s] with usable poses."""
+    return math.ceil(usable_time(recordings) / BLOCK)
 
 
 def freedom(blocks: int, fitted: int) -> int:
