@@ -5,7 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from survey_boat import driven
 
+import seatrial
 from seatrial.guide.recordings import while_driven
 from seatrial.guide.steps import Steps, Task
 from seatrial.recording.from_poses import make_recording
@@ -34,14 +36,17 @@ def test_a_boat_that_rests_before_and_after_is_not_carried():
 
 
 def test_a_boat_that_is_carried_to_the_water_and_home_is_named_with_what_to_leave_out():
-    first, last = undriven_motion(log(before=30.0, after=-12.0))
-    assert first.text() == (
+    whole = log(before=30.0, after=-12.0)
+    first, last = undriven_motion(whole)
+    assert first.text(whole) == (
         "the boat moves 30 m in the 39 s before the first command: carried, towed or adrift? "
-        "Leave it out with --start 39"
+        "Leave it out with --without lake=-39"
     )
     assert last.moved == pytest.approx(12.0, abs=0.5)
-    assert "after the last command" in last.text()
-    assert last.text(offset=7.0).endswith("--end 117")  # coasting stays
+    assert "after the last command" in last.text(whole)
+    assert last.text(whole).endswith("--without lake=110-")  # coasting stays
+    (again,) = undriven_motion(whole.cut(7.0, None).without(-np.inf, 32.0))
+    assert again.text(whole.cut(7.0, None)).endswith("--without lake=110-")  # of the whole log
 
 
 def test_without_any_command_nothing_is_before_the_first():
@@ -61,7 +66,7 @@ def test_a_command_that_is_logged_once_drives_until_the_next_one():
         return undriven_motion(make_recording("lake", whole.stamps, whole.raw, signal))
 
     # on, off: as the log with every row; on alone: driven to the end
-    assert [one.text() for one in logged(0, 1)] == [one.text() for one in undriven_motion(whole)]
+    assert logged(0, 1) == undriven_motion(whole)
     assert [one.first for one in logged(0)] == [True]
 
 
@@ -72,9 +77,7 @@ def test_a_log_of_commands_that_ends_while_the_boat_is_driven_drives_no_longer()
         whole.commands.names, whole.commands.stamps[kept], whole.commands.values[kept]
     )
     cut = make_recording("lake", whole.stamps, whole.raw, commands)
-    assert [one.text() for one in undriven_motion(cut)] == [
-        one.text() for one in undriven_motion(whole)
-    ]
+    assert undriven_motion(cut) == undriven_motion(whole)
 
 
 def test_auto_leaves_it_out_and_says_so():
@@ -88,3 +91,20 @@ def test_auto_leaves_it_out_and_says_so():
     ]
     resting = log()
     assert while_driven(task, resting) is resting
+
+
+def test_the_model_tells_that_it_is_of_a_boat_that_was_carried():
+    vehicle, drive = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=100.0)
+    ashore = np.arange(-40.0, 0.0, 0.1)
+    before = np.column_stack([ashore + 1.0, 0.0 * ashore, 0.0 * ashore])  # 1 m/s, to the start
+    stamps = np.concatenate([np.rint(1e9 * ashore).astype(np.int64), drive.stamps])
+    own = drive.commands
+    rest = np.concatenate([np.zeros((1, 2)), own.values])
+    commands = Signal(own.names, np.concatenate([stamps[:1], own.stamps]), rest)
+    whole = make_recording("lake", stamps, np.concatenate([before, drive.raw]), commands)
+    model = seatrial.identify([whole], vehicle)
+    assert model.warnings[0].startswith("lake: the boat moves 39 m in the")
+    name, _, span = model.warnings[0].rpartition(" ")[2].partition("=")
+    assert name == "lake"
+    kept = whole.without(-np.inf, float(span[1:]))
+    assert not [w for w in seatrial.identify([kept], vehicle).warnings if "carried" in w]

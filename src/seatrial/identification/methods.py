@@ -32,6 +32,7 @@ from seatrial.inspection.consistency.between_recordings import check_each_record
 from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.recording.undriven import undriven_motion
 from seatrial.util.errors import IdentificationError
 from seatrial.util.parallel import beside
 from seatrial.util.progress import stage
@@ -188,6 +189,7 @@ def _warnings(
         f"{name}: nothing is commanded in all of it; were the commands recorded?"
         for name in _silent(recordings, vehicle)
     ]
+    undriven = [f"{r.name}: {found.text(r)}" for r in recordings for found in undriven_motion(r)]
     spoilt = [
         f"{r.name}: {100.0 * (1.0 - r.usable):.0f} % of its poses are left out; inspect says why"
         for r in recordings
@@ -200,6 +202,7 @@ def _warnings(
     return (
         *silent,
         *contradictions,
+        *undriven,
         *spoilt,
         *doubtful,
         *commands_beyond(recordings, vehicle),

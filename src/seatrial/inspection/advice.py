@@ -45,7 +45,7 @@ def recording_advice(
     # 1. Values that a small boat does not have: wrong units, a boat at rest.
     doubts = [*recording.doubts, *sampling_doubt(recording)]
     advice = [*recording.remarks, *doubts, *implausible_values(recording)]
-    advice += [one.text(recording.offset) for one in undriven_motion(recording)]
+    advice += [one.text(recording) for one in undriven_motion(recording)]
     # 2. Length, usable poses, pose rate, jitter.
     if recording.duration < SHORT_RECORDING:
         advice.append(f"{recording.duration:.0f} s is short: record a few minutes")

@@ -164,11 +164,16 @@ class Recording:
         Poses excluded by `--without` do not count.
         """
         late = sum(f.samples for f in self.faults if f.kind is FaultKind.STAMP)
-        excluded = np.zeros(len(self.t), dtype=bool)
+        return float(self.valid.sum()) / (int((~self.excluded).sum()) + late)
+
+    @cached_property
+    def excluded(self) -> NDArray[np.bool_]:
+        """Poses (n,) excluded by `--without`."""
+        inside = np.zeros(len(self.t), dtype=bool)
         for fault in self.faults:
             if fault.kind is FaultKind.EXCLUDED:
-                excluded |= (self.t >= fault.start) & (self.t <= fault.end)
-        return float(self.valid.sum()) / (int((~excluded).sum()) + late)
+                inside |= (self.t >= fault.start) & (self.t <= fault.end)
+        return inside
 
     def seconds(self, stamps: Stamps) -> Array:
         """Stamps [ns] as seconds from the recording's start."""

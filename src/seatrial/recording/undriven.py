@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Motion before the boat is driven and after it: the boat is carried, towed or adrift."""
 
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -27,15 +28,17 @@ class Undriven:
     moved: float  # [m] extent of the motion
     first: bool  # before the first command, else after the last
 
-    def text(self, offset: float = 0.0) -> str:
-        """What was found, and what to do. `offset`: seconds cut off before."""
-        when = "before the first command" if self.first else "after the last command"
-        option = (
-            f"--start {offset + self.end:.0f}" if self.first else f"--end {offset + self.start:.0f}"
+    def text(self, recording: Recording) -> str:
+        """What was found in the recording, and what to do."""
+        begin, end = recording.offset + self.start, recording.offset + self.end
+        when, span = (
+            ("before the first command", f"-{end:.0f}")
+            if self.first
+            else ("after the last command", f"{begin:.0f}-")
         )
         return (
-            f"the boat moves {self.moved:.0f} m in the {self.end - self.start:.0f} s {when}: carried, towed or "
-            f"adrift? Leave it out with {option}"
+            f"the boat moves {self.moved:.0f} m in the {end - begin:.0f} s {when}: carried, towed or "
+            f"adrift? Leave it out with --without {shlex.quote(f'{recording.name}={span}')}"
         )
 
 
@@ -69,7 +72,7 @@ def _moving(
     for start, end, first in stretches:
         found = _displacements(recording, start, end)
         if len(found) and found.max() > max(LEAST_MOVED, LEAST_PACE * usual):
-            inside = (recording.t >= start) & (recording.t <= end)
+            inside = ~recording.excluded & (recording.t >= start) & (recording.t <= end)
             extent = np.nanmax(recording.eta[inside, :2], axis=0) - np.nanmin(
                 recording.eta[inside, :2], axis=0
             )
@@ -79,7 +82,8 @@ def _moving(
 def _displacements(recording: Recording, start: float, end: float) -> Array:
     """Displacements (n,) [m] in windows of `WINDOW` between two times, from medians over a second."""
     known = (
-        np.isfinite(recording.eta[:, :2]).all(axis=1)
+        ~recording.excluded
+        & np.isfinite(recording.eta[:, :2]).all(axis=1)
         & (recording.t >= start)
         & (recording.t <= end)
     )
