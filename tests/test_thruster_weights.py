@@ -4,6 +4,8 @@
 import numpy as np
 import pytest
 
+from seatrial.inspection.proposal.channels import Channels
+from seatrial.inspection.proposal.inputs import _thrusters
 from seatrial.inspection.proposal.thruster_weights import LONGEST_LEVER, weights
 
 CLEAR = np.array([[True, True], [False, False], [True, True]])
@@ -52,3 +54,35 @@ def test_thrusters_that_do_not_push_alike_keep_their_weights(turn, t, found):
     seen, sure = np.zeros((3, 3)), np.ones((3, 3))
     seen[2], sure[2] = turn, t
     np.testing.assert_allclose(weights(2, seen != 0.0, seen, sure), found)
+
+
+@pytest.mark.parametrize(
+    ("t", "gains"),
+    [
+        # 40 s of a twin-screw boat; a minute of station keeping
+        ([[8.3, 5.5], [0.6, -1.0], [-13.8, 13.3]], [[0.19, 0.19], [0.0, 0.0], [-0.60, 0.58]]),
+        ([[5.0, 6.2], [-2.5, 1.8], [-8.9, 4.6]], [[0.09, 0.1], [0.0, 0.0], [-0.14, 0.12]]),
+    ],
+)
+def test_the_second_of_two_thrusters_drives_an_axis_that_the_first_one_just_drives(t, gains):
+    found = channels(t, gains)
+    assert found.shared
+    _, remarks, forces = _thrusters(found)
+    assert forces == {
+        "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
+        "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
+    }
+    assert all("surge" in text and "yaw" in text for text in remarks.values())
+
+
+def test_a_stick_does_not_drive_what_another_one_clearly_does():
+    found = channels([[30.0, 5.5], [0.0, 0.0], [4.0, 40.0]], [[0.2, 0.1], [0.0, 0.0], [0.2, 0.6]])
+    assert not found.shared
+    assert found.clear.tolist() == [[True, False], [False, False], [False, True]]
+
+
+def channels(t, gains):
+    """Of two channels, driven alike."""
+    names, driven = ("left", "right"), np.ones((100, 2), dtype=bool)
+    columns = {name: {"column": name} for name in names}
+    return Channels(names, columns, np.array(t), np.array(gains), np.array([0.3, 0.3]), driven)

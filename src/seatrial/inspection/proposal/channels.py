@@ -8,7 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.inspection.consistency.channel_assignment import Assignment, assignments
+from seatrial.inspection.consistency.channel_assignment import (
+    RUNNER_UP_SHARE,
+    Assignment,
+    assignments,
+)
 from seatrial.inspection.proposal.thruster_weights import LONGEST_LEVER
 from seatrial.util.frames import Array
 
@@ -62,8 +66,12 @@ class Channels:
 
     @property
     def effects(self) -> Array:
-        """Acceleration (3, n) of each axis by each channel as driven; 0 below `DRIVES_T`."""
-        return np.where(np.abs(self.t) > DRIVES_T, np.abs(self.gains) * self.spread, 0.0)
+        """Acceleration (3, n) of each axis by each channel as driven; 0 where it drives none."""
+        t = np.abs(self.t)
+        most = t.max(axis=1, keepdims=True)
+        # in a short or calm drive the second of two thrusters may be a little below the limit
+        least = np.where(most > DRIVES_T, np.minimum(DRIVES_T, RUNNER_UP_SHARE * most), DRIVES_T)
+        return np.where(t > least, np.abs(self.gains) * self.spread, 0.0)
 
     @property
     def clear(self) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check
 from seatrial.inspection.consistency.repair import ANGLES
 from seatrial.inspection.proposal.by_name import Parts, named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
-from seatrial.inspection.proposal.channels import ALONE, AT_REST, DRIVES_T, Channels
+from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
 from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.heading_zero import turned_heading
 from seatrial.inspection.proposal.sources import Sources, place_of
@@ -21,7 +21,7 @@ from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.format import joined
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import AXES, Array, Mask
 from seatrial.util.progress import over, stage
 
 MOST_TURNS = 3  # of the heading, one after the other: its sense, then its zero
@@ -267,9 +267,10 @@ def _thruster_remark(found: Channels, name: str) -> str:
         if other
         else ""
     )
-    return _moved_axes(found.t[:, found.names.index(name)]) + two
+    k = found.names.index(name)
+    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two
 
 
-def _moved_axes(t: Array) -> str:
-    parts = [f"{AXES[i]} (t {t[i]:+.0f})" for i in range(3) if abs(t[i]) > DRIVES_T]
+def _moved_axes(t: Array, moved: Mask) -> str:
+    parts = [f"{AXES[i]} (t {t[i]:+.0f})" for i in range(3) if moved[i]]
     return f"moves {', '.join(parts)}" if parts else "moves no axis significantly"
