@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from inspect_tools import GOOD, said, stream
 from logs import JOY, POSE, drive, nanoseconds, wave
+from survey_boat import driven, pulses
 from test_model import frd
 
 import seatrial
@@ -56,7 +57,8 @@ def test_trials_in_the_clean_plan_have_no_complaints_but_what_is_true(clean_af, 
     axes = ["surge", "sway", "yaw"]
     for view, axis in zip(found.recordings, [*axes, *axes, None], strict=True):
         if axis is not None:
-            assert view.verdicts == (f"excites almost only {axis}: identifies that axis",)
+            (verdict,) = view.verdicts
+            assert re.fullmatch(rf"9\d % of the effort is in {axis}: identifies it best", verdict)
         else:
             assert view.verdicts == (GOOD,)
         assert view.faults == ()
@@ -195,7 +197,7 @@ def test_minutes_by_direction_and_size_are_those_that_were_driven(inspected):
         assert view["rms"] == 0.0
         assert f"{axis} is not excited: add a recording that excites it" in found["verdicts"]
         assert re.search(rf"{axis} +rms 0.000: not excited", text)
-    assert "excites almost only surge: identifies that axis" in found["verdicts"]
+    assert "100 % of the effort is in surge: identifies it best" in found["verdicts"]
 
 
 def test_minutes_count_only_while_there_are_poses(inspected):
@@ -308,3 +310,22 @@ def test_commands_far_beyond_full_are_asked_about(inspected):
     text, found = inspected(drive(sticks=lambda t, seed: 1500 + 400 * wave(t, seed)))
     assert any("full command is 1: give offset and scale" in v for v in found["verdicts"])
     assert "F_u reaches 1" in text
+
+
+def test_a_boat_of_two_thrusters_that_turns_less_than_it_drives_identifies_both_axes():
+    """Its yaw coefficients are good to a few per cent: the advice calls surge the best, not the only one."""
+    rng = np.random.default_rng(1)
+    vehicle, recording = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=120.0)
+    ahead, turn = (
+        pulses(rng, 120.0, lambda g, most=most: g.uniform(-most, most), 0.3) for most in (0.6, 0.3)
+    )
+    signal = recording.commands
+    values = np.column_stack([ahead - turn, ahead + turn])
+    both = replace(recording, commands=Signal(signal.names, signal.stamps, values))
+    (view,) = seatrial.inspect([both], vehicle).recordings
+    share = np.mean(ahead**2) / np.mean(ahead**2 + turn**2)
+    (found,) = (
+        re.fullmatch("(.+) % of the effort is in surge: identifies it best", v)
+        for v in view.verdicts
+    )
+    assert float(found[1]) == pytest.approx(100.0 * share, abs=1.0)

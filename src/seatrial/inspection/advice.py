@@ -15,6 +15,7 @@ from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.undriven import undriven_motion
 from seatrial.recording.velocity import SLOW, motion, stencil_deviation
 from seatrial.util.errors import RecordingError
+from seatrial.util.format import percent
 from seatrial.util.frames import AXES
 
 SHORT_RECORDING = 30.0  # [s]: too few manoeuvres below it
@@ -90,7 +91,8 @@ def jitter(recording: Recording) -> float:
 def _excitation(found: Excitation, vehicle: Vehicle) -> list[str]:
     advice, forced = [], {force.axis for force in vehicle.forces}
     if found.dominant is not None:
-        advice.append(f"excites almost only {AXES[found.dominant]}: identifies that axis")
+        share = percent(float(found.share[found.dominant]))
+        advice.append(f"{share} of the effort is in {AXES[found.dominant]}: identifies it best")
     for axis, label in enumerate(AXES):
         if axis not in forced:
             continue  # no actuator drives it
