@@ -24,6 +24,7 @@ from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.from_poses import make_recording
+from seatrial.recording.interleaved_commands import interleaving_doubt
 from seatrial.recording.recording import Recording, Signal, Source
 from seatrial.recording.resolution import coarse_position, interpolated_position
 from seatrial.recording.sampled_commands import sampled_commands, taken_halfway
@@ -50,6 +51,7 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     known, doubts = _poses(given, vehicle, name)
     signs = dict(zip(vehicle.inputs, vehicle.input_signs, strict=True))
     inputs = [_signed(signal_of(*each), signs) for each in driven]
+    doubts = [*doubts, *(doubt for signal in inputs for doubt in interleaving_doubt(signal))]
     streams = [rows.stream for rows in read]
     position, heading = vehicle.delays
     recording = make_recording(
