@@ -8,6 +8,7 @@ from init_tools import refused
 from logs import drive
 
 import seatrial
+from seatrial.boat.schema import as_column
 from seatrial.inspection.proposal.columns.pose import choose_pose
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices, Sureness, recognised_text
@@ -344,6 +345,27 @@ def test_other_files_give_the_same_vehicle_and_recording(log, tmp_path, kind):
 
 
 # Two clocks. #
+
+
+@pytest.mark.parametrize(
+    ("name", "per_second", "unit"), [("t", 1.0, None), ("stamp", 1e3, "ms"), ("time", 1e6, "us")]
+)
+def test_commands_logged_at_changes_seconds_apart_have_the_unit_of_their_length(
+    log, tmp_path, name, per_second, unit
+):
+    """Their rate alone makes of seconds milliseconds."""
+    folder = tmp_path / "log"
+    folder.mkdir()
+    changes = np.arange(0, len(log.command_t), 150)  # 3 s
+    written(folder / "poses.csv", "t,x,y,psi", [log.pose_t, log.pose])
+    rows = [per_second * log.command_t[changes], log.command[changes]]
+    written(folder / "commands.csv", f"{name},F_u,F_v,F_r", rows)
+    (tmp_path / "v.yaml").write_text(seatrial.init(folder).text)
+    vehicle = seatrial.load_vehicle(tmp_path / "v.yaml")
+    assert as_column(vehicle.file.commands.stamp).unit == unit
+    found = seatrial.read(folder, vehicle)
+    t = found.seconds(found.commands.stamps)
+    np.testing.assert_allclose(t, log.command_t[changes] - log.pose_t[0], atol=1e-6)
 
 
 @pytest.mark.parametrize(

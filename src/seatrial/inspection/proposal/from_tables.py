@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.columns.choice import texts_of
+from seatrial.inspection.proposal.columns.clocks import as_long_as
 from seatrial.inspection.proposal.columns.names import (
     Grade,
     Kind,
@@ -73,7 +74,7 @@ def of_tables(
     pose = choose_pose(path, tables, choices, ask)
     driven, chosen = _commands(path, tables, pose, choices, ask)
     table = driven[0]
-    stamp = _stamp(table)
+    stamp = as_long_as(pose.tables[0], pose.stamp, table, _stamp(table))
     pose = pose.by_clock_of(table, stamp)
     commands: dict[str, Any] = {"file": table.key} if table.key else {}
     commands["stamp"] = stamp.entry

@@ -3,10 +3,12 @@
 
 import numpy as np
 
-from seatrial.inspection.proposal.columns.stamps import StampFound, given_stamp
+from seatrial.inspection.proposal.columns.names import read_name
+from seatrial.inspection.proposal.columns.stamps import TIME_UNITS, StampFound, given_stamp
 from seatrial.inspection.proposal.columns.yaw_rate import seconds_of
 from seatrial.inspection.proposal.sources import Sureness
-from seatrial.io.columns import TableSeen
+from seatrial.io.columns import PER_SECOND, TableSeen
+from seatrial.recording.other_clock import FACTOR_SLACK
 from seatrial.util.errors import RecordingError
 
 ZONES = 26 * 3600.0  # [s] by which clocks in two time zones may differ
@@ -35,6 +37,26 @@ def by_clock_of(
             why = f"nearest to the stamps of the commands; by {stamp.entry['column']} they are {apart:.4g} s apart"
             best, apart = StampFound(found.entry, why, Sureness.LIKELY, stamp.others), away
     return best
+
+
+def as_long_as(
+    poses: TableSeen, of_poses: StampFound, commands: TableSeen, stamp: StampFound
+) -> StampFound:
+    """The stamps of the commands, in a larger unit where they last as long as the poses in it.
+
+    By their rate the unit is too small where a row is a change, and changes are seconds apart.
+    """
+    if poses is commands or stamp.sure is Sureness.CHOSEN or read_name(stamp.entry["column"]).unit:
+        return stamp
+    length, own = (float(np.ptp(_span(*one))) for one in ((poses, of_poses), (commands, stamp)))
+    given = stamp.entry.get("unit", "s")
+    for unit in TIME_UNITS[: TIME_UNITS.index(given)] if given in TIME_UNITS else ():
+        longer = own * PER_SECOND[given] / PER_SECOND[unit]
+        if abs(longer - length) < FACTOR_SLACK * length:
+            entry = {"column": stamp.entry["column"]} | ({} if unit == "s" else {"unit": unit})
+            why = f"name; they last as long as the poses in {unit}"
+            return StampFound(entry, why, Sureness.LIKELY, stamp.others)
+    return stamp
 
 
 def _span(table: TableSeen, stamp: StampFound) -> tuple[float, float]:
