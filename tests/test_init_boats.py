@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+import steered_boat
 import yaml
 from conftest import CSE1, at_length
 from init_tools import NAMES, refused, same_boat, tables, with_papers_terms
@@ -443,3 +444,25 @@ def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):
     assert vehicle.file.forces["F_r"].of == pytest.approx(
         {"left": -0.25, "right": 0.25, "bow": 0.5}, abs=0.03
     )
+
+
+@pytest.mark.parametrize("helm", ["rudder_deg", "steering", "servo2"])
+def test_a_rudder_is_no_stick_of_yaw(helm, tmp_path, propose):
+    """Its moment grows with thrust and speed: the file says where that is written."""
+    recording = steered_boat.driven(steered_boat.known(), seed=1)
+    log = tmp_path / "boat"
+    log.mkdir()
+    signal = recording.commands
+    for name, head, rows in (
+        ("poses", "t,x,y,psi", [recording.t, recording.raw]),
+        ("commands", f"t,throttle,{helm}", [recording.seconds(signal.stamps), signal.values]),
+    ):
+        np.savetxt(
+            log / f"{name}.csv", np.column_stack(rows), delimiter=",", header=head, comments=""
+        )
+    _, text = propose(log)
+    (line,) = (line for line in text.splitlines() if f"column: {helm}" in line)
+    assert ("check: the angle of a rudder or thruster? Then write 'steered'" in line) == (
+        helm != "servo2"
+    )
+    assert text.count("'steered'") == (helm != "servo2")

@@ -13,6 +13,7 @@ from seatrial.inspection.consistency.repair import ANGLES
 from seatrial.inspection.proposal.by_name import Parts, named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
+from seatrial.inspection.proposal.columns.names import steers
 from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.heading_zero import turned_heading
 from seatrial.inspection.proposal.sources import Sources, place_of
@@ -25,6 +26,9 @@ from seatrial.util.frames import AXES, Array, Mask
 from seatrial.util.progress import over, stage
 
 MOST_TURNS = 3  # of the heading, one after the other: its sense, then its zero
+STEERED = (
+    "; check: the angle of a rudder or thruster? Then write 'steered' below chain (docs/vehicle.md)"
+)
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 
 
@@ -254,7 +258,8 @@ def _sticks(found: Channels) -> Parts:
         ambiguous = (
             "" if a.trusted or found.lever else "; check: another channel moves it with a similar t"
         )
-        remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){ambiguous}"
+        angle = STEERED if steers(a.channel) else ""
+        remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){ambiguous}{angle}"
         forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
     return inputs, remarks, forces
 
@@ -268,7 +273,8 @@ def _thruster_remark(found: Channels, name: str) -> str:
         else ""
     )
     k = found.names.index(name)
-    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two
+    angle = STEERED if steers(name) else ""
+    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two + angle
 
 
 def _moved_axes(t: Array, moved: Mask) -> str:

@@ -104,6 +104,9 @@ FOREIGN_WORDS = """
 """
 NEUTRAL, FOREIGN = frozenset(NEUTRAL_WORDS.split()), frozenset(FOREIGN_WORDS.split())
 NUMBERED = frozenset((Kind.X, Kind.Y, Kind.LATITUDE, Kind.LONGITUDE, Kind.HEADING, Kind.COMMAND))
+STEERING = frozenset(
+    ["rudder", "ruder", "steer", "steering", "helm", "tiller", "azimuth"]
+)  # words of an angle
 NUMBERED_COMMANDS = ("u", "n", "f", "m", "d", "out")  # with a number: u1, n_2
 UNITS = {  # as they end a name, or stand in brackets
     "m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "cm": "cm", "mm": "mm",
@@ -231,3 +234,8 @@ def order(name: str, kind: Kind) -> int:
     words = " ".join(read_name(name).words)
     listed = SYNONYMS[kind].split("|")
     return listed.index(words) if words in listed else len(listed)
+
+
+def steers(name: str) -> bool:
+    """Whether a command is the angle of a rudder or a thruster, by its name."""
+    return not STEERING.isdisjoint(read_name(name).words)
