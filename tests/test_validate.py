@@ -1,19 +1,26 @@
 # SPDX-License-Identifier: MIT
 """Scores against what they must be: closed forms, Monte Carlo, hand-made errors."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from cli_tools import run
 from conftest import TABLE_II, at_length, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
+from seatrial.boat.model_file import save
 from seatrial.boat.schema import NoiseEntry
 from seatrial.evaluation.console import scores_text
 from seatrial.evaluation.prediction import predict
 from seatrial.evaluation.scores import scores_json
 from seatrial.evaluation.validation import validate
 from seatrial.identification.regression.equation_error import equation_error
+from seatrial.io.trial_files import write_trial
 from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Signal
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
@@ -113,9 +120,6 @@ def test_a_prediction_ends_at_the_pose_that_is_nearest_to_the_horizon(af, paper_
 
 
 def test_no_prediction_runs_through_a_stretch_without_commands(af, clean_af):
-    from seatrial.recording.from_poses import make_recording
-    from seatrial.recording.recording import Signal
-
     model, trial = make_model(af, TABLE_II["AF"]), clean_af["S7"]
     signal = trial.recording.commands
     t = signal.stamps * 1e-9
@@ -208,3 +212,33 @@ def test_the_floor_is_that_of_the_recordings_own_noise(clean_af, af):
     assert floors[0].max() < 1e-4
     np.testing.assert_allclose(floors[2], 2 * floors[1], rtol=0.1)
     assert floors[1][0] > 0.9 * 0.95 * 0.001 * 15
+
+
+# Test recordings of another kind than the vehicle file's. #
+
+
+def test_commands_in_another_unit_have_no_score(clean_af, af, truth_af):
+    """Pulse widths would be forces of 1500: the errors are small beside the velocities that they predict."""
+    recording = clean_af["S7"].recording
+    signal = recording.commands
+    pulses = replace(
+        recording, commands=Signal(signal.names, signal.stamps, 1500 + 400 * signal.values)
+    )
+    with pytest.raises(RecordingError, match=r"S7.*F_u reaches .*, but full command is 1"):
+        validate(truth_af, [pulses])
+
+
+def test_a_test_recording_that_contradicts_the_vehicle_file_is_told(clean_af, af, tmp_path, capsys):
+    path = write_trial(clean_af["S7"], tmp_path)
+    save(plant_model(load_plan("clean"), af), model := tmp_path / "model.yaml")
+    assert run(capsys, "validate", model, path)[1].count("doubt: ") == 0
+    commands = path / "commands.csv"
+    commands.write_text(commands.read_text().replace("t,F_u,F_v,F_r", "t,F_v,F_u,F_r"))
+    code, out, err = run(capsys, "validate", model, path)
+    assert (code, err) == (0, "")
+    (doubt,) = re.findall("doubt: (.*)", out)
+    assert doubt.startswith("F_u and F_v are swapped")
+    assert (
+        f"next: correct the recordings, or give their own vehicle file by --vehicle  ({doubt})"
+        in out
+    )

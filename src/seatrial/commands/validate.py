@@ -43,6 +43,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.evaluation.head_to_head import head_to_head_text
     from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
+    from seatrial.inspection.consistency.between_recordings import contradictions
     from seatrial.workflow.next_step import after_validate
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
@@ -58,8 +59,9 @@ def run(args: argparse.Namespace) -> None:
     say(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
     if scores.against is not None:
         say(head_to_head_text(scores.against))
-    for doubt in model_concerns(model):
+    wrong = contradictions(recordings, model.vehicle)
+    for doubt in dict.fromkeys([*wrong, *model_concerns(model)]):
         say(f"  doubt: {doubt}")
     options = [] if args.vehicle is None else ["--vehicle", args.vehicle]
     options += [] if args.horizon is None else ["--horizon", f"{args.horizon:.15g}"]
-    say(after_validate(args.model, scores, recordings_again(args), options).text)
+    say(after_validate(args.model, scores, recordings_again(args), options, wrong).text)

@@ -27,6 +27,7 @@ from seatrial.evaluation.scores import (
 from seatrial.evaluation.scoring import axis_scores, score, seen
 from seatrial.evaluation.through_water import through_water
 from seatrial.evaluation.unexpected_error import unexpected_errors
+from seatrial.recording.excitation import refuse_no_commands
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
@@ -74,11 +75,13 @@ def assess(
 
     With a smoothed `reference` predictions start from the filter. Without a filter, or if the recording is too
     short for it to settle, the stencil's velocities are starts and reference. What fails for one recording is its
-    `failure`, and does not stop the others. Raises RecordingError where there is none.
+    `failure`, and does not stop the others. Raises RecordingError where there is none, or where commands are none.
     """
     if not recordings:
         raise RecordingError("no recording given; pass at least one")
     check_horizon(horizon)
+    for recording in recordings:
+        refuse_no_commands(recording)
     # velocities through the water, where a recording's current is known
     given, moved = recordings, [through_water(model, recording) for recording in recordings]
     recordings = [recording for recording, _ in moved]

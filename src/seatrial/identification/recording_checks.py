@@ -3,12 +3,12 @@
 
 import itertools
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.consistency.between_recordings import contradictions
 from seatrial.inspection.overview import implausible_values
 from seatrial.recording.excitation import beyond_full, refuse_no_commands
 from seatrial.recording.recording import Recording
@@ -67,10 +67,7 @@ def explained(recordings: Sequence[Recording], vehicle: Vehicle) -> Iterator[Non
     try:
         yield
     except IdentificationError as error:
-        wrong = commands_beyond(recordings, vehicle)
-        with suppress(RecordingError):
-            found = check_each_recording(recordings, vehicle).findings
-            wrong += [finding.text for finding in found]
+        wrong = commands_beyond(recordings, vehicle) + contradictions(recordings, vehicle)
         raise IdentificationError("; ".join([*wrong, str(error)])) from None
 
 

@@ -207,9 +207,20 @@ def fleet_of(folder: Path) -> NextStep:
 
 
 def after_validate(
-    model: str | Path, scores: Scores, recordings: Recordings, options: Sequence[str] = ()
+    model: str | Path,
+    scores: Scores,
+    recordings: Recordings,
+    options: Sequence[str] = (),
+    wrong: Sequence[str] = (),
 ) -> NextStep:
-    """What the scores ask for, or the report. `options`: those of `validate` that `report` has, too."""
+    """What the scores ask for, or the report.
+
+    `options`: those of `validate` that `report` has, too. `wrong`: what contradicts the vehicle file.
+    """
+    if wrong:
+        return NextStep(
+            "correct the recordings, or give their own vehicle file by --vehicle", wrong[0]
+        )
     report = command("report", model, *recordings, *options, "-o", "report.html")
     rows = scores.recordings
     unseen = [row for row in rows if not row.seen]

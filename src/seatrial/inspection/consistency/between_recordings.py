@@ -5,6 +5,7 @@ Recordings that contradict each other average out in a joint check. So each is a
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from seatrial.boat.vehicle import Vehicle
@@ -13,8 +14,16 @@ from seatrial.inspection.consistency.hypotheses import LEVER_OF_SEVERAL, nearest
 from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
 from seatrial.inspection.consistency.repair import Repair
 from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
 from seatrial.util.format import shortened
 from seatrial.util.parallel import spread
+
+
+def contradictions(recordings: Sequence[Recording], vehicle: Vehicle) -> list[str]:
+    """What contradicts the vehicle file, in words; none where recordings can't be checked."""
+    with suppress(RecordingError):
+        return [finding.text for finding in check_each_recording(recordings, vehicle).findings]
+    return []
 
 
 def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
