@@ -128,6 +128,33 @@ def test_a_jump_for_good_is_not_differentiated_over():
     assert np.nanmax(np.abs(velocity.nu[:, :2])) < 0.5
 
 
+@pytest.mark.parametrize("turn", [np.pi, -np.pi, np.pi - 0.1])
+def test_a_heading_that_is_reversed_for_a_while_is_left_out(turn):
+    """A pair of antennas taken for each other: the position goes on, and the sense of surge is wrong meanwhile."""
+    stamps, eta = poses(noise=0.002)
+    clean = make_recording("right", stamps, eta, COMMANDS)
+    for first, last in ((100, 160), (400, 475)):
+        eta[first:last, 2] += turn
+    eta[:, 2] = (eta[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+    record = make_recording("reversed", stamps, eta, COMMANDS)
+    assert kinds(record) == {FaultKind.EXCURSION, FaultKind.GAP}
+    wrong = np.zeros(len(stamps), dtype=bool)
+    wrong[100:160] = wrong[400:475] = True
+    np.testing.assert_array_equal(record.valid, ~wrong)
+    left = record.eta[~wrong] - clean.eta[~wrong]
+    np.testing.assert_allclose(left[:, 2], left[0, 2], atol=1e-9)
+
+
+def test_a_jump_of_the_whole_pose_is_no_reversed_heading():
+    """A SLAM that takes one end of a hall for the other: both parts are the boat's motion."""
+    stamps, eta = poses(noise=0.002)
+    eta[300:, :2] = [5.0, 2.0] - eta[300:, :2]
+    eta[300:, 2] += np.pi
+    record = make_recording("hall", stamps, eta, COMMANDS)
+    assert kinds(record) == {FaultKind.JUMP}
+    assert record.valid.all()
+
+
 def test_frozen_poses_of_a_moving_boat_are_masked():
     stamps, eta = poses(noise=0.0005)
     eta[200:206] = eta[199]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.recording.faults.frozen_poses import frozen, runs, stuck
-from seatrial.recording.faults.pose_jumps import excursions, jumps
+from seatrial.recording.faults.pose_jumps import excursions, jumps, reversals
 from seatrial.recording.other_clock import (
     OtherEpochError,
     OtherZoneError,
@@ -105,8 +105,13 @@ def examine(name: str, stamps: Stamps, eta: Array, marked_valid: Mask | None) ->
             break
         bad[FaultKind.EXCURSION][good[away]] = True
         good = _faultless(name, bad, t)
-    # 5. Segments between gaps and lasting jumps; short ones next to a jump are false matches.
+    wrong, lasting = reversals(t[good], whole[good], lasting, _gaps(t[good]))
     breaks = t[good[np.array(lasting, dtype=int) + 1]]  # [s] first pose after a lasting jump
+    if wrong.any():
+        bad[FaultKind.EXCURSION][good[wrong]] = True
+        good = _faultless(name, bad, t)
+        whole[good, 2] = np.unwrap(whole[good, 2])
+    # 5. Segments between gaps and lasting jumps; short ones next to a jump are false matches.
     number, gaps = _segments(t[good], breaks)
     island, breaks = _isolated_segments(t[good], number, breaks)
     bad[FaultKind.EXCURSION][good[island]] = True

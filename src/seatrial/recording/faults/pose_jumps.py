@@ -17,6 +17,7 @@ EXCURSION_HALF = 0.5  # of the first jump: a sum of jumps below it is a return
 EXCURSION_REST = 0.1  # of the largest jump: rest of the sum of jumps that cancel well
 TWIN_REST = 0.35  # of a jump: rest after a step that cancels it but is no jump by itself
 TWIN_LEAST = 2.5  # robust spreads of all steps, least size of a jump with such a twin
+HALF_TURN_SLACK = 0.3  # [rad] by which a heading that is reversed may miss half a turn
 MAD_TO_SD = 1.4826  # standard deviation of a normal distribution over its median absolute deviation
 NEIGHBOURS = 3  # steps to either side for the boat's own motion (median)
 
@@ -65,12 +66,7 @@ def excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[i
     away = np.zeros(len(t), dtype=bool)
     if not jumps:
         return away, []
-    steps = np.diff(t)[:, None]
-    rate = np.diff(eta, axis=0) / steps
-    padded = np.pad(rate, ((NEIGHBOURS, NEIGHBOURS), (0, 0)), mode="edge")
-    around = [padded[k : k + len(rate)] for k in range(2 * NEIGHBOURS + 1)]
-    usual = np.median(np.stack(around), axis=0)
-    shift = (rate - usual) * steps * [1.0, 1.0, JUMP_LEVER]  # [m] beyond the boat's own motion
+    shift = _shift(t, eta) * [1.0, 1.0, JUMP_LEVER]  # [m]
     spans = []  # jumps that cancel: badly?, how many, the rest, first and last
     for i, first in enumerate(jumps):
         left, size = shift[first].copy(), float(np.linalg.norm(shift[first]))
@@ -95,6 +91,39 @@ def excursions(t: Array, eta: Array, jumps: Sequence[int]) -> tuple[Mask, list[i
             away[min(jump, twin) + 1 : max(jump, twin) + 1] = True
             lasting = [j for j in lasting if j not in (jump, twin)]
     return away, lasting
+
+
+def reversals(t: Array, eta: Array, lasting: Sequence[int], gap: Mask) -> tuple[Mask, list[int]]:
+    """Samples whose heading is reversed, and the lasting jumps that are no reversal.
+
+    A reversal is half a turn of the heading alone: two antennas, or markers, that are taken for each other.
+    Between gaps and other jumps the heading is right for the longer time.
+    """
+    wrong = np.zeros(len(t), dtype=bool)
+    turn = np.abs(_shift(t, eta)[:, 2]) if lasting else np.empty(0)
+    turns = [j for j in lasting if abs(turn[j] - np.pi) < HALF_TURN_SLACK]
+    moved = set(jumps(t, eta * [1.0, 1.0, 0.0], gap)) if turns else set()
+    turns = [j for j in turns if j not in moved]
+    others = [j for j in lasting if j not in turns]
+    if not turns:
+        return wrong, others
+    ends = gap.copy()
+    ends[others] = True
+    part = np.concatenate([[0], np.cumsum(ends)])
+    turned = np.concatenate([[0], np.cumsum(np.isin(np.arange(len(t) - 1), turns))]) % 2 == 1
+    for number in np.unique(part[turns]):
+        inside = part == number
+        wrong |= inside & (turned if 2 * turned[inside].sum() <= inside.sum() else ~turned)
+    return wrong, others
+
+
+def _shift(t: Array, eta: Array) -> Array:
+    """Steps (n - 1, 3) beyond the boat's own motion, which is that of the neighbours."""
+    steps = np.diff(t)[:, None]
+    rate = np.diff(eta, axis=0) / steps
+    padded = np.pad(rate, ((NEIGHBOURS, NEIGHBOURS), (0, 0)), mode="edge")
+    around = [padded[k : k + len(rate)] for k in range(2 * NEIGHBOURS + 1)]
+    return np.asarray((rate - np.median(np.stack(around), axis=0)) * steps)
 
 
 def _twin_of(t: Array, shift: Array, jump: int) -> int | None:
