@@ -75,6 +75,22 @@ def test_a_stick_that_falls_silent_at_rest_is_at_rest():
         assert record.valid.all()
 
 
+@pytest.mark.parametrize("timeout", [None, 0.5])
+@pytest.mark.parametrize("rest", [True, False])
+def test_the_end_of_the_commands_is_a_silence_like_those_before(rest, timeout):
+    """A stick at rest until the end of the poses is at rest; one that stops during a pulse is lost."""
+    stamps, eta = poses()
+    stretches = [(0.0, 5.0), (9.0, 14.0), (18.0, 22.0), (26.0, 30.0)]
+    commands = let_go(stretches, last=1)
+    values = np.array(commands.values)
+    values[-1] = 0.0 if rest else 0.7
+    whole = Signal(commands.names, commands.stamps, values)
+    record = make_recording("end", stamps, eta, whole, timeout=timeout)
+    until = 1e-9 * whole.stamps[-1] + (timeout or 0.02)
+    lost = [] if rest else np.flatnonzero(1e-9 * stamps >= until - 1e-9).tolist()
+    assert hidden(record).tolist() == lost
+
+
 def test_silences_after_commands_or_too_few_for_a_habit_are_holes():
     stamps, eta = poses()
     stretches = [(0.0, 8.0), (12.0, 18.0), (24.0, 30.0), (36.0, 40.0)]

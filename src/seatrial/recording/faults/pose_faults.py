@@ -141,11 +141,13 @@ def silences(
         hole = period = timeout
     _refuse_other_times(name, poses, commands, hole)
     found = [(poses[0], commands[0])] if commands[0] > poses[0] + SHORTEST_SILENCE else []
-    holes = np.flatnonzero(steps > hole)
-    if len(holes) < RESTING_SILENCES or values[holes].any():
-        found += [(commands[i] + period, commands[i + 1]) for i in holes]
-    if commands[-1] + hole < poses.max():
-        found.append((commands[-1] + period, np.inf))
+    # the time after the last command is a silence like those before it
+    silent = np.flatnonzero(np.append(steps, max(0.0, poses.max() - commands[-1])) > hole)
+    driven = np.any(values[silent] != 0.0, axis=1)
+    rest = (~driven).sum() >= RESTING_SILENCES and not driven[silent < len(steps)].any()
+    until = np.append(commands[1:], np.inf)
+    unknown = silent[driven] if rest else silent
+    found += [(commands[i] + period, until[i]) for i in unknown]
     return found
 
 
