@@ -29,7 +29,7 @@ from seatrial.commands import make_parser
 from seatrial.commands.shared import add_recordings, recordings_again
 from seatrial.evaluation.scores import AxisScore, RecordingScore, Scores
 from seatrial.identification.console import MOST_FINDINGS, summary
-from seatrial.inspection.coverage import AxisCoverage
+from seatrial.inspection.coverage import AxisCoverage, InputUse
 from seatrial.inspection.overview import Inspection, RecordingView
 from seatrial.util.frames import AXES
 from seatrial.workflow.next_step import after_identify, after_inspect, after_select, after_validate
@@ -156,13 +156,15 @@ def test_scores_ask_for_a_test_a_look_or_nothing(found, name, why):
     assert parsed(step)[0] == name and why in step.why
 
 
-def inspected(*, usable=1.0, sway=0.3, findings=()):
+def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=()):
     """An inspection of one recording by the paper's boat."""
     axes = [
         AxisCoverage(a, r, 1.0, 0.3, True, 1.0, 1.0, 1.0, 1.0, 1.0)
         for a, r in zip(AXES, (0.3, sway, 0.3), strict=True)
     ]
-    view = RecordingView("S1", 0.0, 60.0, 900, 15.0, 0.0, usable, None, (), (), tuple(axes), (), ())
+    view = RecordingView(
+        "S1", 0.0, 60.0, 900, 15.0, 0.0, usable, None, (), (), tuple(axes), inputs, ()
+    )
     signs = SimpleNamespace(findings=[SimpleNamespace(text=text) for text in findings])
     return Inspection(seatrial.load_vehicle("mallard-mp"), (view,), signs)
 
@@ -172,6 +174,10 @@ def inspected(*, usable=1.0, sway=0.3, findings=()):
     [
         (inspected(), "seatrial identify 'my log.bag' b.bag --vehicle v.yaml -o model.yaml"),
         (inspected(findings=["F_u is reversed: sign: -1"]), "correct v.yaml"),
+        (
+            inspected(inputs=(InputUse("F_u", 1100.0, 1900.0, 1.0, 800, 0.0, False),)),
+            "correct v.yaml",
+        ),
         (inspected(usable=0.7), "look at the faults of S1"),
         (inspected(sway=0.0), "record more with pulses of sway"),
     ],

@@ -14,7 +14,7 @@ from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.identification.uncertainty.parameter_verdict import ParameterVerdict
 from seatrial.inspection.advice import USABLE_POSES
 from seatrial.inspection.overview import Inspection
-from seatrial.recording.excitation import EXCITED
+from seatrial.recording.excitation import EXCITED, beyond_full
 from seatrial.util.format import joined, percent
 from seatrial.util.frames import AXES, SYMBOLS
 
@@ -42,7 +42,9 @@ class NextStep:
 def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path) -> NextStep:
     """Correct the vehicle file, or record what is missing, or identify."""
     # what the vehicle file has wrong
-    for remark in (*found.vehicle.remarks, *(f.text for f in found.signs.findings)):
+    uses = [use for view in found.recordings for use in view.inputs]
+    beyond = [text for use in uses for text in beyond_full(use.name, use.least, use.most)]
+    for remark in (*found.vehicle.remarks, *beyond, *(f.text for f in found.signs.findings)):
         return NextStep(f"correct {vehicle}", remark)
     # what a recording lacks
     driven = {a.axis for view in found.recordings for a in view.axes if a.rms >= EXCITED}
