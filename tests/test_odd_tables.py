@@ -48,7 +48,9 @@ def test_comments_headers_and_marks_among_the_rows(tmp_path):
     )
     lines = path.read_text().splitlines()
     for i, mark in zip(
-        range(300, 900, 100), ("N/A", "null", "None", "-", "NaN", "#N/A"), strict=True
+        range(300, 1200, 100),
+        ("N/A", "null", "None", "-", "NaN", "#N/A", "-1.#IND00", "1.#QNAN", "1.#INF"),
+        strict=True,
     ):
         cells = lines[i].split(",")
         lines[i] = ",".join([cells[0], mark, mark, *cells[3:]])
@@ -63,7 +65,7 @@ def test_comments_headers_and_marks_among_the_rows(tmp_path):
     path.write_text("\n".join(lines) + "\n")
     recording = read(path)[1]
     assert any("3 lines among the rows" in r and "line 901" in r for r in recording.remarks)
-    assert int((~recording.valid).sum()) == 6
+    assert int((~recording.valid).sum()) == 9
     moves_as_the_boat(recording)
 
 

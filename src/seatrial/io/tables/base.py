@@ -2,6 +2,7 @@
 """A table of a recording: columns of numbers and stamps by name, whatever the file's format."""
 
 import difflib
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -30,6 +31,13 @@ MOST_NUMBERS = 1 << 27  # of a file that are read at once: 1 GB
 LONGEST_REASON = 120  # characters of a library's error
 LISTED_COLUMNS = 20  # in an error message
 NO_VALUE = ("", "na", "n/a", "#n/a", "null", "none", "-", "--")  # of a cell, beside nan
+NAN_OF_WINDOWS = re.compile(r"-?1\.#[A-Z]+0*")  # -1.#IND00, 1.#QNAN, 1.#INF
+
+
+def no_value(text: str) -> bool:
+    """Whether a cell says that it has no value."""
+    cell = text.strip()
+    return cell.lower() in NO_VALUE or NAN_OF_WINDOWS.fullmatch(cell) is not None
 
 
 class Table(ABC):
@@ -76,7 +84,7 @@ class Table(ABC):
     def number_of(self, name: str, row: int, text: str, strict: bool) -> float:
         """A cell as a number; NaN: empty, or no number and not `strict`. Raises RecordingError."""
         try:
-            return float("nan") if text.strip().lower() in NO_VALUE else float(text)
+            return float("nan") if no_value(text) else float(text)
         except ValueError:
             if not strict:
                 return float("nan")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.io.tables.base import NO_VALUE, Table, unique_names
+from seatrial.io.tables.base import Table, no_value, unique_names
 from seatrial.io.tables.csv_layout import (
     COMMA_NUMBER,
     COMMENTS,
@@ -333,7 +333,7 @@ class CsvTable(Table):
         text = self._checked(row, i, line)[i]
         try:
             plain = text.replace(",", ".") if comma else text
-            return float("nan") if text.strip().lower() in NO_VALUE else float(plain)
+            return float("nan") if no_value(text) else float(plain)
         except ValueError:
             hint = ": write a decimal point, not a comma" if COMMA_NUMBER.fullmatch(text) else ""
             raise RecordingError(
