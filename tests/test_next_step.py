@@ -228,7 +228,7 @@ def test_commands_hand_on_how_they_read(pool, af, tmp_path, capsys, monkeypatch)
     def following(*arguments):
         code, out, err = run(capsys, *arguments)
         assert (code, err) == (0, "")
-        words = shlex.split(out.partition("\nnext: ")[2].partition("  (")[0])
+        words = shlex.split(out.partition("\nnext: ")[2], comments=True)
         return make_parser().parse_args(words[1:])
 
     for arguments in (
@@ -254,7 +254,7 @@ def test_a_further_identification_keeps_the_options_of_the_first(
     options += ["--method", "equation-error", "--literal", "--effect", "lever"]
     vehicle, out = ["--vehicle", pool / "vehicle-AF.yaml"], ["-o", tmp_path / "m.yaml"]
     code, said, _ = run(capsys, "identify", pool / "S7-AF", *vehicle, *out, *options)
-    words = shlex.split(said.partition("\nnext: ")[2].partition("  (")[0])
+    words = shlex.split(said.partition("\nnext: ")[2], comments=True)
     args = make_parser().parse_args(words[1:])
     assert code == 0 and args.effect == ["lever", "current"] and args.role == ["yaw=S7-AF"]
     assert (args.prior, args.prior_spread) == (pool / "model.yaml", 0.123)

@@ -37,7 +37,9 @@ def run(args: argparse.Namespace) -> None:
 
         found = [look(path, salvage=args.salvage) for path in over(args.recordings, "reading")]
         text, content = "\n".join(t for t, _ in found), {"recordings": [c for _, c in found]}
-        kind, step = "contents 1", NextStep(command("init", *again, "-o", "vehicle.yaml"))
+        kind = "contents 1"
+        init = command("init", *again, "-o", "vehicle.yaml")
+        step = NextStep(init, "a vehicle file to start from")
     else:
         from seatrial.boat.vehicle import load_vehicle
         from seatrial.inspection.console import inspection_text

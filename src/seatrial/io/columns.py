@@ -102,10 +102,7 @@ def columns_text(tables: Sequence[TableView]) -> str:
         width = max(len(column.name) for column in table.columns)
         lines.append(f"{table.path}: {table.rows} rows")
         lines += [f"  {column.name:<{width}}  {column.text}" for column in table.columns]
-    where = Path(tables[0].path).parent if len(tables) > 1 else tables[0].path
-    return "\n".join(
-        [*lines, f"  => seatrial init {where} -o vehicle.yaml writes a vehicle file to start from"]
-    )
+    return "\n".join(lines)
 
 
 def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:

@@ -35,8 +35,12 @@ class NextStep:
 
     @property
     def text(self) -> str:
-        """One line."""
-        return f"next: {self.do}" + (f"  ({self.why})" if self.why else "")
+        """One line, of which a command can be pasted whole: a shell takes the reason as a comment."""
+        if not self.why:
+            return f"next: {self.do}"
+        return f"next: {self.do}  " + (
+            f"# {self.why}" if self.do.startswith("seatrial ") else f"({self.why})"
+        )
 
 
 def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path) -> NextStep:

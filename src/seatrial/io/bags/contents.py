@@ -98,10 +98,6 @@ def contents_text(found: Contents) -> str:
             lines.append(
                 f"  => no topic looks like {role}; see docs/recording.md for what to record"
             )
-    if placed and found.of("commands"):
-        lines.append(
-            f"  => seatrial init {found.path} -o vehicle.yaml writes a vehicle file to start from"
-        )
     return "\n".join(lines)
 
 

@@ -72,7 +72,4 @@ def _text(log: Log, streams: list[Stream], length: float) -> str:
             lines.append(
                 f"  => no topic holds a {wanted.removesuffix('s')} that is known by its name"
             )
-    lines.append(
-        f"  => seatrial init {log.path} -o vehicle.yaml writes a vehicle file to start from"
-    )
     return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)
