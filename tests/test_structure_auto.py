@@ -185,6 +185,8 @@ def test_terms_that_diverge_leave_those_of_every_boat_and_the_lever_arm_is_named
     assert list(found.values) == list(choice.vehicle.structure.coefficients)
     (lever,) = (f for f in found.estimator.findings if f.kind is FindingKind.UNMODELLED_LEVER_ARM)
     assert lever.number("size") == pytest.approx(0.5, abs=0.02)
+    # no advice to do what could not be done
+    assert FindingKind.MISSING_TERM not in {f.kind for f in found.estimator.findings}
 
 
 def test_a_prior_has_terms_already(boat, lifted, as_given):

@@ -145,7 +145,7 @@ def _findings(solution: Fit, choice: TermChoice | None, prior: Model | None) -> 
     """A solution's, with those on its terms and on the thrusters of the vehicle file."""
     chosen = () if choice is None else choice.findings
     found = [*chosen, *solution.findings]
-    if choice is None or choice.selection is None:
+    if choice is None or not choice.automatic:
         found += missing_term_findings(solution)
     if prior is None and not of_kinds(chosen, FindingKind.THRUSTER_LAYOUT_SELECTED):
         found += contradicted_layout(solution)

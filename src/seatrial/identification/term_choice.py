@@ -41,7 +41,8 @@ class TermChoice:
     selection: Selection | None = None  # the reasons; None: a prior's terms, or none can be chosen
     begin: StartValues | None = None  # of the search with these terms
     findings: tuple[Finding, ...] = ()  # on what was chosen beside the terms
-    diverges: bool = False  # why none can be chosen; otherwise the recordings are too short
+    automatic: bool = False  # the recordings were to choose the terms
+    diverges: bool = False  # why they could not; otherwise they are too short
 
 
 def choose_terms(
@@ -103,7 +104,7 @@ def choose_terms_from(
     """The same after a solution with the effects, if any, and the terms that every boat has."""
     clean = recordings if at is None else without_effects(at, recordings)
     first = None if at is None else start_values_of(at)
-    usual = TermChoice(with_usual_terms(vehicle), None, first)
+    usual = TermChoice(with_usual_terms(vehicle), None, first, automatic=True)
     try:
         with explained(recordings, vehicle):
             found = choose_structure(clean, vehicle)
@@ -113,7 +114,8 @@ def choose_terms_from(
         return usual
     own = StartValues.of_model(found.model)
     known = {} if first is None else first.values
-    return TermChoice(found.vehicle, found, StartValues({**known, **own.values}, own.noise))
+    begin = StartValues({**known, **own.values}, own.noise)
+    return TermChoice(found.vehicle, found, begin, automatic=True)
 
 
 def without_effects(at: Point, recordings: Sequence[Recording]) -> list[Recording]:
