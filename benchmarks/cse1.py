@@ -31,7 +31,7 @@ from seatrial.evaluation.prediction import Lookahead
 from seatrial.identification.methods import METHODS
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import UNEVEN, Motion
-from seatrial.util.frames import POSE_SIGNS, Array, Axes, body_velocity
+from seatrial.util.frames import Array, body_velocity
 from tests.boats.drives import RUNS, SHIP
 
 CENTRED = (21, 3)  # poses and degree of the reference
@@ -171,7 +171,7 @@ def drag_and_thrust(model: seatrial.Model, runs: Sequence[Recording]) -> None:
     speed = np.concatenate([m.nu[m.valid] for m in map(reference, runs)])
     command = np.concatenate([r.commands.values for r in runs])
     everywhere = np.ones(len(speed), dtype=bool)
-    axes = POSE_SIGNS if model.vehicle.axes is Axes.FRD else np.ones(3)  # the tests' are the file's
+    axes = model.vehicle.axes.signs  # the tests' are the file's
     chain, inputs = model.vehicle.chain, model.vehicle.inputs
     constants = np.array(model.constants)
     cases = [

@@ -445,8 +445,12 @@ def test_data_that_is_there_is_used_before_more_is_driven(tmp_path):
 def test_too_short_says_what_there_is_what_it_takes_and_how_to_get_there(held, name, said):
     """270 s of 320 s for 16 parameters; a quarter of what is recorded further is held out, too."""
     found = SimpleNamespace(solution=SimpleNamespace(problem=SimpleNamespace(free=range(16))))
-    training = [SimpleNamespace(duration=270.0)]
-    text = too_short_text(found, training, [SimpleNamespace(duration=held, name=name)])
+
+    def drive(seconds, name):
+        t = np.arange(0.0, seconds)
+        return SimpleNamespace(duration=seconds, name=name, t=t, valid=t >= 0.0)
+
+    text = too_short_text(found, [drive(270.0, "pool")], [drive(held, name)])
     assert text == f"270 s identify the model, choosing terms takes 320 s: {said}"
 
 

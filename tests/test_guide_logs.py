@@ -21,7 +21,7 @@ def test_logs_of_one_name_are_each_read_again_from_their_own_file(tmp_path):
     here = Task(logs, out, None, lambda _: None, salvage=False, steps=Steps(out))
     vehicle, _ = vehicle_of(here, Choices())
     recordings, _ = driven_recordings(here, vehicle, proposed_now=True)
-    assert [one.name for one in recordings] == ["run", "run"]
+    assert [one.name for one in recordings] == ["a/run", "b/run"]
     content = vehicle.to_mapping()
     content["pose"]["lever"] = [0.3, 0.1]
     model = SimpleNamespace(vehicle=vehicle_from(content, "vehicle.yaml"))

@@ -28,7 +28,7 @@ from seatrial.onboard.live.protocol import CSV_HEADER
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
 from seatrial.util.errors import LiveError, ModelError
-from seatrial.util.frames import POSE_SIGNS
+from seatrial.util.frames import Axes
 from tests.boats.drives import drive, model, trials
 from tests.boats.scenes import TRAINING
 
@@ -57,7 +57,7 @@ def recording() -> seatrial.Recording:
 
 def lines(recording, *, flip: bool = False, form: str = "json") -> list[str]:
     """A recording as a program would send it, in the order of the stamps."""
-    turn = POSE_SIGNS if flip else np.ones(3)
+    turn = (Axes.FRD if flip else Axes.FLU).signs
     found = [
         (int(t), "command", (row * turn).tolist())
         for t, row in zip(recording.commands.stamps, recording.commands.values, strict=True)
@@ -134,8 +134,8 @@ def test_a_boat_in_forward_right_down_gets_mirrored_lines(known, path, recording
     assert said == []
     for a, b in zip(map(json.loads, here), map(json.loads, there), strict=True):
         for key in ("pose", "velocity", "map"):
-            np.testing.assert_allclose(np.array(b[key]) * POSE_SIGNS, a[key], atol=1e-9)
-        square = np.outer(POSE_SIGNS, POSE_SIGNS)
+            np.testing.assert_allclose(np.array(b[key]) * Axes.FRD.signs, a[key], atol=1e-9)
+        square = np.outer(Axes.FRD.signs, Axes.FRD.signs)
         np.testing.assert_allclose(b["map_covariance"] * square, a["map_covariance"], atol=1e-12)
 
 

@@ -17,7 +17,7 @@ from seatrial.commands.cli import main
 from seatrial.simulation.mimic import Carrier, Mimic
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
-from seatrial.util.frames import POSE_SIGNS
+from seatrial.util.frames import Axes
 
 PROGRAM = str(Path(sys.executable).parent / "seatrial")
 
@@ -75,11 +75,11 @@ def test_lines_are_in_the_models_own_axes(boat, path, tmp_path):
     other = tmp_path / "frd.yaml"
     seatrial.save(replace(boat, vehicle=frd(boat.vehicle)), other)
     _, own, _ = mimic(path, lines=lines())
-    _, flipped, _ = mimic(other, lines=lines(POSE_SIGNS))
+    _, flipped, _ = mimic(other, lines=lines(Axes.FRD.signs))
     assert len(own) > 100
     for one, two in zip(own, flipped, strict=True):
-        np.testing.assert_allclose(two["velocity"], one["velocity"] * POSE_SIGNS, atol=1e-9)
-        np.testing.assert_allclose(two["mismatch"], one["mismatch"] * POSE_SIGNS, atol=1e-9)
+        np.testing.assert_allclose(two["velocity"], one["velocity"] * Axes.FRD.signs, atol=1e-9)
+        np.testing.assert_allclose(two["mismatch"], one["mismatch"] * Axes.FRD.signs, atol=1e-9)
 
 
 def test_csv_goes_in_too(path):

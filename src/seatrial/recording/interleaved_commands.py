@@ -14,7 +14,8 @@ MIXED_SHARE = 0.5  # of the leaps that are undone at once
 
 def interleaving_doubt(commands: Signal) -> list[str]:
     """The doubt where most changes of a command are undone by the next row."""
-    values, t = commands.values, 1e-9 * (commands.stamps - commands.stamps[:1])
+    known = np.isfinite(commands.values).all(axis=1)
+    values, t = commands.values[known], 1e-9 * (commands.stamps - commands.stamps[:1])[known]
     if len(values) < 3:
         return []
     size = np.ptp(values, axis=0)

@@ -93,15 +93,17 @@ def _called(name: str, recordings: "list[Recording]", paths: list[Path]) -> int:
     from seatrial.util.errors import RecordingError
 
     own = [i for i, path in enumerate(paths) if path == Path(name)]
-    own = own or [i for i, recording in enumerate(recordings) if recording.name == name]
+    names = [recording.name for recording in recordings]
+    # also where it is one of several with this name, which folders tell apart
+    own = own or [i for i, one in enumerate(names) if one == name or one.endswith(f"/{name}")]
     if len(own) == 1:
         return own[0]
     if own:
         raise RecordingError(
             f"--without {name}: {len(own)} recordings are called so; give its path"
         )
-    names = ", ".join(sorted({recording.name for recording in recordings}))
-    raise RecordingError(f"--without {name}: there is no such recording; {names}")
+    known = ", ".join(sorted({*names}))
+    raise RecordingError(f"--without {name}: there is no such recording; {known}")
 
 
 def _stretch(text: str) -> tuple[str, float, float]:
