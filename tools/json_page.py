@@ -30,14 +30,14 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
 HEAD = """\
 # Results as JSON
 
-Every command takes `--json FILE` and then also writes its result as JSON. With `--json -` the JSON is on
+Every command takes `--json FILE` and also writes its result as JSON. With `--json -` the JSON is on
 standard output, and nothing else is: `seatrial inspect run1.bag --vehicle boat.yaml --json - | jq .signs`. Exit
 codes are the same: 0 done, 1 a mistake in a file or a value, 2 a mistake in the arguments.
 
 The first field, `seatrial`, states kind and version of the content, such as `scores 6`. A new version may remove
 or rename fields; the same version may get new ones. Units are SI unless a field states another one. null stands
 for a number that is infinite or does not exist. `seatrial report --scores` reads what `seatrial validate --json`
-writes, also of earlier versions.
+writes.
 """
 
 
