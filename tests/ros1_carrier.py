@@ -22,9 +22,7 @@ LAG = 0.1  # [s]
 GRIP = (0.95, 0.9, 1.05)  # share of speed that is left: forward, left, yaw
 EPOCH = 1_700_000_000  # [s] of the first odometry
 EACH = 5.0  # [s] a drive
-BEHIND = (
-    0.02  # [s] at most, of the mimic's newest velocity: twice the period of a mimic at this rate
-)
+BEHIND = 0.02  # [s] of the mimic's newest velocity at most: two periods of a mimic at this rate
 PATIENCE = 100.0  # [s]
 
 

@@ -27,7 +27,7 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatc
     vehicle = ["--vehicle", pool / "vehicle-AF.yaml"]
     code, out, err = run(capsys, "inspect", trials[0], *vehicle)
     assert (code, err) == (0, "")
-    assert "% of the effort is in surge: identifies it best" in out
+    assert "% of the effort is in surge: this recording identifies surge best" in out
     model = tmp_path / "model.yaml"
     code, out, err = run(capsys, "identify", *trials[:3], *vehicle, "-o", model)
     assert (code, err) == (0, "")

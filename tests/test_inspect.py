@@ -58,7 +58,9 @@ def test_trials_in_the_clean_plan_have_no_complaints_but_what_is_true(clean_af, 
     for view, axis in zip(found.recordings, [*axes, *axes, None], strict=True):
         if axis is not None:
             (verdict,) = view.verdicts
-            assert re.fullmatch(rf"9\d % of the effort is in {axis}: identifies it best", verdict)
+            assert re.fullmatch(
+                rf"9\d % of the effort is in {axis}: this recording identifies {axis} best", verdict
+            )
         else:
             assert view.verdicts == (GOOD,)
         assert view.faults == ()
@@ -197,7 +199,9 @@ def test_minutes_by_direction_and_size_are_those_that_were_driven(inspected):
         assert view["rms"] == 0.0
         assert f"{axis} is not excited: add a recording that excites it" in found["verdicts"]
         assert re.search(rf"{axis} +rms 0.000: not excited", text)
-    assert "100 % of the effort is in surge: identifies it best" in found["verdicts"]
+    assert (
+        "100 % of the effort is in surge: this recording identifies surge best" in found["verdicts"]
+    )
 
 
 def test_minutes_count_only_while_there_are_poses(inspected):
@@ -325,7 +329,7 @@ def test_a_boat_of_two_thrusters_that_turns_less_than_it_drives_identifies_both_
     (view,) = seatrial.inspect([both], vehicle).recordings
     share = np.mean(ahead**2) / np.mean(ahead**2 + turn**2)
     (found,) = (
-        re.fullmatch("(.+) % of the effort is in surge: identifies it best", v)
+        re.fullmatch("(.+) % of the effort is in surge: this recording identifies surge best", v)
         for v in view.verdicts
     )
     assert float(found[1]) == pytest.approx(100.0 * share, abs=1.0)

@@ -91,8 +91,8 @@ def jitter(recording: Recording) -> float:
 def _excitation(found: Excitation, vehicle: Vehicle) -> list[str]:
     advice, forced = [], {force.axis for force in vehicle.forces}
     if found.dominant is not None:
-        share = percent(float(found.share[found.dominant]))
-        advice.append(f"{share} of the effort is in {AXES[found.dominant]}: identifies it best")
+        share, name = percent(float(found.share[found.dominant])), AXES[found.dominant]
+        advice.append(f"{share} of the effort is in {name}: this recording identifies {name} best")
     for axis, label in enumerate(AXES):
         if axis not in forced:
             continue  # no actuator drives it

@@ -34,11 +34,11 @@ CONTROLLER_RATE = 50.0  # [Hz] of the controller
 # largest |S|: 29 degrees of phase and a factor of 2 in gain remain (Skogestad 2003)
 SENSITIVITY_LIMIT = 2.0
 LARGEST_KNOB = 100.0  # [s] a larger one is refused
-KNOB_STEP, NEXT_DIGIT = 1.05, 1.001  # factors of the search of the smallest knob
+KNOB_STEP = 1.05  # factor between knobs in the search of the smallest
+NEXT_DIGIT = 1.001  # factor that, rounded up, gives the next number of two digits
 LEAST_KNOB_SHARE = 0.5  # of the largest delay: the search of the smallest knob begins there
-WORST_DRAWS = (
-    8  # draws that a knob adds to the search of the smallest; it is checked with all draws
-)
+# draws that a knob adds to the search of the smallest; the result is checked with all draws
+WORST_DRAWS = 8
 
 
 @dataclass(frozen=True)
