@@ -67,18 +67,21 @@ inline void less_identity(MotionSlopes& f) {
 template <int N, class State, class Gain>
 void carry_columns(const MotionSlopes& f, const GaussMarkov<N>& others, int count, Gain gain,
                    State& b) {
-  double next[kStates][State::kColumns];
-  for (int i = 0; i < kStates; ++i) {
-    gain(i, next[i]);
-    if (i < 2) {
-      for (int c = 0; c < count; ++c) next[i][c] += b.d[i][c];
-    }
-    for (int j = 0; j < kMoving; ++j) {
-      const double slope = f[i][j];
-      for (int c = 0; c < count; ++c) next[i][c] += slope * b.d[j + 2][c];
+  double gained[kStates][State::kColumns];
+  for (int i = 0; i < kStates; ++i) gain(i, gained[i]);
+  double slope[kStates][kMoving];
+  std::copy(&f[0][0], &f[0][0] + kStates * kMoving, &slope[0][0]);
+  // column by column: all that F takes is read before its rows are written
+  for (int c = 0; c < count; ++c) {
+    double before[kMoving];
+    for (int j = 0; j < kMoving; ++j) before[j] = b.d[j + 2][c];
+    for (int i = 0; i < kStates; ++i) {
+      double sum = gained[i][c];
+      if (i < 2) sum += b.d[i][c];
+      for (int j = 0; j < kMoving; ++j) sum += slope[i][j] * before[j];
+      b.d[i][c] = sum;
     }
   }
-  for (int i = 0; i < kStates; ++i) std::copy(next[i], next[i] + count, b.d[i]);
   others.carry_columns(b.d, count);
 }
 

@@ -98,7 +98,7 @@ class LikelihoodFilter {
       for (int i = 2; i < kStates; ++i) whole[i][i - 2] += 1.0;
       const auto kept_gain = [this, gain](int i, double* row) {
         const float* from_row = gain + static_cast<std::ptrdiff_t>(i) * parameters_;
-        std::copy(from_row, from_row + parameters_, row);
+        for (int c = 0; c < parameters_; ++c) row[c] = static_cast<double>(from_row[c]);
       };
       carry_columns<N>(whole, others, parameters_, kept_gain, s_);
     }

@@ -229,15 +229,15 @@ inline void limited_nodes(const Chain& c, const double* q, const Columns& column
                           double output[3][kMaxActuators],
                           double doutput[3][kMaxActuators][kMaxConstants]) {
   double level = 0.0;
-  double dlevel[kMaxConstants];
+  double moved[kMaxConstants];
   double dpart[kMaxConstants];
   for (int node = 0; node < 3; ++node) {
+    double* dlevel = node < 2 ? moved : df.level[k];  // the level's own at the end
     scaled(dh, columns.n_constants, 0.5 * node, dpart);
     level = limited_sensitivities(c, q, columns, f, df, k, 0.5 * node * h, dpart, dlevel);
     output[node][k] = output_sensitivities(columns, f, df, k, level, dlevel, doutput[node][k]);
   }
   f.level[k] = level;
-  std::copy(dlevel, dlevel + columns.n_constants, df.level[k]);
 }
 
 }  // namespace detail
@@ -279,10 +279,10 @@ inline void step_forces_sensitivities(const Chain& c, const double* q, const Col
     level = detail::level_sensitivities(columns, f, df, k, decays.middle, dfade, dlevel);
     output[1][k] = detail::output_sensitivities(columns, f, df, k, level, dlevel, doutput[1][k]);
     detail::scaled(dx, columns.n_constants, slope.end, dfade);
-    level = detail::level_sensitivities(columns, f, df, k, decays.end, dfade, dlevel);
-    output[2][k] = detail::output_sensitivities(columns, f, df, k, level, dlevel, doutput[2][k]);
+    level = detail::level_sensitivities(columns, f, df, k, decays.end, dfade, df.level[k]);
+    output[2][k] =
+        detail::output_sensitivities(columns, f, df, k, level, df.level[k], doutput[2][k]);
     f.level[k] = level;
-    std::copy(dlevel, dlevel + columns.n_constants, df.level[k]);
   }
   for (int node = 0; node < 3; ++node) {
     detail::mix_node(c, columns, output[node], doutput[node], node, to);

@@ -123,7 +123,9 @@ class ThrustTrace {
   void sweep(const Held& commands, const Held& scales) {
     Thrust f;
     ThrustSensitivities df;
-    for (int k = 0; k < chain_.n_actuators(); ++k) aim(commands.row(0), k, f, df);
+    double thruster[kMaxActuators];
+    allocate(chain_.allocation, commands.row(0), thruster);
+    for (int k = 0; k < chain_.n_actuators(); ++k) aim(thruster, k, f, df);
     rescale(f, df);
     std::copy(f.target, f.target + kMaxActuators, f.level);
     df = start(df);
@@ -141,9 +143,9 @@ class ThrustTrace {
         std::copy(scales.row(change.row), scales.row(change.row) + chain_.n_scales, scale_);
         rescale(f, df);
       } else {
+        allocate(chain_.allocation, commands.row(change.row), thruster);
         for (int k = 0; k < chain_.n_actuators(); ++k) {
-          if (chain_.actuators[k].latency == change.latency)
-            aim(commands.row(change.row), k, f, df);
+          if (chain_.actuators[k].latency == change.latency) aim(thruster, k, f, df);
         }
       }
       store(change.time, dt, f, df);
@@ -197,11 +199,9 @@ class ThrustTrace {
     for (int p = 0; p < columns_.n_constants; ++p) chosen[p] = slope[columns_.constant[p]];
   }
 
-  /// Target of actuator k for a new row of commands.
-  void aim(const double* command, int k, Thrust& f, ThrustSensitivities& df) const {
-    double thruster[kMaxActuators];
+  /// Target of actuator k for new commands of the thrusters.
+  void aim(const double* thruster, int k, Thrust& f, ThrustSensitivities& df) const {
     double slope[kMaxConstants] = {0.0};
-    allocate(chain_.allocation, command, thruster);
     f.target[k] = curve(chain_, q_, k, thruster, slope);
     choose(slope, df.target[k]);
   }
@@ -217,18 +217,15 @@ class ThrustTrace {
   /// Levels (and their derivatives) after `length` in the interval that f, df begin.
   void settle(double length, const double* dlength, Thrust& f, ThrustSensitivities& df) const {
     for (int k = 0; k < chain_.n_actuators(); ++k) {
-      double dremains[kMaxConstants];
-      double dlevel[kMaxConstants];
       if (rate_limit(chain_, q_, k) > 0.0) {
-        f.level[k] =
-            detail::limited_sensitivities(chain_, q_, columns_, f, df, k, length, dlength, dlevel);
-        std::copy(dlevel, dlevel + columns_.n_constants, df.level[k]);
+        f.level[k] = detail::limited_sensitivities(chain_, q_, columns_, f, df, k, length, dlength,
+                                                   df.level[k]);
         continue;
       }
+      double dremains[kMaxConstants];
       const double remains =
           detail::decay_sensitivities(chain_, q_, columns_, k, length, dlength, dremains);
-      f.level[k] = detail::level_sensitivities(columns_, f, df, k, remains, dremains, dlevel);
-      std::copy(dlevel, dlevel + columns_.n_constants, df.level[k]);
+      f.level[k] = detail::level_sensitivities(columns_, f, df, k, remains, dremains, df.level[k]);
     }
   }
 
@@ -261,8 +258,7 @@ class ThrustTrace {
     const double* from = sensitivities_.data() + static_cast<std::ptrdiff_t>(i) * 3 * n * w;
     for (int k = 0; k < n; ++k) {
       for (auto* block : {&df.level, &df.target, &df.multiplier}) {
-        std::copy(from, from + w, (*block)[k]);
-        from += w;
+        for (int p = 0; p < w; ++p) (*block)[k][p] = *from++;
       }
     }
   }
