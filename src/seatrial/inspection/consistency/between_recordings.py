@@ -88,7 +88,7 @@ def _explained_by_one_lever(apart: Sequence[ConsistencyReport]) -> list[bool]:
     known = [s for s in searches if s is not None]
     lever = nearest_lever(known, LEVER_OF_SEVERAL)
     return [
-        not _has_clock_offset(own) and s.at_point(lever).misfit(s.no_edit) < s.edit_penalty
+        not _has_clock_offset(own) and s.at_point(*lever).misfit(s.no_edit) < s.edit_penalty
         for own, s in zip(apart, known, strict=True)
     ]
 

@@ -61,16 +61,16 @@ class Run:
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of one axis: acceleration for each input at 1."""
+    """Gains of one axis: acceleration for each input at 1. Of h hypotheses there is a row of each."""
 
-    values: Array  # (n,) [m/s^2] or [rad/s^2] per unit of command
-    t: Array  # (n,) values over their standard errors
-    precision: Array  # (n, n) inverse covariance, `UNMODELLED_SHARE` included
+    values: Array  # (n,) or (h, n) [m/s^2] or [rad/s^2] per unit of command
+    t: Array  # the same over their standard errors
+    precision: Array  # (n, n) or (h, n, n) inverse covariance, `UNMODELLED_SHARE` included
 
     @property
-    def total(self) -> float:
-        """Chi-square of the hypothesis that all gains are 0."""
-        return float(self.values @ self.precision @ self.values)
+    def total(self) -> Array:
+        """Chi-square () or (h,) of the hypothesis that all gains are 0."""
+        return np.asarray(np.einsum("...i,...ij,...j", self.values, self.precision, self.values))
 
 
 def read_run(recording: Recording, commands: Signal, *, spacing: float = 1.0) -> Run:

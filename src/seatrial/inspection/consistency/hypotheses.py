@@ -67,7 +67,9 @@ class HypothesisSearch:
     """Hypotheses of signs and order, scored by the estimated gains of the file's inputs."""
 
     vehicle: Vehicle
-    gains: tuple[Gains, Gains, Gains]  # mirrored: with y turned round
+    gains: tuple[
+        Gains, Gains, Gains
+    ]  # mirrored: with y turned round; each of h hypotheses or of one
     mirrored: bool  # whether the plane of the poses is mirrored with respect to psi
     blocks: int
 
@@ -109,7 +111,11 @@ class HypothesisSearch:
 
     def misfit(self, repair: Repair) -> float:
         """Chi-square of the gains against what the repaired file allows."""
-        return float(self._misfits(repair, repair.matrix[None])[0])
+        return float(self.misfits(repair)[0])
+
+    def misfits(self, repair: Repair) -> Array:
+        """The same (h,) for the gains of each hypothesis."""
+        return self._misfits(repair, repair.matrix[None])
 
     def fits(self, repair: Repair) -> bool:
         """Whether the repaired file explains the gains, with a lever arm up to `LEVER_OF_ONE`."""
@@ -117,24 +123,21 @@ class HypothesisSearch:
             return False
         if self.misfit(repair) < self.edit_penalty:
             return True
-        return (
-            self.at_point(nearest_lever([self], LEVER_OF_ONE, repair), repair).misfit(repair)
-            < self.edit_penalty
-        )
+        ahead, left = nearest_lever([self], LEVER_OF_ONE, repair)
+        return self.at_point(ahead, left, repair).misfit(repair) < self.edit_penalty
 
     def at_point(
-        self, lever: tuple[float, float], repair: Repair | None = None
+        self, ahead: float | Array, left: float | Array, repair: Repair | None = None
     ) -> "HypothesisSearch":
-        """The gains of the point that lies `lever` [m] (ahead, left) back from the measured one.
+        """The gains of the point that lies so far [m] back from the measured one; of h points, their gains.
 
         Yaw gains are projected on what the file allows: unexcited inputs have arbitrary gains.
         """
-        ahead, left = lever
         surge, sway, yaw = self.gains
         weights = self.patterns[2].weights @ (repair or self.no_edit).matrix
         turns = _projected(yaw, weights) * (-1.0 if self.mirrored else 1.0)
-        surge = replace(surge, values=surge.values + left * turns)
-        sway = replace(sway, values=sway.values - ahead * turns)
+        surge = replace(surge, values=surge.values + np.multiply.outer(left, turns))
+        sway = replace(sway, values=sway.values - np.multiply.outer(ahead, turns))
         return replace(self, gains=(surge, sway, yaw))
 
     def gain_rotation(self, repair: Repair) -> Array:
@@ -161,11 +164,11 @@ class HypothesisSearch:
                 yield repair
 
     def _misfits(self, pose: Repair, matrices: Array) -> Array:
-        """Chi-square (h,) for each matrix (h, n, n) of the inputs."""
-        total = np.zeros(len(matrices))
+        """Chi-square (h,) for each matrix (h, n, n) of the inputs, or for each of the gains."""
+        total = np.zeros(1)
         for pattern, row in zip(self.patterns, self.gain_rotation(pose), strict=True):
             axis = int(np.argmax(np.abs(row)))
-            total += _misfit(self.gains[axis], row[axis], pattern, matrices)
+            total = total + _misfit(self.gains[axis], row[axis], pattern, matrices)
         return total
 
     def _score(self, repair: Repair) -> float:
@@ -185,13 +188,15 @@ def nearest_lever(
     searches: Sequence[HypothesisSearch], most: float, repair: Repair | None = None
 ) -> tuple[float, float]:
     """Lever arm [m] (ahead, left) of the measured point that fits best, each within `most`."""
-    levers = np.arange(-round(most / LEVER_STEP), round(most / LEVER_STEP) + 1) * LEVER_STEP
+    steps = round(most / LEVER_STEP)
+    levers = np.arange(-steps, steps + 1, dtype=np.float64) * LEVER_STEP
 
-    def misfit(lever: tuple[float, float]) -> float:
-        return sum(s.at_point(lever, repair).misfit(repair or s.no_edit) for s in searches)
+    def best(points: Sequence[HypothesisSearch]) -> float:
+        misfits = sum(p.misfits(repair or p.no_edit) for p in points)
+        return float(levers[np.argmin(misfits)])
 
-    ahead = min(levers.tolist(), key=lambda x: misfit((x, 0.0)))  # acts on sway
-    left = min(levers.tolist(), key=lambda y: misfit((0.0, y)))  # acts on surge
+    ahead = best([s.at_point(levers, 0.0, repair) for s in searches])  # acts on sway
+    left = best([s.at_point(0.0, levers, repair) for s in searches])  # acts on surge
     return ahead, left
 
 
@@ -239,7 +244,7 @@ def _signed_permutations(
 
 
 def _with_thruster_spread(gains: Gains, weights: Array) -> Array:
-    """Precisions (h, n, n) of the gains, with `THRUSTER_SPREAD` added to their covariance.
+    """Precisions (h, n, n) of the gains for weights (h, forces, n), with `THRUSTER_SPREAD` in the covariance.
 
     Actuators that share a force differ in dead zone and curve; what remains of an axis that others
     drive is no inconsistency. The spread scales with the largest force that the gains allow; a force
@@ -248,11 +253,11 @@ def _with_thruster_spread(gains: Gains, weights: Array) -> Array:
     precision = gains.precision
     shared = np.count_nonzero(weights, axis=2) > 1  # (h, forces): driven by several actuators
     if not shared.any():
-        return np.broadcast_to(precision, (len(weights), *precision.shape))
+        return precision
     curvature = weights @ precision @ np.swapaxes(weights, 1, 2)
-    most = np.linalg.norm(precision, 2) * np.sum(weights**2, axis=(1, 2))
+    most = np.linalg.norm(precision, 2, axis=(-2, -1)) * np.sum(weights**2, axis=(1, 2))
     inverse = np.linalg.inv(curvature + RIDGE * most[:, None, None] * np.eye(weights.shape[1]))
-    found = (inverse @ weights @ (precision @ gains.values)[:, None])[:, :, 0]
+    found = (inverse @ weights @ (precision @ gains.values[..., None]))[:, :, 0]
     force = np.abs(found) + 2.0 * np.sqrt(np.diagonal(inverse, axis1=1, axis2=2))
     parts = np.where(shared[:, :, None], force[:, :, None] * weights, 0.0)
     unlike = THRUSTER_SPREAD**2 * np.sum(parts**2, axis=1)[:, :, None] * np.eye(weights.shape[2])
@@ -270,19 +275,21 @@ def _projected(gains: Gains, weights: Array) -> Array:
 
 
 def _misfit(gains: Gains, sign: float, pattern: Pattern, matrices: Array) -> Array:
-    """Chi-square (h,) of an axis' gains, times sign, given the pattern of each edited input matrix.
+    """Chi-square (h,) of an axis' gains, times sign, given the pattern of the edited input matrices (h, n, n).
+
+    Gains and matrices: one of the two may be of a single hypothesis.
 
     Non-negative least squares by enumeration: each set of active forces is solved, the admissible
     solution with the least cost counts.
     """
     if len(pattern.own) == 0:
-        return np.full(len(matrices), gains.total)
+        return np.atleast_1d(gains.total)
     weights = pattern.weights @ matrices  # (h, forces, n)
     precision = _with_thruster_spread(gains, weights)
-    pull = precision @ gains.values  # (h, n)
-    total = pull @ gains.values
+    pull = precision @ gains.values[..., None]  # (h, n, 1)
+    total = np.sum(pull[..., 0] * gains.values, axis=-1)
     curvature = weights @ precision @ np.swapaxes(weights, 1, 2)
-    slope = sign * (weights @ pull[:, :, None])[:, :, 0]
+    slope = sign * (weights @ pull)[:, :, 0]
     best = total
     for active in _active_sets(pattern.own):
         matrix = curvature[:, active[:, None], active]

@@ -15,6 +15,7 @@ from seatrial.inspection.consistency.hypotheses import (
     nearest_lever,
 )
 from seatrial.inspection.consistency.repair import Repair
+from seatrial.util.frames import Array
 
 LEAST_ANGLE = 8.0  # [deg] reported; less may be forces that are not along the axes
 ANGLE_STEP = 1.0  # [deg] of the grid
@@ -26,7 +27,7 @@ def oblique_angle(search: HypothesisSearch, repair: Repair) -> float:
     if search.mirrored or search.fits(repair):
         return 0.0
     angles = np.arange(-180.0, 180.0, ANGLE_STEP)
-    misfits = [with_heading_turned(search, a).misfit(search.no_edit) for a in angles.tolist()]
+    misfits = with_heading_turned(search, angles).misfits(search.no_edit)
     angle = float(angles[int(np.argmin(misfits))])
     turned = with_heading_turned(search, angle)
     saved = _misfit_of_one_point(search) - _misfit_of_one_point(turned)
@@ -34,17 +35,19 @@ def oblique_angle(search: HypothesisSearch, repair: Repair) -> float:
     return angle if abs(angle) >= LEAST_ANGLE and clear and saved > search.edit_penalty else 0.0
 
 
-def with_heading_turned(search: HypothesisSearch, angle: float) -> HypothesisSearch:
-    """The gains as they are with psi more by an angle [deg], forward-left-up."""
-    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+def with_heading_turned(search: HypothesisSearch, angle: float | Array) -> HypothesisSearch:
+    """The gains as they are with psi more by an angle [deg], forward-left-up; of h angles, their gains."""
+    turn = np.radians(angle)[..., None]
+    c, s = np.cos(turn), np.sin(turn)
     surge, sway, yaw = search.gains
     return replace(search, gains=(_sum(surge, c, sway, s), _sum(sway, c, surge, -s), yaw))
 
 
-def _sum(one: Gains, a: float, other: Gains, b: float) -> Gains:
-    """Gains of a one + b other, whose errors are independent."""
+def _sum(one: Gains, a: Array, other: Gains, b: Array) -> Gains:
+    """Gains of a one + b other, whose errors are independent; a and b: (1,) or (h, 1)."""
     values = a * one.values + b * other.values
-    covariance = a**2 * np.linalg.inv(one.precision) + b**2 * np.linalg.inv(other.precision)
+    own, others = np.linalg.inv(one.precision), np.linalg.inv(other.precision)
+    covariance = a[..., None] ** 2 * own + b[..., None] ** 2 * others
     errors = [
         np.abs(g.values) / np.maximum(np.abs(g.t), np.finfo(float).tiny) for g in (one, other)
     ]
@@ -54,5 +57,4 @@ def _sum(one: Gains, a: float, other: Gains, b: float) -> Gains:
 
 def _misfit_of_one_point(search: HypothesisSearch) -> float:
     """Chi-square of the file as it is, with the lever arm that fits best."""
-    lever = nearest_lever([search], LEVER_OF_ONE)
-    return search.at_point(lever).misfit(search.no_edit)
+    return search.at_point(*nearest_lever([search], LEVER_OF_ONE)).misfit(search.no_edit)
