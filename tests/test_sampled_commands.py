@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
 
-from seatrial import load_vehicle
+from seatrial import identify, load_vehicle
 from seatrial import read as read_recording
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import sampling_period
@@ -19,7 +19,7 @@ from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import search
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
-from seatrial.identification.selection.command_sampling import sampled_commands_of
+from seatrial.identification.selection.command_sampling import command_sampling_of
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.term_choice import choose_terms
 from seatrial.identification.uncertainty.command_shape import with_ramps, with_unknown_shape
@@ -292,11 +292,23 @@ def test_the_recordings_show_which_it_is(boat):
     vehicle, recordings = boat
     looked_at = [replace(r, command_sampled=False) for r in recordings]
     at = first_maximum(looked_at, vehicle)
-    found = sampled_commands_of(at, vehicle)
-    assert found.finding.values["gain"] > 100.0
+    found = command_sampling_of(at, vehicle)
+    assert found.sampled and found.findings[0].values["gain"] > 100.0
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
     exact = [replace(r, command_period=0.1) for r in changed]
-    assert sampled_commands_of(first_maximum(exact, vehicle), vehicle) is None
+    there = first_maximum(exact, vehicle)
+    again = command_sampling_of(there, vehicle)
+    assert not again.sampled and again.at is there and not again.findings
+
+
+def test_a_model_of_commands_that_are_exact_has_no_doubt_of_them(boat):
+    vehicle, _ = boat
+    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    exact = [replace(r, command_period=0.1) for r in changed]
+    assert sampling_doubt(exact[0])
+    model = identify(exact, vehicle.with_automatic_structure())
+    assert model.vehicle.file.commands.sampled is False
+    assert not any("rows of the commands" in warning for warning in model.warnings)
 
 
 def test_a_model_of_terms_that_the_recordings_choose_says_so(boat):

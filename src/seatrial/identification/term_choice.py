@@ -11,7 +11,7 @@ from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.command_sampling import (
-    sampled_commands_of,
+    command_sampling_of,
     sampling_is_open,
 )
 from seatrial.identification.selection.terms import Selection, choose_structure
@@ -87,10 +87,10 @@ def choose_input(
     at: a solution with the terms that every boat has.
     """
     findings: tuple[Finding, ...] = ()
-    sampled = sampled_commands_of(at, with_usual_terms(vehicle), effects)
-    if sampled is not None:
-        at, vehicle = sampled.at, vehicle.with_sampled_commands()
-        findings = (sampled.finding,)
+    sampling = command_sampling_of(at, with_usual_terms(vehicle), effects)
+    if sampling is not None:
+        at, findings = sampling.at, sampling.findings
+        vehicle = vehicle.with_sampled_commands(sampled=sampling.sampled)
     layout = select_layout(at, with_usual_terms(vehicle), effects)
     if layout is not None:
         at, vehicle = layout.at, layout.given_to(vehicle)

@@ -42,7 +42,7 @@ def sampling_doubt(recording: Recording) -> list[str]:
         return []
     return [
         f"the rows of the commands are {recording.command_period:.2g} s apart. If a logger sampled them, a change "
-        "is up to that much older than its row, and latency, lag and dead zone are off by more than their "
-        "intervals say. Below commands: in the vehicle file state 'sampled: true', or 'sampled: false' if each "
+        "is up to that much older than its row. Latency, lag and dead zone are then off by more than their "
+        "intervals say. Under 'commands:' in the vehicle file state 'sampled: true', or 'sampled: false' if each "
         "row is a new command"
     ]

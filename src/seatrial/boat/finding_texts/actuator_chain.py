@@ -12,7 +12,7 @@ DEAD_ZONE_NOT_SOUGHT = Spec(
 COMMANDS_SAMPLED = Spec(
     "commands: their rows are samples of a logger. With each change put halfway between its row and the row "
     "before, -2 log L falls by {gain:.0f}, so the model has 'sampled: true'",
-    "For other models of these logs write 'sampled: true' below commands: in the vehicle file",
+    "For other models of these logs write 'sampled: true' under 'commands:' in the vehicle file",
     numbers={"gain": "-"},
 )
 FORCE_ADDED = Spec(

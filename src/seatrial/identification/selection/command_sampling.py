@@ -16,15 +16,16 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import IdentificationError
 
-LEAST_SAMPLING_GAIN = 20.0  # fall of -2 log L; both alternatives have the same parameters
+LEAST_SAMPLING_GAIN = 20.0  # difference in -2 log L; both alternatives have the same parameters
 
 
 @dataclass(frozen=True)
-class SampledCommands:
-    """The solution with commands that are samples, and the finding."""
+class CommandSampling:
+    """Whether the commands are samples, the solution with that, and the finding where they are."""
 
+    sampled: bool
     at: Point
-    finding: Finding
+    findings: tuple[Finding, ...] = ()
 
 
 def sampling_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
@@ -32,12 +33,12 @@ def sampling_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
     return vehicle.file.commands.sampled is None and any(map(sampling_doubt, recordings))
 
 
-def sampled_commands_of(
+def command_sampling_of(
     at: Point, vehicle: Vehicle, effects: Sequence[str] = ()
-) -> SampledCommands | None:
-    """With commands as samples, where that explains the recordings better; `at`: without.
+) -> CommandSampling | None:
+    """What explains the recordings better: commands as samples, or a change at each row, as in the solution `at`.
 
-    None as well where the vehicle file states it, and where no recording leaves it open.
+    None where both do as well, where the vehicle file states it, and where no recording leaves it open.
     """
     recordings = at.runs.problem.recordings
     if not sampling_is_open(vehicle, recordings):
@@ -47,6 +48,8 @@ def sampled_commands_of(
     except IdentificationError:
         return None
     gain = at.runs.cost - there.runs.cost
-    if gain < LEAST_SAMPLING_GAIN:
+    if abs(gain) < LEAST_SAMPLING_GAIN:
         return None
-    return SampledCommands(there, finding_of(FindingKind.COMMANDS_SAMPLED, gain=gain))
+    if gain < 0.0:
+        return CommandSampling(sampled=False, at=at)
+    return CommandSampling(True, there, (finding_of(FindingKind.COMMANDS_SAMPLED, gain=gain),))
