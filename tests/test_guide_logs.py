@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """What a guided path takes from its folder: each recording from its own log, scores of the model that is there."""
 
+import shlex
 from types import SimpleNamespace
 
 import numpy as np
 from test_guide import one_drive, tables
 
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.guide import scores_and_report
 from seatrial.guide.recordings import as_model_reads, driven_recordings
@@ -41,3 +43,21 @@ def test_scores_of_another_model_are_not_those_of_this_one(tmp_path, monkeypatch
     for text, expected in (("lever", "new"), ("lever", "kept"), ("no lever", "new")):
         here.file("model.yaml").write_text(text)
         assert scores_and_report.scores_on(here, None, [], "of these logs") == expected
+
+
+def test_what_tests_the_model_stays_out_of_the_next_command(tmp_path, monkeypatch):
+    for name in ("assess", "scores_of", "evidence_of", "write_evidence", "predicted"):
+        monkeypatch.setattr(scores_and_report, name, lambda *_: None)
+    mismatch = finding_of(FindingKind.MODEL_MISMATCH, horizon=1.0)
+    estimator = SimpleNamespace(findings=[mismatch], settings={})
+    model = SimpleNamespace(warnings=(), estimator=estimator)
+    drive, figures = (SimpleNamespace(sources=(name,)) for name in ("drive", "figures"))
+    logs = {one.sources: tmp_path / f"{one.sources[0]}.bag" for one in (drive, figures)}
+    here = Task((*logs.values(),), tmp_path, None, lambda _: None, False, Steps(tmp_path))
+    here.log_of |= logs
+    step = scores_and_report.report(here, model, [figures, drive], [drive], None)
+    words = shlex.split(step.do)
+    assert words[:3] == ["seatrial", "select", str(tmp_path / "drive.bag")]
+    assert words[3:] == [
+        "--vehicle", str(tmp_path / "vehicle.yaml"), "-o", str(tmp_path / "vehicle-chosen.yaml"),
+    ]  # fmt: skip

@@ -76,7 +76,7 @@ def auto(
     # 5. the report on all of it, and what to do next
     with stage("report"):
         seen = as_model_reads(here, model, vehicle, training)
-        step = report(here, model, [*tested, *seen], whole)
+        step = report(here, model, [*tested, *seen], training, whole)
     return Guide(here.folder, model, scores, tuple(here.assumed), step, inspection)
 
 

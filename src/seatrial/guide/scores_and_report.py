@@ -34,17 +34,25 @@ def scores_on(here: Task, model: Model, tested: Sequence[Recording], made_from: 
 
 
 def report(
-    here: Task, model: Model, recordings: Sequence[Recording], whole: str | None
+    here: Task,
+    model: Model,
+    recordings: Sequence[Recording],
+    training: Sequence[Recording],
+    whole: str | None,
 ) -> NextStep:
-    """The page; and what to do next. whole: the command that identifies from what is held out, too."""
+    """The page of all recordings; and what to do next.
+
+    training: recordings that the model came from. whole: the command that identifies from what is held out, too.
+    """
     found = assess(model, recordings, DEFAULT_HORIZON)
     evidence = evidence_of(model, found, scores_of(model, found, DEFAULT_HORIZON))
     write_evidence(evidence, here.file("report.html"))
     here.say(f"validate  {predicted(evidence)}  -> {here.file('scores.json')}")
     here.say(f"report    -> {here.file('report.html')}")
-    # what `auto` estimated stays, and so does its model
+    # what `auto` estimated stays, and so does its model; what tests it stays out of the next one
+    logs = here.again(*(here.log_of[one.sources] for one in training))
     vehicle, further = here.file("vehicle.yaml"), here.file("model-2.yaml")
-    wanted = asked_for(model, here.again(*here.logs), vehicle, further, effect_options(model))
+    wanted = asked_for(model, logs, vehicle, further, effect_options(model))
     if wanted is not None:
         return wanted
     return after_report(here, evidence, whole)

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: MIT
-"""The guided path from logs to a trusted model, and the next step after each command."""
+"""What a model is fit for, and the next step after each command."""

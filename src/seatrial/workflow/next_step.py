@@ -144,7 +144,8 @@ def _remedy(
         more = (*options, "--structure", "auto")
         return NextStep(identify_line(recordings, vehicle, out, *more), why)
     if kind is FindingKind.MODEL_MISMATCH:
-        return NextStep(command("select", *recordings, "--vehicle", vehicle), why)
+        chosen = Path(vehicle).with_name(f"{Path(vehicle).stem}-chosen.yaml")
+        return NextStep(command("select", *recordings, "--vehicle", vehicle, "-o", chosen), why)
     if kind is FindingKind.DISTURBED_INTERVAL:
         span = f"{finding.number('start'):.10g}-{finding.number('end'):.10g}"
         more = (*options, "--without", f"{finding.part('recording')}={span}")

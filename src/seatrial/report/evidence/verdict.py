@@ -106,12 +106,12 @@ def predicted(evidence: Evidence) -> str:
     kind = "that it has not seen" if runs[0].unseen else "that it was identified from"
     failed = len(evidence.runs) - len(evidence.tested)
     missing = (
-        f"; {failed} of {len(evidence.runs)} recordings could not be predicted" if failed else ""
+        f" {failed} of {len(evidence.runs)} recordings could not be predicted." if failed else ""
     )
     return (
-        f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {verdicts}: "
-        f"RMS error {joined(sizes)}, {joined(shares)} times that of constant "
-        f"velocity{_floor(runs)}{_over_expected(evidence.model, runs, rms)}{missing}."
+        f"{evidence.horizon:g} s ahead, on recordings {kind} ({names_of(runs)}), it predicts {verdicts}. "
+        f"RMS error: {joined(sizes)}, which is {joined(shares)} times that of constant velocity. "
+        f"{_floor(runs)}{_over_expected(evidence.model, runs, rms)}{missing}"
     )
 
 
@@ -140,7 +140,7 @@ def _floor(runs: Sequence[Run]) -> str:
         f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), ERROR_UNITS, strict=True)
     ]
     more = ", not exceeded" if at_floor(runs).all() else ""
-    return f"; the noise floor is {joined(sizes)}{more}"
+    return f"Noise floor: {joined(sizes)}{more}."
 
 
 def _over_expected(model: Model, runs: Sequence[Run], rms: Array) -> str:
@@ -154,11 +154,9 @@ def _over_expected(model: Model, runs: Sequence[Run], rms: Array) -> str:
     cautious = (
         f", which allows for an unknown {joined(kinds)}"
         if kinds
-        else ", so that the model states larger errors than it makes"
+        else ": the model states larger errors than it makes"
     )
-    return (
-        f"; the error is {times} times the expected RMS{cautious if max(over) < CAUTIOUS else ''}"
-    )
+    return f" Error over expected RMS: {times}{cautious if max(over) < CAUTIOUS else ''}."
 
 
 def following(evidence: Evidence) -> str:

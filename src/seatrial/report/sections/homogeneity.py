@@ -68,6 +68,7 @@ def _result(found: Homogeneity) -> str:
             "No significant difference between recordings in any parameter that several determine."
         )
     return (
-        f"Recordings differ significantly in {joined(found.inhomogeneous)}, so the intervals above are too "
-        "narrow. Possible causes: a change of payload, battery or current between them, or model mismatch."
+        f"Recordings differ significantly in {joined(found.inhomogeneous)}; the table shows which. Possible "
+        "causes: a change of payload, battery, propeller speed or current between them, or model mismatch. "
+        "If the model is identified from recordings that differ, its intervals are too narrow."
     )

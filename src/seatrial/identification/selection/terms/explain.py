@@ -61,7 +61,10 @@ def _aliased(alias: Alias) -> str:
 def _goes(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str:
     if not evidence.repeatable(tests):
         return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
-    return f"not distinguishable from zero (z = {evidence.estimate.z:.1f})"
+    z = f"z = {evidence.estimate.z:.1f}"
+    if evidence.significant:
+        return f"{z}, but not enough for one of {tests} candidates, or left-out blocks are predicted no better"
+    return f"not distinguishable from zero ({z})"
 
 
 def _stays(evidence: TermEvidence, tests: int, folds: Sequence[Fold], term: Term) -> str:
