@@ -7,9 +7,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-PATIENCE = (
-    120.0  # [s] a machine that tests other things beside is slow, or stands still for a while
-)
+# [s] a machine that tests other things beside is slow, or stands still for a while
+PATIENCE = 120.0
 PORTS = (20_000, 32_000)  # below those that Linux hands out by itself
 
 

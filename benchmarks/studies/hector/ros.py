@@ -36,9 +36,8 @@ class Start:
     """What Hector starts a match from: its last pose, the player's guess, or the node's odometry."""
 
     guess: str | None = None  # of the player: constant velocity, true motion
-    map_to_odom: str | None = (
-        None  # with the node, by: node, hector, relay (Hector's, kept current)
-    )
+    # with the node, by: node, hector, relay (Hector's, kept current)
+    map_to_odom: str | None = None
     model: str = "model"  # of the node
 
     @property

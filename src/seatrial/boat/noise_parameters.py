@@ -14,9 +14,8 @@ NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02, 1e-9])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] least start values of a search
 NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0, 1e-9])
-POSE_NOISE_GROWTH = (
-    3.0  # times the start value, bound of pose noise where that is above `NOISE_MOST`
-)
+# times the start value, bound of pose noise where that is above `NOISE_MOST`
+POSE_NOISE_GROWTH = 3.0
 LONGEST = 60.0  # [s] longest memory of Gauss-Markov pose noise that starts above a second (GNSS)
 WAVE_PERIODS = (0.4, 20.0)  # [s] of oscillating pose noise
 PROCESS, WALKS, DISTURBANCES, MEMORY = slice(2, 6), [2, 3], [4, 5], 6  # places in the vector

@@ -50,9 +50,8 @@ FILTER_SETTLING = 2.0  # [s] in which the filter forgets its start
 USE_AFTER = {FaultKind.GAP: _core.USE_GAPPED, FaultKind.JUMP: _core.USE_JUMPED}
 COMMAND_MEMORY = 1.0  # [s] after the next command, in which earlier ones still act: latency and lag
 START_POSES = 200  # usable poses for the pose noise at the start
-NOISE_DURATION = (
-    240.0  # [s] of all recordings together for estimating the noise: enough for seven numbers
-)
+# [s] of all recordings together for estimating the noise: enough for seven numbers
+NOISE_DURATION = 240.0
 NOISE_PIECE = 10.0  # [s] of each piece of them
 FEW_PIECES = 1.5  # pieces; a recording not longer than that is used whole
 

@@ -23,9 +23,8 @@ DROPPED_SHARE = 0.1  # of the rows, when there is no room for another
 POSES = KINDS[:3]
 FIRST_ROWS = 1024  # of a signal that begins
 GROWTH = 1.5  # of its room
-LONGEST_STEP = (
-    5.0  # [s] of the length, between two poses: a longer one is a pause, or the clock was set
-)
+# [s] of the length, between two poses: a longer one is a pause, or the clock was set
+LONGEST_STEP = 5.0
 
 
 class SignalRows:

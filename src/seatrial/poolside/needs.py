@@ -39,9 +39,8 @@ REFERENCE_PULSES, REFERENCE_PAUSES = (
     (0.2, 2.0),
 )  # [s] as of the paper-like plan's operator
 PREDICTED_EVERY = 1.0  # [s] between the starts of its predictions
-TAKES_PART = (
-    0.1  # of a need's variance, which exact knowledge of a parameter takes away: it is needed
-)
+# of a need's variance, which exact knowledge of a parameter takes away: it is needed
+TAKES_PART = 0.1
 
 
 @dataclass(frozen=True)

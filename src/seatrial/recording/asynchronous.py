@@ -15,9 +15,8 @@ from seatrial import _core
 from seatrial.recording.faults.frozen_poses import poses_held
 from seatrial.util.frames import Array, Mask, Stamps, frozen_array
 
-TWO_RATES_SHARE = (
-    0.2  # of the rows with half a pose, above which position and heading have two rates
-)
+# of the rows with half a pose, above which position and heading have two rates
+TWO_RATES_SHARE = 0.2
 HEADING_HOLE = 3.0  # usual steps of the headings; in a longer one the heading is not interpolated
 USUAL_PERCENTILE = 90.0  # [%] of the steps
 WHOLE = _core.POSITION_PART | _core.HEADING_PART

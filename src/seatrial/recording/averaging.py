@@ -10,9 +10,8 @@ from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array, Stamps
 
 EVEN = 0.1  # of two steps, by which they differ at most
-ENOUGH_RATE = (
-    40.0  # [Hz] of poses: a boat moves smoothly between them, and their noise averages out
-)
+# [Hz] of poses: a boat moves smoothly between them, and their noise averages out
+ENOUGH_RATE = 40.0
 
 
 def with_enough_poses(recording: Recording) -> Recording:

@@ -11,9 +11,8 @@ FACTOR_SLACK = 0.2  # of a factor, by which the lengths may differ from it
 LENGTH_SLACK = 0.02  # of the length of poses and commands, by which they may differ
 SINCE_1970 = 9e8  # [s] least time from a start that is one from 1970
 ZONE = 900.0  # [s] time zones differ by multiples of it
-QUARTERS_FROM = (
-    18_000.0  # [s] from UTC, of zones of an odd quarter of an hour: Nepal 5:45, Eucla 8:45
-)
+# [s] from UTC, of zones of an odd quarter of an hour: Nepal 5:45, Eucla 8:45
+QUARTERS_FROM = 18_000.0
 ZONE_SLACK = 120.0  # [s] between the beginnings of two parts of one recording
 MOST_ZONES = 104  # of 26 h
 

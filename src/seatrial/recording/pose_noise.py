@@ -10,9 +10,8 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, body_velocity
 
 EVEN_SHARE = 0.5  # of the windows with regular stamps; below it divided differences of all are used
-EVEN_STEPS = (
-    0.06  # periods by which the steps of a regular window differ: times a speed that is an error
-)
+# periods by which the steps of a regular window differ: times a speed that is an error
+EVEN_STEPS = 0.06
 CRITICAL_DAMPING = 1e-6  # [rad/s] oscillation rate below which the critically damped form is used
 MAD_OF_NORMAL = 0.6745  # median absolute deviation of a standard normal distribution
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])  # zero for cubics: smooth motion cancels

@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
 KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
 RATE_TOLERANCE = 0.01  # a rate counts as a whole multiple of another up to here
-LEAST_OF_MEAN = (
-    0.5  # of the mean time between poses is their period: that of bursts has a short median
-)
+# of the mean time between poses is their period: that of bursts has a short median
+LEAST_OF_MEAN = 0.5
 RESTING_COMMAND = 0.05  # of an input's largest command, below which the boat rests
 
 

@@ -16,9 +16,8 @@ BURSTS = 1.3  # 98th over 90th percentile of the steps of regular bursts, at mos
 CONSECUTIVE = 1.5  # periods; a longer step is a gap and no jitter
 SILENT_PERIODS = 10.0  # periods, least length of a hole in a periodic log
 SHORTEST_SILENCE = 0.5  # [s] the same
-REPEATED_SHARE = (
-    0.1  # of the rows, equal to the one before, at most in a log on change (button messages)
-)
+# of the rows, equal to the one before, at most in a log on change (button messages)
+REPEATED_SHARE = 0.1
 RESUMED_SHARE = 0.15  # of its spread, change of a command over a silence in a log on change
 DELAY_BLOCKS = 40  # of a recording, whose median delays show steps of the clock
 LEAST_BLOCK_MESSAGES = 10  # in a block

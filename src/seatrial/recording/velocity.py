@@ -14,9 +14,8 @@ from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
 NOISIER_WINDOW = 3.0  # times the usual noise; a window of closer poses is not differentiated
-MOTION_RATE = (
-    10.0  # [Hz] of poses that show how a boat moves; with more their noise looks like speed
-)
+# [Hz] of poses that show how a boat moves; with more their noise looks like speed
+MOTION_RATE = 10.0
 SLOW = 0.55  # [s] between poses, above which the stencil misses motion within its four steps
 STENCIL_NOISE = float(np.sqrt(130.0) / 12.0)  # 0.95: std of the stencil over sigma_pose / dt
 EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at even stamps

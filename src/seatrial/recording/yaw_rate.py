@@ -13,9 +13,8 @@ from seatrial.recording.recording import Recording, rising
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
-MOST_RATE = (
-    20.0  # [Hz] of yaw rates; faster ones are averaged, which keeps what they say of the boat
-)
+# [Hz] of yaw rates; faster ones are averaged, which keeps what they say of the boat
+MOST_RATE = 20.0
 INTERVAL = 1.0  # [s] least time over which the integrated rate is compared with the heading
 FEWEST_INTERVALS = 8
 TURNS = 0.1  # [rad/s] by which the heading's rate varies, from which on it can judge a gyro

@@ -8,9 +8,8 @@ from seatrial.util.frames import Array, Mask
 
 NORMAL_95 = 1.959964  # two-sided 95 % quantile of the normal distribution
 BLOCK = 10.0  # [s] blocks of errors that count as independent
-LEAST_EIGENVALUE = (
-    1e-9  # of a scaled information; a smaller one has no information (only a sum is known)
-)
+# of a scaled information; a smaller one has no information (only a sum is known)
+LEAST_EIGENVALUE = 1e-9
 # of the largest eigenvalue: a direction with less has no information
 UNSEEN_DIRECTION = 1e-9
 UNSEEN_SHARE = 1e-2  # of such a direction: a parameter with less in it still has a standard error

@@ -5,9 +5,8 @@ import time
 from typing import NamedTuple
 
 TIME_LEFT_AFTER = 1.0  # [s] before, the time left is not estimated
-TIME_LEFT_FROM = (
-    0.2  # share done from which on the time left is estimated: stages are not exactly their shares
-)
+# share done from which on the time left is estimated: stages are not exactly their shares
+TIME_LEFT_FROM = 0.2
 LONG, LONG_FROM = 20.0, 0.05  # [s] of work that lasts so long it is estimated from this share on
 
 

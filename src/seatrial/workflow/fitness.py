@@ -19,21 +19,18 @@ from seatrial.util.statistics import NORMAL_95
 SIMULATED_WELL = 0.5  # [-] excess over constant velocity's at the longest horizon: a fit of 50 %
 SIMULATED_SO_SO = 0.8  # [-] a fit of 20 %: it hardly follows its commands
 # Control: a gain margin of 6 dB, the usual least one, is a factor of 2.
-GAIN_KNOWN = (
-    0.25  # [-] 95 % half-width of gain or damping over its value: 2 dB, a third of the margin
-)
+# [-] 95 % half-width of gain or damping over its value: 2 dB, a third of the margin
+GAIN_KNOWN = 0.25
 GAIN_SO_SO = 0.5  # [-] the whole margin of 6 dB
 # A loop as fast as the boat turns its phase by delay / rise time [rad] at crossover; 45 deg are usual.
-DELAY_KNOWN = (
-    0.1  # [-] 95 % half-width of latency and lag over the fastest rise time: 6 deg of phase
-)
+# [-] 95 % half-width of latency and lag over the fastest rise time: 6 deg of phase
+DELAY_KNOWN = 0.1
 DELAY_SO_SO = 0.3  # [-] 17 deg, a third of the phase margin
 # Odometry: RMS error over the expected one, the square root of a mean NEES per degree of freedom.
 CONSISTENT = 1.25  # [-] the stated 95 % interval then holds 88 % of the errors
 CONSISTENT_SO_SO = 2.0  # [-] it holds 67 %
-BETTER_THAN_NONE = (
-    0.8  # [-] excess over constant velocity's, below which the model adds information
-)
+# [-] excess over constant velocity's, below which the model adds information
+BETTER_THAN_NONE = 0.8
 NO_BETTER = 1.0  # [-] a filter without the model does as well
 ODOMETRY_HORIZON = 1.0  # [s] between corrections by a slow sensor
 

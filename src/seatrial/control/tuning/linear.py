@@ -63,9 +63,8 @@ class LinearBoat:
 
     model: Model
     mix: Array  # (inputs, 3) commands per axis command; at an axis command of 1 the largest input is 1
-    authority: (
-        Array  # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: an axis without thrust
-    )
+    # (3,) [m/s^2, m/s^2, rad/s^2] by an axis command of 1; 0: an axis without thrust
+    authority: Array
     actuators: Actuators
     speeds: Array  # (m, 3) steady motions [m/s, m/s, rad/s]; the first is rest
     slopes: Array  # (m, 3, 3) d nu_dot / d nu there

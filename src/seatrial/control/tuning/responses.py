@@ -16,9 +16,8 @@ RESPONSE_DRAWS = 40  # draws in a band
 BODE_FREQUENCIES = 160  # frequencies of a Bode plot
 STEP_DURATION = 12.0  # [time constants of the slowest loop] of a step response
 STEP_TIMES = 240  # of a step response
-FREQUENCY_STEP = (
-    0.05  # [1/time constant] resolution of a step response; finer has no visible effect
-)
+# [1/time constant] resolution of a step response; finer has no visible effect
+FREQUENCY_STEP = 0.05
 STEP_BANDWIDTH = 10.0  # [1/knob] or over the delay: highest frequency of a step response
 
 

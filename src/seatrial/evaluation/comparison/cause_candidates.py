@@ -15,9 +15,8 @@ from seatrial.util.frames import Array
 
 TYPICAL_CHANGE = 0.3  # [-] standard deviation of a change of mass, thrust or drag, before the logs
 COUPLING_CHANGE = 0.3  # [share of full thrust] the same of a coupling term, at the envelope's edge
-BOTH_HULL_AXES = (
-    0.9  # correlation of the changes in surge and sway: added mass differs between them
-)
+# correlation of the changes in surge and sway: added mass differs between them
+BOTH_HULL_AXES = 0.9
 MASS_AND_INERTIA = 0.7  # the same of mass and inertia: a payload may lie near the middle
 
 NO_CHANGE = "no change"

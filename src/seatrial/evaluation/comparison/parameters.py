@@ -20,9 +20,8 @@ from seatrial.util.frames import AXES, Array
 
 SIGNIFICANCE = 0.05  # level of all tests, after Holm's correction
 UNKNOWN_ERROR = 10.0  # times its value: standard error of a parameter without information
-LEAST_DIRECTION_VARIANCE = (
-    1e-12  # of the largest, of the scaled covariance: a direction without variance
-)
+# of the largest, of the scaled covariance: a direction without variance
+LEAST_DIRECTION_VARIANCE = 1e-12
 
 
 class Pair(msgspec.Struct, frozen=True):

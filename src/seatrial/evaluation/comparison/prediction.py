@@ -25,9 +25,8 @@ from seatrial.util.progress import over
 START_SETTLING = 2.0  # [s] of the filters before the first prediction
 FALSE_VERDICT = 0.05  # probability of a false verdict
 ZERO_VELOCITY = 1e-12  # [m/s], [rad/s] below it two predictions are equal
-LEAST_BOOTSTRAP_DEVIATION = (
-    1e-3  # of the whole sample's, least standard deviation of a bootstrap sample
-)
+# of the whole sample's, least standard deviation of a bootstrap sample
+LEAST_BOOTSTRAP_DEVIATION = 1e-3
 
 
 class AxisDifference(msgspec.Struct, frozen=True):

@@ -16,9 +16,8 @@ from seatrial.identification.likelihood.problem import Prior, Problem
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-LEAST_FORCE_CHANGE = (
-    1e-3  # share of the forces beyond what coefficients take up: less is not identifiable
-)
+# share of the forces beyond what coefficients take up: less is not identifiable
+LEAST_FORCE_CHANGE = 1e-3
 LARGEST_GROUP_SPREAD = 0.4  # within weak or strong thrusters, over the step between them
 
 

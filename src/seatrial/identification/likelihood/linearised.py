@@ -16,9 +16,8 @@ from seatrial.util.box import box_minimum
 from seatrial.util.frames import Array, Mask
 
 INNER_GAIN = 0.05  # of one round of the inner loop, at its end
-INNER_SHARE = (
-    0.02  # of the fall so far that a round must gain: more is in vain far from the maximum
-)
+# of the fall so far that a round must gain: more is in vain far from the maximum
+INNER_SHARE = 0.02
 MOST_ROUNDS = 6  # of the inner loop: one or two do near the maximum
 START_DAMPING = 1e-6  # Levenberg-Marquardt, relative to the diagonal
 

@@ -27,9 +27,8 @@ class ChainConstant:
     """What is assumed of one kind of constant of the actuator chain."""
 
     step: float = np.inf  # largest change in one Gauss-Newton step: the chain is far from linear
-    typical: float = (
-        0.0  # size that its error is relative to, at the least: a latency of 0 is as good as any
-    )
+    # size that its error is relative to, at the least: a latency of 0 is as good as any
+    typical: float = 0.0
 
 
 CHAIN_CONSTANTS = {

@@ -60,13 +60,11 @@ class Problem:
     block: float  # [s] length of a block; scores of two blocks count as independent
     prior: Prior | None = None
     input_errors: tuple[InputErrors | None, ...] = ()  # of each recording; empty: none
-    earth_fixed: bool = (
-        False  # whether the disturbance force keeps its direction in the world, as wind does
-    )
+    # whether the disturbance force keeps its direction in the world, as wind does
+    earth_fixed: bool = False
     whole_period: float = 0.0  # [s] of all poses, where these are some of them; 0: these are all
-    start_velocities: tuple[
-        Array, ...
-    ] = ()  # (3,) at the first pose of simulated recordings; empty: not known
+    # (3,) at the first pose of simulated recordings; empty: not known
+    start_velocities: tuple[Array, ...] = ()
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -25,9 +25,8 @@ from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 
 IGNORED_THRUST = 0.05  # of the summed thrust, at extreme values of a scale signal
-LEAST_SCALE_RATIO = (
-    1.05  # highest over lowest value of a scale signal: less does not identify its power
-)
+# highest over lowest value of a scale signal: less does not identify its power
+LEAST_SCALE_RATIO = 1.05
 LEAST_EDGE_EFFECT = 0.05  # of the force, per edge, beyond a gain's: less does not identify the edge
 CHAIN_FINDINGS = (  # of `with_estimated_stages`
     FindingKind.DEAD_ZONE_NOT_SOUGHT,

@@ -17,9 +17,8 @@ from seatrial.util.frames import Array, Mask, Stamps
 
 Complex = NDArray[np.complex128]
 
-WINDOW = (
-    1.2  # [s] of one quadratic: long against pose noise, short against the boat's time constants
-)
+# [s] of one quadratic: long against pose noise, short against the boat's time constants
+WINDOW = 1.2
 MOST_TURN = 2.0  # [rad] within a window, of a craft that spins: else forces average out in it
 SPINS = 4.0  # [rad] within a usual window, from which on a craft spins
 TURN_SPAN = 0.1  # [s] over which its yaw rate is seen

@@ -13,9 +13,8 @@ from seatrial.util.format import joined
 from seatrial.util.frames import AXES, Array
 
 CLEAR_T = 5.0  # least t of an effect that is stated with its direction
-LEAST_COMBINATION = (
-    0.01  # of the largest singular value; below, a combination of inputs is unexcited
-)
+# of the largest singular value; below, a combination of inputs is unexcited
+LEAST_COMBINATION = 0.01
 UNCLEAR = "moves no axis clearly"
 DIRECTIONS = (  # of a positive and of a negative gain, by axis
     ("forward", "backward"), ("to the left", "to the right"), ("to the left", "to the right"),

@@ -33,14 +33,12 @@ DELAYS = (
 )  # [s] tried from a command to its effect: the usual actuator delays
 UNEXPLAINED_BLOCK = 5.0  # [s] blocks for comparing the unexplained acceleration of two readings
 WHITE_SHRINKAGE = 0.3  # of the gains' covariance towards that of white residuals
-UNMODELLED_SHARE = (
-    0.07  # of an axis' RMS acceleration that inputs may explain beyond the file's structure
-)
+# of an axis' RMS acceleration that inputs may explain beyond the file's structure
+UNMODELLED_SHARE = 0.07
 DRAG_COLUMNS = 10  # columns of `_drag`
 SQUARES_AT_REST = 1e-12  # added to sums of squares: a boat at rest without noise has 0
-GAINS_RIDGE = (
-    1e-6  # of the mean diagonal: inputs that never change would make the equations singular
-)
+# of the mean diagonal: inputs that never change would make the equations singular
+GAINS_RIDGE = 1e-6
 
 
 @dataclass(frozen=True)

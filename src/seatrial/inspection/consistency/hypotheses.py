@@ -18,9 +18,8 @@ from seatrial.util.frames import Array, Axes, Mask
 
 EDIT_PENALTY = 10.0  # least fall of chi-square for an edit, with many blocks (p about 0.002)
 SPARE_BLOCKS = 12.0  # blocks beyond the number of inputs at which the penalty doubles
-POSE_PAIR_PREFERENCE = (
-    0.01  # edits; breaks ties: y and psi negated together first, then fewer pose edits
-)
+# edits; breaks ties: y and psi negated together first, then fewer pose edits
+POSE_PAIR_PREFERENCE = 0.01
 MOST_INPUTS_EXHAUSTIVE = 5  # up to 5! 2^5 = 3840 signed permutations; beyond it a stepwise search
 LEVER_OF_ONE = 0.3  # [m] longest lever arm that one recording may imply
 LEVER_OF_SEVERAL = 1.5  # [m] the same for several recordings that agree

@@ -27,21 +27,18 @@ class HeadingSeen:
     """The heading of a table, as its name, values and the motion of the boat show it."""
 
     text: str  # how a question names it
-    from_x_to_y: (
-        bool  # whether it rises from x towards y; a compass rises from y (north) to x (east)
-    )
+    # whether it rises from x towards y; a compass rises from y (north) to x (east)
+    from_x_to_y: bool
     compass: bool  # whether it looks as if it rose clockwise
-    known_axes: (
-        bool  # whether east and north are known, or the axes are right-handed with a known one up
-    )
+    # whether east and north are known, or the axes are right-handed with a known one up
+    known_axes: bool
 
 
 def asked_axes(path: Path, choices: Choices, ask: Ask | None) -> str:
     """The axes of an autopilot, of east and north, or of motion capture; else by the answer of `ask`; without it
     the usual ones.
 
-    Whether y points to port or to starboard no other log can tell: a world and its mirror image fit the same
-    numbers.
+    No other log shows whether y points to port or to starboard: a world and its mirror image fit the same numbers.
     The sense in which the heading turns decides it, together with that in which x leads to y.
     """
     if is_log(path):

@@ -19,9 +19,8 @@ from seatrial.util.frames import Array
 LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
 DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
 LEAST_EFFECT_SHARE = 0.3  # of the strongest channel's effect on an axis; below is cross-coupling
-OWN_STICK_SHARE = (
-    0.1  # of the lever's effect of yaw on an axis, that the axis' own channel has at least
-)
+# of the lever's effect of yaw on an axis, that the axis' own channel has at least
+OWN_STICK_SHARE = 0.1
 LEAST_ALIKE = 0.9  # cosine of the gains of two channels that act alike
 ALONE, OFTEN = 1e-3, 0.05  # shares of the rows: most that both are driven, least that each is
 AT_REST = 0.02  # of full command

@@ -39,9 +39,8 @@ BUILT_IN: dict[str, Any] = {  # types that definitions use without defining them
     "builtin_interfaces/msg/Time": ([], _STAMP),
     "builtin_interfaces/msg/Duration": ([], _STAMP),
 }
-MOST_FIELDS = (
-    10_000  # of a type, its messages' fields included: the usual ones have up to some hundred
-)
+# of a type, its messages' fields included: the usual ones have up to some hundred
+MOST_FIELDS = 10_000
 LONGEST_DEFINITION = (
     1 << 20
 )  # [characters] of a type and all that it uses: the usual ones have some thousand

@@ -20,9 +20,8 @@ from seatrial.util.progress import over
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"
 LISTED_COLUMNS = 20  # in an error message
-ON_CHANGE_WHOLE = (
-    0.5  # of the rows with a command, below which have all of them where each is logged on change
-)
+# of the rows with a command, below which have all of them where each is logged on change
+ON_CHANGE_WHOLE = 0.5
 
 
 class TableSignals(Signals):

@@ -35,12 +35,10 @@ DATE_TIME = re.compile(
 
 WRAP_STEPS = 10.0  # usual steps, less than which a counter goes on where it begins again
 FEWEST_ROUNDED = 50  # rows
-ROUNDED_SHARE = (
-    0.55  # of the rows that have the stamp of the row before: more than two rows a stamp
-)
-ROUNDED_SLACK = (
-    0.25  # of the step between stamps, by which a row on an even clock may leave its stamp
-)
+# of the rows that have the stamp of the row before: more than two rows a stamp
+ROUNDED_SHARE = 0.55
+# of the step between stamps, by which a row on an even clock may leave its stamp
+ROUNDED_SLACK = 0.25
 
 MINUTES = re.compile(r"\s*\d{1,3}:\d{2}[.,]\d+\s*")  # 59:07.3
 

@@ -53,9 +53,8 @@ class EventSource(ABC):
     """
 
     name: str  # as given
-    by_columns: bool = (
-        True  # values are read by the vehicle file's columns, so that its edits mend them
-    )
+    # values are read by the vehicle file's columns, so that its edits mend them
+    by_columns: bool = True
     recorded: bool = False  # a replay: arrivals are by the clock of the log
 
     @abstractmethod

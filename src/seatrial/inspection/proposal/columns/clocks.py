@@ -12,9 +12,8 @@ from seatrial.recording.other_clock import FACTOR_SLACK
 from seatrial.util.errors import RecordingError
 
 ZONES = 26 * 3600.0  # [s] by which clocks in two time zones may differ
-DATES = (
-    1e9  # [s] since 1970, above which stamps are dates: no clock counts from a start for 31 years
-)
+# [s] since 1970, above which stamps are dates: no clock counts from a start for 31 years
+DATES = 1e9
 
 
 def by_clock_of(

@@ -21,9 +21,8 @@ from seatrial.io.columns import DATE_TIME_UNIT, DAY, SERIAL_DAYS, ColumnView, Ta
 from seatrial.util.errors import RecordingError
 
 MOST_REST = 1e9  # [ns] of a second
-LEAST_RISING = (
-    0.8  # share of a clock's steps that go ahead, jumps back included; of a position about half do
-)
+# share of a clock's steps that go ahead, jumps back included; of a position about half do
+LEAST_RISING = 0.8
 TIME_UNITS = ("s", "ms", "us", "ns")
 
 
