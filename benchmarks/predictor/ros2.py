@@ -17,11 +17,12 @@ from benchmarks.harness.measure import spent
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 30
+# odometry, commands [Hz]; odometry at 0: after every command
 CASES = (
     (0, 100),
     (100, 20),
     (100, 100),
-)  # odometry, commands [Hz]; odometry at 0: after every command
+)
 AXES = ("surge, mm/s", "sway, mm/s", "yaw, mrad/s")
 
 

@@ -37,9 +37,8 @@ from seatrial.util.errors import DivergenceError, RecordingError
 from seatrial.util.frames import Array, body_velocity
 from seatrial.util.parallel import spread
 
-START_VELOCITY_DEVIATION = np.array(
-    [0.1, 0.1, 0.2]
-)  # [m/s, m/s, rad/s] standard deviation of the first velocity
+# [m/s, m/s, rad/s] standard deviation of the first velocity
+START_VELOCITY_DEVIATION = np.array([0.1, 0.1, 0.2])
 NOISY_START = 0.3  # of it; with more stencil noise a restart uses a parabola through more poses
 PARABOLA_SPAN = 0.75  # [s] on either side of a restart
 PARABOLA_POSES = 7  # fewest poses of the parabola

@@ -26,10 +26,11 @@ R = TypeVar("R")
 INSTALL = "pip install 'seatrial[fleet]'"
 LOCAL = "local"
 MOST_LOCAL_WORKERS = 1000
+# [s] until the scheduler answers, until it has a worker
 CONNECT_WITHIN, WORKERS_WITHIN = (
     10.0,
     30.0,
-)  # [s] until the scheduler answers, until it has a worker
+)
 LOST = (
     "the scheduler has ended, or is not reached any more: look at its log, start it again, and repeat the "
     "command; a fleet goes on where it was"

@@ -77,9 +77,8 @@ class Grid:
         return np.asarray(self.length * np.arange(1, self.stages + 1))
 
 
-PATH_GRID = Grid(
-    stages=15, length=0.3
-)  # for `PATH_FOLLOWING`: sway settles by the hull's drag alone
+# for `PATH_FOLLOWING`: sway settles by the hull's drag alone
+PATH_GRID = Grid(stages=15, length=0.3)
 # for `STEERED_FOLLOWING`: a shorter plan ends in a turn about, and the boat goes on astern
 STEERED_GRID = Grid(stages=20, length=0.4)
 

@@ -35,12 +35,13 @@ CHAIN_FINDINGS = (  # of `with_estimated_stages`
     FindingKind.SCALE_POWER_HELD,
 )
 STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
+# stages that each kind of actuator may have of its own
 STAGES_BY_GROUP = (
     "latency",
     "lag",
     "power",
     "reverse_ratio",
-)  # stages that each kind of actuator may have of its own
+)
 PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
 Wider = Callable[[list[ChainGroup]], Vehicle | None]  # the vehicle with these groups for one
 

@@ -41,9 +41,8 @@ BUILT_IN: dict[str, Any] = {  # types that definitions use without defining them
 }
 # of a type, its messages' fields included: the usual ones have up to some hundred
 MOST_FIELDS = 10_000
-LONGEST_DEFINITION = (
-    1 << 20
-)  # [characters] of a type and all that it uses: the usual ones have some thousand
+# [characters] of a type and all that it uses: the usual ones have some thousand
+LONGEST_DEFINITION = 1 << 20
 PATH = re.compile(r"[A-Za-z_]\w*(?:\[\d+\])*(?:\.[A-Za-z_]\w*(?:\[\d+\])*)*")
 
 

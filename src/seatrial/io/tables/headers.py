@@ -16,13 +16,14 @@ MARK, NO_MORE = r"[,;\t|]\s*", r"[,;\t|\s]*"  # between two cells; after the las
 LINES_OF_OPENING = 3  # that tell an export from a plain table
 LONGEST_WORDS = 1 << 10  # [characters] of a line's first cells
 ROWS_SHOWN = 3  # lines after the header: units, and two rows
+# what a row of the header says
 BODY, KIND, QUANTITY, RATE, REST = (
     "body",
     "kind",
     "quantity",
     "rate",
     "rest",
-)  # what a row of the header says
+)
 POSITION = ("X", "Y", "Z")
 ROTATION = ("RX", "RY", "RZ")  # a quaternion has RW, too
 MATRIX = tuple(f"M{i}" for i in range(9))  # column by column

@@ -14,11 +14,12 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 TIMES = ("t", "time", "times", "tout", "timestamp", "stamp", "utc", "secs", "datenum")
+# names of fields that hold a signal, and say nothing of it
 CARRIERS = (
     "signals",
     "values",
     "data",
-)  # names of fields that hold a signal, and say nothing of it
+)
 SERIES = {"time", "t", *CARRIERS, "name", "label", "units", "dimensions", "blockname", "title"}
 MOST_PARTS = 32  # columns of a matrix
 LEAST_ROWS = 3

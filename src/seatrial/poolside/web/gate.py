@@ -19,10 +19,11 @@ from seatrial.util.errors import LiveError
 
 FEWEST_CHARACTERS = 16  # of a token
 POLICY_VIOLATION = 1008  # code of a WebSocket's close, RFC 6455, 7.4.1
+# plotly sets styles of its own
 POLICY = (
     "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-)  # plotly sets styles of its own
+)
 HEADERS = {
     "content-security-policy": POLICY,
     "referrer-policy": "no-referrer",  # the token may be in the address

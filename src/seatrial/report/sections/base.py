@@ -13,9 +13,8 @@ from seatrial.util.frames import AXES, SYMBOLS
 
 ROWS_HEAD, ROW_HEIGHT = 130, 21  # [px] of a plot with rows: around them, and each
 PANELS_HEAD, PANEL_HEIGHT = 190, 20  # [px] of a picture on a phone: around its panels, and each
-ON_A_PHONE = frozenset(
-    ("model", "horizons")
-)  # sections that are folded there: long, and not the verdict
+# sections that are folded there: long, and not the verdict
+ON_A_PHONE = frozenset(("model", "horizons"))
 ALL = "all"  # the store of plots of all recordings together
 
 
