@@ -113,7 +113,7 @@ def test_the_dials_say_in_text_what_they_draw(evidence):
     assert found.still_over_floor[worst] > 1000.0 > found.over_floor[worst]
     assert (
         f"%, less error beyond the noise floor than constant velocity; worst axis {AXES[worst]}: "
-        f"{found.over_floor[worst]:.2g} × floor, not &gt; 1000 ×" in floor
+        f"{found.over_floor[worst]:.2g} × floor against &gt; 1000 ×" in floor
     )
     assert (
         'aria-label="What is known: 100 %, of 10 parameters are sharp (0) or usable (10)"' in known

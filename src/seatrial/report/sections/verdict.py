@@ -106,7 +106,7 @@ def _floor_dial(evidence: Evidence) -> Dial:
     worst = found.worst
     over, still = found.over_floor[worst], found.still_over_floor[worst]
     meaning = "less error beyond the noise floor than constant velocity; "
-    meaning += f"worst axis {AXES[worst]}: {_times(over)} floor, not {_times(still)}"
+    meaning += f"worst axis {AXES[worst]}: {_times(over)} floor against {_times(still)}"
     return share_dial("floor", title, float(found.share[worst]), meaning, FLOOR_LIMITS)
 
 
