@@ -131,10 +131,11 @@ def _picture(found: FleetResult, name: str) -> Figure:
         boat for boat in found.boats
         if boat.result.kind == name and not boat.not_compared and boat.result.error is None
     ]  # fmt: skip
+    # by whether it differs
     points: dict[bool, list[tuple[float, float, str]]] = {
         False: [],
         True: [],
-    }  # by whether it differs
+    }
     for row, p in enumerate(parameters):
         own = [boat for boat in compared if p in boat.result.parameters]
         _, tested = deviations(p, [boat.result for boat in own])

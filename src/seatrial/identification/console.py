@@ -197,9 +197,8 @@ def _noise(model: Model) -> str:
         return f"{text}."
     most = [full_thrust(model, axis) for axis in range(3)]
     sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
-    driven = {
-        force.axis for force in model.vehicle.forces
-    }  # of other axes the thrust is no measure
+    # of other axes the thrust is no measure
+    driven = {force.axis for force in model.vehicle.forces}
     parts = [
         f"{percent(size / thrust)} in {AXES[axis]}"
         for axis, (size, thrust) in enumerate(zip(sizes, most, strict=True))

@@ -52,11 +52,12 @@ class SignalHealth:
         self._timed = 0  # [ns] of now
         self._edits: tuple[Edit, ...] = ()
         self._begin: int | None = None  # [ns]
+        # judged [ns] of stamps, examined [ns] of now
         self._jumps, self._judged, self._examined = (
             0,
             0,
             0,
-        )  # judged [ns] of stamps, examined [ns] of now
+        )
         self._two_places = ""
         self._remark = Found("ok", "")
         self._lock = Lock()

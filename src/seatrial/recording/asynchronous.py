@@ -80,9 +80,8 @@ class Poses:
     eta: Array  # (n, 3) x, y [m], psi [rad]; NaN where unknown
     parts: NDArray[np.int8] | None = None  # (n,) measured parts; None: all are whole
     asynchronous: Asynchronous | None = None
-    rows: NDArray[np.int64] = field(
-        default_factory=lambda: np.zeros(0, np.int64)
-    )  # (n,) of the log
+    # (n,) of the log
+    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
     remarks: tuple[str, ...] = ()
 
 

@@ -163,9 +163,8 @@ def find_roles(
         if not chosen and not _driven(vehicle, axis):
             chosen = list(range(len(recordings)))
         if not chosen:
-            most = round(
-                max(float(e.rms[axis]) for e in found), 9
-            )  # allocations leave rounding errors
+            # allocations leave rounding errors
+            most = round(max(float(e.rms[axis]) for e in found), 9)
             how = "hardly" if most > 0.0 else "never"
             raise RecordingError(
                 f"{', '.join(names)}: {label} is {how} excited (RMS command {most:.2g}, {EXCITED} is "

@@ -28,9 +28,8 @@ class Spec:
     advice: str  # what to do
     subject: Mapping[str, str] = field(default_factory=dict)  # its parts; NAMES only as the last
     numbers: Mapping[str, str] = field(default_factory=dict)  # units by name; >= 0 unless `signed`
-    words: Mapping[str, Mapping[str, str] | None] = field(
-        default_factory=dict
-    )  # choices; None: any
+    # choices; None: any
+    words: Mapping[str, Mapping[str, str] | None] = field(default_factory=dict)
     signed: tuple[str, ...] = ()  # numbers that may be negative
     parameter: tuple[str, ...] = ()  # numbers that change sign with the parameter between axes
     each: tuple[str, ...] = ()  # numbers of which there is one for every name of the subject

@@ -117,9 +117,8 @@ def smooth_signals(
         float(centres[0]) - max(delays) - half,
         float(centres[-1]) - min(delays) + half,
     )
-    step = max(
-        COMMAND_GRID, half / KERNEL_STEPS, (highest - lowest) / MOST_GRID_STEPS
-    )  # poses far apart need no fine grid
+    # poses far apart need no fine grid
+    step = max(COMMAND_GRID, half / KERNEL_STEPS, (highest - lowest) / MOST_GRID_STEPS)
     grid = np.arange(lowest, highest + 2 * step, step)
     held = signal.values[held_rows(signal.stamps, origin, grid)]
     s = np.arange(-half, half + step / 2, step) / half

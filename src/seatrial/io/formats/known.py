@@ -19,9 +19,8 @@ class Known:
     message: str
     fields: tuple[str, ...]
     what: str
-    column: Mapping[str, Any] = field(
-        default_factory=dict
-    )  # unit, scale: as a vehicle file has them
+    # unit, scale: as a vehicle file has them
+    column: Mapping[str, Any] = field(default_factory=dict)
     geographic: bool = False  # latitude and longitude; else metres north and east
     fix: str = ""  # field of a receiver's kind of fix: 3 without corrections, 4 with, 5 and 6 RTK
 

@@ -136,9 +136,8 @@ class CsvTable(Table):
         if begin.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return "utf-16"
         try:
-            codecs.getincrementaldecoder("utf-8")().decode(
-                begin
-            )  # the last character may be cut off
+            # the last character may be cut off
+            codecs.getincrementaldecoder("utf-8")().decode(begin)
         except UnicodeDecodeError:
             if NO_TEXT.search(begin):
                 raise RecordingError(f"{self.path}: is not a CSV text file") from None

@@ -38,9 +38,8 @@ class Run:
     measured: Array  # (n, 3) [m/s, m/s, rad/s]; what predictions are compared with
     predicted: Array  # (n, 3) [m/s, m/s, rad/s]; NaN where there is none
     forces: Array  # (n, forces) [command units]
-    window: tuple[
-        float, float
-    ]  # [s] interval with the strongest commands: the plots show it at first
+    # [s] interval with the strongest commands: the plots show it at first
+    window: tuple[float, float]
     shown: NDArray[np.intp]  # rows that are drawn
 
     @property
