@@ -42,6 +42,7 @@ from seatrial.identification.selection.terms.decisions import (
     TermVerdict,
     reason_to_go,
 )
+from seatrial.identification.selection.terms.explain import reason_out
 from seatrial.identification.selection.terms.held_out import (
     HeldOut,
     PredictionChange,
@@ -379,6 +380,25 @@ def test_why_a_term_of_the_model_goes(evidence, own, said):
     parts = [type("F", (), {"name": n})() for n in ("first", "second")]
     found = reason_to_go(evidence, 10, parts, own=own, one_boat=True)
     assert (found is None) if said is None else (said in found)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "said"),
+    [
+        (TermEvidence(told(0.05, 0.6), SAME, FINE), "not distinguishable from zero (z = 0.5)"),
+        (
+            TermEvidence(told(0.3, 0.01), SAME, FINE),
+            "z = 3.0, but not enough for one of 24 candidates, or left-out blocks are predicted no better",
+        ),
+        (
+            TermEvidence(told(), spread(1e-6, 0.9), FINE),
+            "not repeatable: first: 0 ± 1; second: 0 ± 1",
+        ),
+    ],
+)
+def test_why_a_candidate_stays_out(evidence, said):
+    parts = [type("F", (), {"name": n})() for n in ("first", "second")]
+    assert reason_out(evidence, 24, parts) == said
 
 
 def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupled):

@@ -48,7 +48,7 @@ def rows_of(
             )
         else:
             verdict = TermVerdict.GOES if was else TermVerdict.OUT
-            reason = refused.get(name) or _goes(others[name], len(others), tested.folds)
+            reason = refused.get(name) or reason_out(others[name], len(others), tested.folds)
         evidence = kept.get(name, others.get(name))
         rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
     return tuple(rows)
@@ -58,7 +58,8 @@ def _aliased(alias: Alias) -> str:
     return f"an exact combination of {', '.join(alias.made_by)}, for any data"
 
 
-def _goes(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str:
+def reason_out(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str:
+    """Why a term that is not in the chosen structure is out; tests: how many such terms there are."""
     if not evidence.repeatable(tests):
         return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
     z = f"z = {evidence.estimate.z:.1f}"
