@@ -101,6 +101,24 @@ def test_doubts_come_first():
     assert parsed(step)[0] == "inspect" and step.why == "lake: 9 % of its poses are left out"
 
 
+@pytest.mark.parametrize("model", [model_with(OUTLIERS), model_with(warnings=["rounded to 0.1 m"])])
+def test_what_inspect_can_not_mend_does_not_send_back_to_it(model):
+    def step(found):
+        return after_identify(model, LOGS, VEHICLE, "m.yaml", look=lambda: found)
+
+    assert parsed(step(inspected()))[0] == "validate"
+    assert parsed(step(inspected(usable=0.7)))[0] == "validate"
+    assert parsed(step(inspected(findings=["F_u is reversed: sign: -1"])))[0] == "inspect"
+    assert parsed(step(inspected(undriven=["my log=-39"])))[0] == "inspect"
+
+
+def test_select_is_not_asked_again_for_terms_that_it_chose():
+    chosen = after_identify(model_with(MISMATCH), LOGS, VEHICLE, "m.yaml", automatic=True)
+    assert parsed(chosen)[0] == "validate"
+    assert parsed(after_select(LOGS, "v2.yaml", changed=False))[0] == "validate"
+    assert parsed(after_select(LOGS, "v2.yaml"))[0] == "identify"
+
+
 def test_a_good_model_is_tested_next_and_a_loose_one_says_so():
     name, args = parsed(after_identify(model_with(AT_BOUND), LOGS, VEHICLE, "m.yaml"))
     assert name == "validate" and str(args.model) == "m.yaml"
@@ -156,7 +174,7 @@ def test_scores_ask_for_a_test_a_look_or_nothing(found, name, why):
     assert parsed(step)[0] == name and why in step.why
 
 
-def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=()):
+def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=(), undriven=()):
     """An inspection of one recording by the paper's boat."""
     axes = [
         AxisCoverage(a, r, 1.0, 0.3, True, 1.0, 1.0, 1.0, 1.0, 1.0)
@@ -166,7 +184,7 @@ def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=()):
         "S1", 0.0, 60.0, 900, 15.0, 0.0, usable, None, (), (), tuple(axes), inputs, ()
     )
     signs = SimpleNamespace(findings=[SimpleNamespace(text=text) for text in findings])
-    return Inspection(seatrial.load_vehicle("mallard-mp"), (view,), signs)
+    return Inspection(seatrial.load_vehicle("mallard-mp"), (view,), signs, tuple(undriven))
 
 
 @pytest.mark.parametrize(
@@ -178,7 +196,14 @@ def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=()):
             inspected(inputs=(InputUse("F_u", 1100.0, 1900.0, 1.0, 800, 0.0, False),)),
             "correct v.yaml",
         ),
-        (inspected(usable=0.7), "look at the faults of S1"),
+        (
+            inspected(usable=0.7),
+            "seatrial identify 'my log.bag' b.bag --vehicle v.yaml -o model.yaml",
+        ),
+        (
+            inspected(undriven=["my log=-39"]),
+            "seatrial identify 'my log.bag' b.bag --without 'my log=-39' --vehicle v.yaml -o model.yaml",
+        ),
         (inspected(sway=0.0), "record more with pulses of sway"),
     ],
 )
@@ -218,10 +243,11 @@ def test_commands_hand_on_how_they_read(pool, af, tmp_path, capsys, monkeypatch)
     recording, vehicle, model = pool / "S7-AF", str(pool / "vehicle-AF.yaml"), pool / "model.yaml"
     cut = [recording, "--start", "2.5", "--end", "61.125", "--without", "S7-AF=8-9", "--salvage"]
     chosen = "seatrial.identification.selection.terms."
-    monkeypatch.setattr(f"{chosen}select", lambda *_, **__: SimpleNamespace(vehicle=af))
+    fewer = SimpleNamespace(vehicle=af.with_terms(af.structure.terms[:-1]))
+    monkeypatch.setattr(f"{chosen}select", lambda *_, **__: fewer)
     monkeypatch.setattr(f"{chosen}selection_text", lambda _: "no table")
     monkeypatch.setattr(f"{chosen}selection_json", lambda _: {})
-    doubtful = model_with(warnings=["9 % of the poses are left out"])
+    doubtful = model_with(CURRENT)
     method = "seatrial.identification.methods.identify_with_fit"
     monkeypatch.setattr(method, lambda *_, **__: (doubtful, None))
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
 
-from seatrial import identify, load_vehicle
+import seatrial
+from seatrial import load_vehicle
 from seatrial import read as read_recording
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import sampling_period
@@ -30,6 +31,7 @@ from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import SeatrialError
 from seatrial.util.statistics import NORMAL_95
+from seatrial.workflow.next_step import after_identify
 from tests.boats import hulls
 from tests.boats.hulls import MIDDLE, driven
 
@@ -292,13 +294,13 @@ def test_the_recordings_show_which_it_is(boat):
     vehicle, recordings = boat
     looked_at = [replace(r, command_sampled=False) for r in recordings]
     at = first_maximum(looked_at, vehicle)
-    found = command_sampling_of(at, vehicle)
-    assert found.sampled and found.findings[0].values["gain"] > 100.0
+    found = sampled_commands_of(at, vehicle)
+    assert found.sampled
+    assert found.gain > 100.0
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
     exact = [replace(r, command_period=0.1) for r in changed]
-    there = first_maximum(exact, vehicle)
-    again = command_sampling_of(there, vehicle)
-    assert not again.sampled and again.at is there and not again.findings
+    assert sampled_commands_of(first_maximum(exact, vehicle), vehicle).sampled is False
+    assert replace(found, gain=-15.0).sampled is None
 
 
 def test_a_model_of_commands_that_are_exact_has_no_doubt_of_them(boat):
@@ -306,7 +308,7 @@ def test_a_model_of_commands_that_are_exact_has_no_doubt_of_them(boat):
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
     exact = [replace(r, command_period=0.1) for r in changed]
     assert sampling_doubt(exact[0])
-    model = identify(exact, vehicle.with_automatic_structure())
+    model = seatrial.identify(exact, vehicle.with_automatic_structure())
     assert model.vehicle.file.commands.sampled is False
     assert not any("rows of the commands" in warning for warning in model.warnings)
 
@@ -320,3 +322,22 @@ def test_a_model_of_terms_that_the_recordings_choose_says_so(boat):
     assert "'sampled: true'" in finding_text(finding)
     stated = choose_terms(recordings, vehicle.with_automatic_structure())
     assert not stated.findings
+
+
+def test_a_model_of_the_users_terms_says_so_and_has_no_doubt_where_the_recordings_show_it(boat):
+    vehicle, recordings = boat
+    looked_at = [replace(r, command_sampled=False) for r in recordings]
+    model = seatrial.identify(looked_at, vehicle)
+    (finding,) = model.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
+    assert finding.number("gain") > 100.0
+    assert not model.warnings
+    step = after_identify(model)
+    assert step.do.startswith("State 'sampled: true' below commands:")
+    again = seatrial.identify(looked_at, vehicle.with_sampled_commands())
+    assert not again.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
+    assert not again.warnings
+    # changes at their rows
+    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    exact = seatrial.identify([replace(r, command_period=0.1) for r in changed], vehicle)
+    assert not exact.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
+    assert not exact.warnings

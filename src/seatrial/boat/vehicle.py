@@ -298,7 +298,7 @@ class Vehicle:
         return replace(self, file=msgspec.structs.replace(self.file, structure=AUTO))
 
     def with_sampled_commands(self, *, sampled: bool = True) -> "Vehicle":
-        """The same vehicle with commands that are a logger's samples, or that are not."""
+        """The same vehicle with commands that are a logger's samples, or are not."""
         commands = msgspec.structs.replace(self.file.commands, sampled=sampled)
         return replace(self, file=msgspec.structs.replace(self.file, commands=commands))
 

@@ -139,6 +139,7 @@ def _identify(
         identify_with_fit,
         summary,
     )
+    from seatrial.inspection.overview import inspect
     from seatrial.workflow.next_step import after_identify
 
     reasons, choice = _terms(args, recordings, vehicle, prior)
@@ -159,7 +160,10 @@ def _identify(
         _say_accuracy(args, solution)
     say(f"wrote {args.out}")
     again = recordings_again(args)
-    step = after_identify(model, again, args.vehicle, args.out, _same_options(args))
+    step = after_identify(
+        model, again, args.vehicle, args.out, _same_options(args),
+        automatic=vehicle.automatic, look=lambda: inspect(recordings, vehicle),
+    )  # fmt: skip
     say(step.text)
     write_json(args, "identify 1", identified(model, args.out, step.text))
 

@@ -65,4 +65,5 @@ def run(args: argparse.Namespace) -> None:
     say(selection_text(found))
     if args.out is not None:
         say(f"wrote {args.out}")
-    say(after_select(recordings_again(args), args.out).text)
+    changed = {*found.vehicle.structure.terms} != {*vehicle.structure.terms}
+    say(after_select(recordings_again(args), args.out, changed=changed).text)

@@ -3,6 +3,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from seatrial.boat.model import Model
@@ -13,7 +14,7 @@ from seatrial.guide.recordings import as_model_reads, driven_recordings
 from seatrial.guide.scores_and_report import report, scores_on
 from seatrial.guide.steps import Say, Steps, Task
 from seatrial.guide.vehicle_file import vehicle_of
-from seatrial.inspection.overview import Inspection
+from seatrial.inspection.overview import Inspection, inspect
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.progress import stage
@@ -76,7 +77,10 @@ def auto(
     # 5. the report on all of it, and what to do next
     with stage("report"):
         seen = as_model_reads(here, model, vehicle, training)
-        step = report(here, model, [*tested, *seen], training, whole)
+        look = partial(inspect, training, vehicle)
+        step = report(
+            here, model, [*tested, *seen], training, whole, automatic=vehicle.automatic, look=look
+        )
     return Guide(here.folder, model, scores, tuple(here.assumed), step, inspection)
 
 

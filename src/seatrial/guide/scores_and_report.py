@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The last steps of a guided path: scores on what was held out, the report, and what to do next."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from seatrial.boat.model import Model
 from seatrial.evaluation.assessment import assess
@@ -10,6 +10,7 @@ from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.evaluation.validation import scores_of, validate
 from seatrial.guide.model import effect_options
 from seatrial.guide.steps import Task, digest_of
+from seatrial.inspection.overview import Inspection
 from seatrial.recording.recording import Recording
 from seatrial.report.evidence.advice import wants_more_data
 from seatrial.report.evidence.model_evidence import Evidence, evidence_of
@@ -39,10 +40,14 @@ def report(
     recordings: Sequence[Recording],
     training: Sequence[Recording],
     whole: str | None,
+    *,
+    automatic: bool,
+    look: Callable[[], Inspection],
 ) -> NextStep:
     """The page of all recordings; and what to do next.
 
-    training: recordings that the model came from. whole: the command that identifies from what is held out, too.
+    training: recordings that the model came from. whole: the command that identifies from what is held out, too;
+    automatic, look: as of `asked_for`.
     """
     found = assess(model, recordings, DEFAULT_HORIZON)
     evidence = evidence_of(model, found, scores_of(model, found, DEFAULT_HORIZON))
@@ -52,7 +57,9 @@ def report(
     # what `auto` estimated stays, and so does its model; what tests it stays out of the next one
     logs = here.again(*(here.log_of[one.sources] for one in training))
     vehicle, further = here.file("vehicle.yaml"), here.file("model-2.yaml")
-    wanted = asked_for(model, logs, vehicle, further, effect_options(model))
+    wanted = asked_for(
+        model, logs, vehicle, further, effect_options(model), automatic=automatic, look=look
+    )
     if wanted is not None:
         return wanted
     return after_report(here, evidence, whole)

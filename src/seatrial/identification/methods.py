@@ -24,6 +24,7 @@ from seatrial.identification.regression.equation_error import (
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
+from seatrial.identification.selection.command_sampling import stated_sampling
 from seatrial.identification.selection.terms import missing_term_findings
 from seatrial.identification.selection.thruster_layout import contradicted_layout
 from seatrial.identification.solution import StartValues
@@ -107,6 +108,11 @@ def identify_with_fit(
     vehicle = vehicle if choice is None else choice.vehicle
     # consistency of recordings and vehicle file, on another core
     check = beside(partial(check_each_recording, recordings, vehicle))
+    # whether the commands are samples, where nothing states it
+    stated, sampling = vehicle, tuple[Finding, ...]()
+    own_terms = choice is None or not choice.automatic
+    if method == OUTPUT_ERROR and own_terms and prior is None:
+        stated, sampling = stated_sampling(recordings, vehicle, effects)
     # the method
     solution = None
     with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
@@ -114,6 +120,7 @@ def identify_with_fit(
             model, solution = _output_error(
                 recordings, vehicle, prior, prior_spread, effects, choice=choice
             )
+            model = _with_findings(model, sampling)
         else:
             model = _by_regression(method, recordings, vehicle, roles, settings)
             model = model if choice is None else _with_findings(model, choice.findings)
@@ -122,7 +129,7 @@ def identify_with_fit(
     with stage("checking recordings and vehicle file"):
         contradictions = [finding.text for finding in check().findings]
         return replace(
-            model, warnings=_warnings(recordings, vehicle, model, contradictions)
+            model, warnings=_warnings(recordings, stated, model, contradictions)
         ), solution
 
 

@@ -4,14 +4,14 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from seatrial.boat.findings import Finding
+from seatrial.boat.findings import Finding, FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.recording_checks import check_recordings, explained
 from seatrial.identification.selection.command_sampling import (
-    command_sampling_of,
+    sampled_commands_of,
     sampling_is_open,
 )
 from seatrial.identification.selection.terms import Selection, choose_structure
@@ -87,10 +87,11 @@ def choose_input(
     at: a solution with the terms that every boat has.
     """
     findings: tuple[Finding, ...] = ()
-    sampling = command_sampling_of(at, with_usual_terms(vehicle), effects)
-    if sampling is not None:
-        at, findings = sampling.at, sampling.findings
-        vehicle = vehicle.with_sampled_commands(sampled=sampling.sampled)
+    found = sampled_commands_of(at, with_usual_terms(vehicle), effects)
+    if found is not None and found.sampled is not None:
+        vehicle = vehicle.with_sampled_commands(sampled=found.sampled)
+    if found is not None and found.sampled:
+        at, findings = found.at, (found.finding(FindingKind.COMMANDS_SAMPLED),)
     layout = select_layout(at, with_usual_terms(vehicle), effects)
     if layout is not None:
         at, vehicle = layout.at, layout.given_to(vehicle)

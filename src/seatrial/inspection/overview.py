@@ -18,6 +18,7 @@ from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Stream
+from seatrial.recording.undriven import undriven_motion
 from seatrial.util.errors import RecordingError
 from seatrial.util.progress import over, stage
 
@@ -62,6 +63,7 @@ class Inspection:
     vehicle: Vehicle
     recordings: tuple[RecordingView, ...]
     signs: ConsistencyReport
+    undriven: tuple[str, ...] = ()  # NAME=FROM-TO of motion without commands, as --without has it
 
 
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
@@ -78,7 +80,9 @@ def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     # 3. Units, signs and order of the vehicle file, from all recordings.
     with stage("units, signs and order"):
         consistency = check_each_recording(recordings, vehicle)
-    return Inspection(vehicle, views, consistency)
+    # 4. What moves without commands.
+    undriven = tuple(one.span(r) for r in recordings for one in undriven_motion(r))
+    return Inspection(vehicle, views, consistency, undriven)
 
 
 def inspection_json(found: Inspection) -> dict[str, Any]:

@@ -30,16 +30,16 @@ class Undriven:
 
     def text(self, recording: Recording) -> str:
         """What was found in the recording, and what to do."""
-        begin, end = recording.offset + self.start, recording.offset + self.end
-        when, span = (
-            ("before the first command", f"-{end:.0f}")
-            if self.first
-            else ("after the last command", f"{begin:.0f}-")
-        )
+        when = "before the first command" if self.first else "after the last command"
         return (
-            f"the boat moves {self.moved:.0f} m in the {end - begin:.0f} s {when}: carried, towed or "
-            f"adrift? Leave it out with --without {shlex.quote(f'{recording.name}={span}')}"
+            f"the boat moves {self.moved:.0f} m in the {self.end - self.start:.0f} s {when}: carried, towed or "
+            f"adrift? Leave it out with --without {shlex.quote(self.span(recording))}"
         )
+
+    def span(self, recording: Recording) -> str:
+        """NAME=FROM-TO of the recorded file, as --without has it."""
+        begin, end = recording.offset + self.start, recording.offset + self.end
+        return f"{recording.name}=" + (f"-{end:.0f}" if self.first else f"{begin:.0f}-")
 
 
 def undriven_motion(recording: Recording) -> list[Undriven]:

@@ -2,7 +2,7 @@
 """What to do next after a command, derived from what it found."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +21,11 @@ from seatrial.util.frames import AXES, SYMBOLS
 IDENTIFY_FROM = 3  # trials: the paper's S1-S3
 MOST_NAMED = 3  # parameters in one line
 EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
+LOOK_AT_RECORDINGS = (  # findings that `inspect` may explain
+    FindingKind.OUTLIERS,
+    FindingKind.NOT_PREDICTABLE,
+    FindingKind.NO_SIGNIFICANT_COEFFICIENT,
+)
 
 Paths = Sequence[str | Path]
 Recordings = Paths  # and the options with which they are read, as words of a command line
@@ -44,7 +49,7 @@ class NextStep:
 
 
 def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path) -> NextStep:
-    """Correct the vehicle file, or record what is missing, or identify."""
+    """Correct the vehicle file, or record what is missing, or leave out what is undriven, or identify."""
     # what the vehicle file has wrong
     uses = [use for view in found.recordings for use in view.inputs]
     beyond = [text for use in uses for text in beyond_full(use.name, use.least, use.most)]
@@ -52,16 +57,17 @@ def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path
         return NextStep(f"correct {vehicle}", remark)
     # what a recording lacks
     driven = {a.axis for view in found.recordings for a in view.axes if a.rms >= EXCITED}
-    for view in found.recordings:
-        if view.usable < USABLE_POSES:
-            share = percent(1.0 - view.usable)
-            return NextStep(
-                f"look at the faults of {view.name}", f"{share} of its poses are unusable"
-            )
     missing = [axis for axis in _forced(found) if axis not in driven]
     if missing:
         return NextStep(f"record more with pulses of {joined(missing)}", "no recording excites it")
-    return NextStep(identify_line(recordings, vehicle))
+    # what is left out of them, and what the model lacks with it
+    without = [word for span in found.undriven for word in ("--without", span)]
+    poor = [view for view in found.recordings if view.usable < USABLE_POSES]
+    why = "the boat moves there without a command" if without else ""
+    if poor:
+        share = percent(1.0 - poor[0].usable)
+        why = f"{share} of the poses of {poor[0].name} are unusable: look at its faults first"
+    return NextStep(identify_line([*recordings, *without], vehicle), why)
 
 
 def _forced(found: Inspection) -> list[str]:
@@ -88,12 +94,15 @@ def after_identify(
     vehicle: str | Path = "VEHICLE",
     out: str | Path = "model.yaml",
     options: Sequence[str] = (),
+    *,
+    automatic: bool = False,
+    look: Callable[[], Inspection] | None = None,
 ) -> NextStep:
     """The most important finding that asks for an action, or validation.
 
-    `options`: those that `identify` had, which it has again.
+    `options`: those that `identify` had, which it has again; automatic, look: as of `asked_for`.
     """
-    asked = asked_for(model, recordings, vehicle, out, options)
+    asked = asked_for(model, recordings, vehicle, out, options, automatic=automatic, look=look)
     if asked is not None:
         return asked
     # what is not known well
@@ -115,16 +124,31 @@ def asked_for(
     vehicle: str | Path,
     out: str | Path,
     options: Sequence[str] = (),
+    *,
+    automatic: bool = False,
+    look: Callable[[], Inspection] | None = None,
 ) -> NextStep | None:
-    """What the model's doubts and findings ask for; None: nothing."""
-    # doubts on recordings and vehicle file come first: they may spoil all else
-    if model.warnings:
-        return NextStep(command("inspect", *recordings, "--vehicle", vehicle), model.warnings[0])
-    # then the finding that matters most
+    """What the model's doubts and findings ask for; None: nothing.
+
+    automatic: the recordings chose the terms; look: the inspection of these recordings, without which it is taken
+    to find something.
+    """
     found = [f for f in most_important(model.estimator.findings) if f.kind in ASK_FOR_ACTION]
-    if found:
-        return _remedy(found[0], recordings, vehicle, out, options)
-    return None
+    found = [f for f in found if not (automatic and f.kind is FindingKind.MODEL_MISMATCH)]
+    puzzling = [*model.warnings, *(f for f in found if f.kind in LOOK_AT_RECORDINGS)]
+    if puzzling and look is not None and _only_identifies(look(), recordings, vehicle):
+        # inspect would send back to identify
+        found = [f for f in found if f.kind not in LOOK_AT_RECORDINGS]
+    elif (
+        model.warnings
+    ):  # doubts on recordings and vehicle file come first: they may spoil all else
+        return NextStep(command("inspect", *recordings, "--vehicle", vehicle), model.warnings[0])
+    return _remedy(found[0], recordings, vehicle, out, options) if found else None
+
+
+def _only_identifies(found: Inspection, recordings: Recordings, vehicle: str | Path) -> bool:
+    """Whether an inspection has nothing to correct and nothing to leave out."""
+    return after_inspect(found, recordings, vehicle).do == identify_line(recordings, vehicle)
 
 
 def _remedy(
@@ -152,17 +176,19 @@ def _remedy(
         return NextStep(
             identify_line(recordings, vehicle, out, *more), f"{why}, if you know its cause"
         )
-    if kind in (
-        FindingKind.OUTLIERS,
-        FindingKind.NOT_PREDICTABLE,
-        FindingKind.NO_SIGNIFICANT_COEFFICIENT,
-    ):
+    if kind in LOOK_AT_RECORDINGS:
         return NextStep(command("inspect", *recordings, "--vehicle", vehicle), why)
     return NextStep(advice_of(finding), why)
 
 
-def after_select(recordings: Recordings, out: str | Path | None) -> NextStep:
-    """Write the chosen terms, or identify with them."""
+def after_select(
+    recordings: Recordings, out: str | Path | None, *, changed: bool = True
+) -> NextStep:
+    """Write the chosen terms, or identify with them; changed: they are not those of the vehicle file."""
+    if not changed:
+        return NextStep(
+            command("validate", "model.yaml", "TEST_RECORDING"), "the vehicle file has these terms"
+        )
     if out is not None:
         return NextStep(identify_line(recordings, out))
     return NextStep("give -o VEHICLE, for a vehicle file with the chosen terms")

@@ -15,6 +15,13 @@ COMMANDS_SAMPLED = Spec(
     "For other models of these logs write 'sampled: true' under 'commands:' in the vehicle file",
     numbers={"gain": "-"},
 )
+COMMANDS_LOOK_SAMPLED = Spec(
+    "commands: their rows are samples of a logger. With each change put halfway between its row and the row "
+    "before, -2 log L falls by {gain:.0f}. This model has each change at its row, so latency, lag and dead zone "
+    "are off by more than their intervals",
+    "State 'sampled: true' below commands: in the vehicle file, and identify again",
+    numbers={"gain": "-"},
+)
 FORCE_ADDED = Spec(
     "force {force}: the commands drive a combination of {actuators} for which the vehicle file has no force. "
     "The model has it as {force}, a force in {axis}, and its terms may use it",

@@ -16,16 +16,24 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import IdentificationError
 
-LEAST_SAMPLING_GAIN = 20.0  # difference in -2 log L; both alternatives have the same parameters
+LEAST_SAMPLING_GAIN = 20.0  # fall of -2 log L; both alternatives have the same parameters
 
 
 @dataclass(frozen=True)
-class CommandSampling:
-    """Whether the commands are samples, the solution with that, and the finding where they are."""
+class SampledCommands:
+    """The solution with commands that are samples, and by how much -2 log L falls with it."""
 
-    sampled: bool
     at: Point
-    findings: tuple[Finding, ...] = ()
+    gain: float
+
+    @property
+    def sampled(self) -> bool | None:
+        """Whether the recordings show samples, or changes at their rows; None: they do not show it."""
+        return self.gain > 0.0 if abs(self.gain) >= LEAST_SAMPLING_GAIN else None
+
+    def finding(self, kind: FindingKind) -> Finding:
+        """That they show samples."""
+        return finding_of(kind, gain=self.gain)
 
 
 def sampling_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
@@ -33,12 +41,12 @@ def sampling_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
     return vehicle.file.commands.sampled is None and any(map(sampling_doubt, recordings))
 
 
-def command_sampling_of(
+def sampled_commands_of(
     at: Point, vehicle: Vehicle, effects: Sequence[str] = ()
-) -> CommandSampling | None:
-    """What explains the recordings better: commands as samples, or a change at each row, as in the solution `at`.
+) -> SampledCommands | None:
+    """The alternative to `at`, whose commands are exact at their rows.
 
-    None where both do as well, where the vehicle file states it, and where no recording leaves it open.
+    None where the vehicle file states it, where no recording leaves it open, and where there is no solution.
     """
     recordings = at.runs.problem.recordings
     if not sampling_is_open(vehicle, recordings):
@@ -47,9 +55,20 @@ def command_sampling_of(
         there = first_maximum(recordings, vehicle.with_sampled_commands(), effects)
     except IdentificationError:
         return None
-    gain = at.runs.cost - there.runs.cost
-    if abs(gain) < LEAST_SAMPLING_GAIN:
-        return None
-    if gain < 0.0:
-        return CommandSampling(sampled=False, at=at)
-    return CommandSampling(True, there, (finding_of(FindingKind.COMMANDS_SAMPLED, gain=gain),))
+    return SampledCommands(there, at.runs.cost - there.runs.cost)
+
+
+def stated_sampling(
+    recordings: Sequence[Recording], vehicle: Vehicle, effects: Sequence[str] = ()
+) -> tuple[Vehicle, tuple[Finding, ...]]:
+    """A vehicle with terms of the user's that states it as far as the recordings show it, and the finding."""
+    if not sampling_is_open(vehicle, recordings):
+        return vehicle, ()
+    try:
+        found = sampled_commands_of(first_maximum(recordings, vehicle, effects), vehicle, effects)
+    except IdentificationError:
+        return vehicle, ()
+    if found is None or found.sampled is None:
+        return vehicle, ()
+    seen = (found.finding(FindingKind.COMMANDS_LOOK_SAMPLED),) if found.sampled else ()
+    return vehicle.with_sampled_commands(sampled=found.sampled), seen
