@@ -174,6 +174,13 @@ def test_scores_ask_for_a_test_a_look_or_nothing(found, name, why):
     assert parsed(step)[0] == name and why in step.why
 
 
+def test_what_moves_without_commands_is_left_out_of_the_test():
+    step = after_validate("m.yaml", scores(0.3), LOGS, undriven=["my log=70-120"])
+    name, args = parsed(step)
+    assert name == "validate" and args.without == ["my log=70-120"] and len(args.recordings) == 2
+    assert parsed(after_validate("m.yaml", scores(0.3), LOGS))[0] == "report"
+
+
 def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=(), undriven=()):
     """An inspection of one recording by the paper's boat."""
     axes = [

@@ -6,8 +6,10 @@ import shlex
 import numpy as np
 import pytest
 from cli_tools import run
-from survey_boat import boat, driven
+from conftest import make_model
+from survey_boat import TRUTH, boat, driven
 
+from seatrial.boat.model_file import save
 from seatrial.util.files import dump_yaml
 
 MOST_STEPS = 5
@@ -61,3 +63,18 @@ def test_next_lines_lead_to_validate(log, options, tmp_path, monkeypatch, capsys
         if words[0] == "validate":
             return
     raise AssertionError(f"no end: {words}")
+
+
+def test_a_test_recording_of_a_carried_boat_is_told_and_left_out(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path, carried=True)
+    save(make_model(boat(), TRUTH), tmp_path / "m.yaml")
+    code, out, err = run(capsys, "validate", "m.yaml", "lake.csv")
+    assert (code, err) == (0, "")
+    assert "doubt: lake: the boat moves 39 m in the 39 s before the first command" in out
+    again = shlex.split(out.partition("\nnext: ")[2], comments=True)[1:]
+    assert again[0] == "validate"
+    code, out, err = run(capsys, *again)
+    assert (code, err) == (0, "")
+    assert "carried" not in out
+    assert out.partition("\nnext: ")[2].startswith("seatrial report")

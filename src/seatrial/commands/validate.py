@@ -44,6 +44,7 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
     from seatrial.inspection.consistency.between_recordings import contradictions
+    from seatrial.recording.undriven import undriven_motion
     from seatrial.workflow.next_step import after_validate
 
     guard(args.json, "{", args.model, args.vehicle, args.against, *args.recordings)
@@ -60,8 +61,12 @@ def run(args: argparse.Namespace) -> None:
     if scores.against is not None:
         say(head_to_head_text(scores.against))
     wrong = contradictions(recordings, model.vehicle)
-    for doubt in dict.fromkeys([*wrong, *model_concerns(model)]):
+    found = [(recording, one) for recording in recordings for one in undriven_motion(recording)]
+    moves = [f"{recording.name}: {one.text(recording)}" for recording, one in found]
+    for doubt in dict.fromkeys([*wrong, *moves, *model_concerns(model)]):
         say(f"  doubt: {doubt}")
     options = [] if args.vehicle is None else ["--vehicle", args.vehicle]
     options += [] if args.horizon is None else ["--horizon", f"{args.horizon:.15g}"]
-    say(after_validate(args.model, scores, recordings_again(args), options, wrong).text)
+    undriven = [one.span(recording) for recording, one in found]
+    again = recordings_again(args)
+    say(after_validate(args.model, scores, again, options, wrong, undriven=undriven).text)

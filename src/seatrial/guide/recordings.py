@@ -11,6 +11,7 @@ from seatrial.guide.vehicle_file import of_this_boat
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.io import read, read_each
+from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
 from seatrial.recording.undriven import undriven_motion
 from seatrial.util.files import write_text
@@ -43,15 +44,26 @@ def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> I
 
 
 def while_driven(here: Task, recording: Recording) -> Recording:
-    """Without a beginning or an end in which the boat is carried, towed or adrift."""
+    """Without stretches in which the boat is carried, towed or adrift."""
     start, end = None, None
     for found in undriven_motion(recording):
-        which = "first" if found.first else "last"
+        which = (
+            "the first"
+            if found.first
+            else "the last"
+            if found.last
+            else f"from {found.start:.0f} s on,"
+        )
         here.assumed.append(
-            f"the {which} {found.end - found.start:.0f} s of {recording.name} are left out: the boat moves "
+            f"{which} {found.end - found.start:.0f} s of {recording.name} are left out: the boat moves "
             f"{found.moved:.0f} m there without a command (carried, towed or adrift)"
         )
-        start, end = (found.end, end) if found.first else (start, found.start)
+        if found.first:
+            start = found.end
+        elif found.last:
+            end = found.start
+        else:
+            recording = recording.without(found.start, found.end)
     return recording if start is end is None else recording.cut(start, end)
 
 
@@ -66,5 +78,8 @@ def as_model_reads(
         # two logs may have one name
         again = read(here.log_of[one.sources], model.vehicle, salvage=here.salvage)
         part = again.cut(one.offset or None, one.offset + one.duration + 0.5 * one.period)
+        for fault in one.faults:
+            if fault.kind is FaultKind.EXCLUDED:
+                part = part.without(fault.start, fault.end)
         found.append(replace(part, name=one.name))
     return found

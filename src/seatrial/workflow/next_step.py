@@ -21,10 +21,12 @@ from seatrial.util.frames import AXES, SYMBOLS
 IDENTIFY_FROM = 3  # trials: the paper's S1-S3
 MOST_NAMED = 3  # parameters in one line
 EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
+UNDRIVEN = "the boat moves there without a command"
 LOOK_AT_RECORDINGS = (  # findings that `inspect` may explain
     FindingKind.OUTLIERS,
     FindingKind.NOT_PREDICTABLE,
     FindingKind.NO_SIGNIFICANT_COEFFICIENT,
+    FindingKind.NO_BETTER_THAN_CONSTANT,
 )
 
 Paths = Sequence[str | Path]
@@ -61,13 +63,18 @@ def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path
     if missing:
         return NextStep(f"record more with pulses of {joined(missing)}", "no recording excites it")
     # what is left out of them, and what the model lacks with it
-    without = [word for span in found.undriven for word in ("--without", span)]
+    without = _left_out(found.undriven)
     poor = [view for view in found.recordings if view.usable < USABLE_POSES]
-    why = "the boat moves there without a command" if without else ""
+    why = UNDRIVEN if without else ""
     if poor:
         share = percent(1.0 - poor[0].usable)
         why = f"{share} of the poses of {poor[0].name} are unusable: look at its faults first"
     return NextStep(identify_line([*recordings, *without], vehicle), why)
+
+
+def _left_out(spans: Sequence[str]) -> list[str]:
+    """Intervals NAME=FROM-TO as options."""
+    return [word for span in spans for word in ("--without", span)]
 
 
 def _forced(found: Inspection) -> list[str]:
@@ -245,15 +252,21 @@ def after_validate(
     recordings: Recordings,
     options: Sequence[str] = (),
     wrong: Sequence[str] = (),
+    *,
+    undriven: Sequence[str] = (),
 ) -> NextStep:
     """What the scores ask for, or the report.
 
-    `options`: those of `validate` that `report` has, too. `wrong`: what contradicts the vehicle file.
+    `options`: those of `validate` that `report` has, too. `wrong`: what contradicts the vehicle file. `undriven`:
+    what moves without commands, as of `Inspection`.
     """
     if wrong:
         return NextStep(
             "correct the recordings, or give their own vehicle file by --vehicle", wrong[0]
         )
+    if undriven:
+        driven = [*recordings, *_left_out(undriven)]
+        return NextStep(command("validate", model, *driven, *options), UNDRIVEN)
     report = command("report", model, *recordings, *options, "-o", "report.html")
     rows = scores.recordings
     unseen = [row for row in rows if not row.seen]
