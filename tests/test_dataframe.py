@@ -61,12 +61,16 @@ def spoilt(frame: pd.DataFrame, kind: str) -> pd.DataFrame:
     if kind == "no pose":
         frame.loc[20:24, "x"] = np.nan
     elif kind == "unsorted":
-        rows = [*range(50), 80, *range(50, N)]
+        rows = [*range(50), 80, *range(50, 80), *range(81, N)]
         return frame.iloc[rows].reset_index(drop=True)
     elif kind == "jump":
         frame.loc[100:, "y"] += 7.0
     elif kind == "twice":
         return frame.iloc[[*range(30), 29, *range(30, N)]].reset_index(drop=True)
+    elif kind == "two at once":
+        again = frame.iloc[[*range(30), 29, *range(30, N)]].reset_index(drop=True)
+        again.loc[30, "x"] += 0.004
+        return again
     elif kind == "gap":
         return frame.drop(index=range(60, 110)).reset_index(drop=True)
     elif kind == "text":
@@ -75,7 +79,9 @@ def spoilt(frame: pd.DataFrame, kind: str) -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
-@pytest.mark.parametrize("kind", ["sound", "no pose", "unsorted", "jump", "twice", "gap", "text"])
+@pytest.mark.parametrize(
+    "kind", ["sound", "no pose", "unsorted", "jump", "twice", "two at once", "gap", "text"]
+)
 def test_a_frame_is_read_as_the_csv_table_of_its_columns(frame, kind, axes, tmp_path):
     given = spoilt(frame, kind)
     recording = seatrial.Recording.from_dataframe(given, boat(axes))
@@ -83,9 +89,10 @@ def test_a_frame_is_read_as_the_csv_table_of_its_columns(frame, kind, axes, tmp_
     faults = {fault.kind for fault in recording.faults}
     expected = {
         "no pose": FaultKind.NOT_FINITE, "unsorted": FaultKind.STAMP, "jump": FaultKind.JUMP,
-        "twice": FaultKind.STAMP, "gap": FaultKind.GAP,
+        "two at once": FaultKind.STAMP, "gap": FaultKind.GAP,
     }  # fmt: skip
     assert kind not in expected or expected[kind] in faults
+    assert kind != "twice" or recording.usable == 1.0
 
 
 def test_units_offsets_signs_and_the_flag_are_those_of_the_vehicle_file(frame, tmp_path):
