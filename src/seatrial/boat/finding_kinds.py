@@ -34,6 +34,7 @@ class FindingKind(Enum):
     DEAD_ZONE_NOT_SOUGHT = ("dead-zone-not-sought", actuator_chain.DEAD_ZONE_NOT_SOUGHT)
     COMMANDS_SAMPLED = ("commands-sampled", actuator_chain.COMMANDS_SAMPLED)
     COMMANDS_LOOK_SAMPLED = ("commands-look-sampled", actuator_chain.COMMANDS_LOOK_SAMPLED)
+    LATE_COMMANDS = ("late-commands", actuator_chain.LATE_COMMANDS)
     FORCE_ADDED = ("force-added", actuator_chain.FORCE_ADDED)
     THRUSTER_LAYOUT_SELECTED = ("thruster-layout-selected", actuator_chain.THRUSTER_LAYOUT_SELECTED)
     THRUSTER_LAYOUT_CONTRADICTED = (
@@ -112,6 +113,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.OUTLIERS,
     FindingKind.THRUSTER_LAYOUT_CONTRADICTED,
     FindingKind.COMMANDS_LOOK_SAMPLED,
+    FindingKind.LATE_COMMANDS,
     # the model lacks something that biases its coefficients
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEQUAL_THRUSTER_GAINS,

@@ -13,6 +13,7 @@ from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.console import caution, summary
+from seatrial.identification.diagnostics.solution_checks import late_command_findings
 from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSettings, fit
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
@@ -120,10 +121,10 @@ def identify_with_fit(
             model, solution = _output_error(
                 recordings, vehicle, prior, prior_spread, effects, choice=choice
             )
-            model = _with_findings(model, sampling)
         else:
             model = _by_regression(method, recordings, vehicle, roles, settings)
             model = model if choice is None else _with_findings(model, choice.findings)
+    model = _with_findings(model, [*sampling, *late_command_findings(model)])
     # is it a boat?
     axis_physics(model)
     with stage("checking recordings and vehicle file"):

@@ -22,6 +22,14 @@ COMMANDS_LOOK_SAMPLED = Spec(
     "State 'sampled: true' below commands: in the vehicle file, and identify again",
     numbers={"gain": "-"},
 )
+LATE_COMMANDS = Spec(
+    "{parameter}: thrust changes {lead:.3f} ± {error:.1g} s before the stamps of its commands. So commands are "
+    "stamped late, or poses early. The model fits such logs; where stamps are right, its thrust is early by this",
+    "Stamp commands where they are sent, by the poses' clock; or correct the stamps by {lead:.2f} s or more (in "
+    "seconds, of a table: 'offset: {lead:.2f}' at commands: stamp)",
+    {"parameter": ONE_NAME},
+    {"lead": "s", "error": "s"},
+)
 FORCE_ADDED = Spec(
     "force {force}: the commands drive a combination of {actuators} for which the vehicle file has no force. "
     "The model has it as {force}, a force in {axis}, and its terms may use it",

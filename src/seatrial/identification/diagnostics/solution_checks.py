@@ -8,7 +8,9 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
+from seatrial.boat.model import SURELY, Model
 from seatrial.boat.noise_parameters import COLOUR, COLOUR_MEMORY, DISTURBANCES, PROCESS
+from seatrial.identification.diagnostics.boat_changes import LEAST_CLOCK_OFFSET
 from seatrial.identification.likelihood.fit_horizon import ERROR_FLOOR, comparable, predicted_ahead
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import at_bounds, far_from_poses
@@ -50,6 +52,19 @@ def solution_findings(at: Point, horizon: float, covariance: Array) -> list[Find
     if horizon:
         findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
     return [*findings, *_nothing_significant(at, covariance)]
+
+
+def late_command_findings(model: Model) -> list[Finding]:
+    """Latencies that are clearly negative: no thruster acts before its command."""
+    found = dict(zip(model.vehicle.constants.names, model.constants.tolist(), strict=True))
+    findings = []
+    for name, value in found.items():
+        error = model.standard_errors[name]
+        late = name.partition(".")[0] == "latency" and value < -LEAST_CLOCK_OFFSET
+        if late and 0.0 < SURELY * error < -value:
+            kind = FindingKind.LATE_COMMANDS
+            findings.append(finding_of(kind, name, lead=-value, error=error))
+    return findings
 
 
 def _outliers(at: Point) -> list[Finding]:
