@@ -51,6 +51,7 @@ class FindingKind(Enum):
     GROUP_STAGES_SELECTED = ("group-stages-selected", actuator_chain.GROUP_STAGES_SELECTED)
 
     # the estimate
+    CONTRADICTED = ("contradicted", estimate.CONTRADICTED)
     SHORT_BLOCKS = ("short-blocks", estimate.SHORT_BLOCKS)
     AT_BOUND = ("at-bound", estimate.AT_BOUND)
     MISSING_TERM = ("missing-term", estimate.MISSING_TERM)
@@ -106,6 +107,7 @@ UNMODELLED_EFFECTS = {  # by value of `--effect`
 }
 ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of their effect on a model
     # recordings and vehicle file do not belong together
+    FindingKind.CONTRADICTED,
     FindingKind.NO_SIGNIFICANT_COEFFICIENT,
     FindingKind.NOT_PREDICTABLE,
     FindingKind.HEADING_OFFSET,

@@ -32,6 +32,7 @@ from seatrial.util.frames import AXES, Axes
 
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
 MOST_FINDINGS = 3  # in a brief summary
+AT_TOP = (FindingKind.CONTRADICTED,)  # of the summary, before the numbers
 
 
 SMOOTHER_BIAS = (
@@ -70,14 +71,15 @@ def summary(model: Model, *, brief: bool = False) -> str:
         lines.append(
             f"The file is in {model.vehicle.axes.value} axes: {', '.join(flipped)} negated."
         )
+    wrong = map(finding_text, model.findings_of(FindingKind.CONTRADICTED))
     head = f"{model.name}, {model.estimator.method}, in {Axes.FLU.value} axes; {_from(model)}:"
-    return "\n".join([head, *lines, physics_line(model)])
+    return "\n".join([*wrong, head, *lines, physics_line(model)])
 
 
 def _all_findings(model: Model) -> list[str]:
     """Every finding, then every doubt."""
     return [
-        *map(finding_text, model.estimator.findings),
+        *(finding_text(f) for f in model.estimator.findings if f.kind not in AT_TOP),
         *(f"  doubt: {warning}" for warning in model.warnings),
     ]
 
@@ -86,7 +88,8 @@ def _important(model: Model) -> list[str]:
     """The prior, doubts and findings that matter most, and how many there are beside them."""
     found = model.estimator.findings
     used = [sentence_of(f) for f in found if f.kind is FindingKind.PRIOR_USED]
-    findings = most_important(f for f in found if f.kind is not FindingKind.PRIOR_USED)
+    elsewhere = (FindingKind.PRIOR_USED, *AT_TOP)
+    findings = most_important(f for f in found if f.kind not in elsewhere)
     asking = [finding_text(f) for f in findings if f.kind in ASK_FOR_ACTION]
     messages = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
     rest = len(model.warnings) + len(findings) - len(messages)

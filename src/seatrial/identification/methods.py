@@ -7,7 +7,7 @@ from functools import partial
 
 import msgspec
 
-from seatrial.boat.findings import Finding, FindingKind, of_kinds
+from seatrial.boat.findings import Finding, FindingKind, finding_of, of_kinds
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics, model_concerns
 from seatrial.boat.schema import EQUATION_ERROR
@@ -31,6 +31,7 @@ from seatrial.identification.selection.thruster_layout import contradicted_layou
 from seatrial.identification.solution import StartValues
 from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.inspection.consistency.between_recordings import check_each_recording
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
@@ -128,7 +129,13 @@ def identify_with_fit(
     # is it a boat?
     axis_physics(model)
     with stage("checking recordings and vehicle file"):
-        contradictions = [finding.text for finding in check().findings]
+        wrong = check().findings
+        contradictions = [finding.text for finding in wrong]
+        # a wrong clock is in the latency alone
+        others = [one.text for one in wrong if one.kind is not InconsistencyKind.CLOCK]
+        texts = [*others, *commands_beyond(recordings, vehicle)][:1]
+        spoilt = [finding_of(FindingKind.CONTRADICTED, text=text) for text in texts]
+        model = _with_findings(model, spoilt)
         return replace(
             model, warnings=_warnings(recordings, stated, model, contradictions)
         ), solution

@@ -7,6 +7,7 @@ from enum import Enum
 
 import numpy as np
 
+from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.boat.physics import AxisPhysics, axis_physics, backward_thrust
 from seatrial.boat.structure import Term
@@ -54,6 +55,7 @@ class Level(Enum):
 class Criterion(Enum):
     """What decided, with its sentence."""
 
+    CONTRADICTED = "the recordings that it was identified from contradict the vehicle file"
     UNSTABLE = "the model is unstable within its envelope"
     NOT_PREDICTED = "no recording could be predicted"
     SEEN = "tested only on recordings that it was identified from"
@@ -83,6 +85,7 @@ MORE_DRIVING = "identify from more driving in {subject}, at the speeds of use"
 NEXT_DRIVE = "drive what the report's next drive says, which narrows it"
 # what lifts a level that is not `FIT`
 ACTIONS = {
+    Criterion.CONTRADICTED: "correct the vehicle file, which inspect checks, then identify again",
     Criterion.UNSTABLE: "check the vehicle file's signs with inspect, then identify again",
     Criterion.NOT_PREDICTED: "give a recording whose poses and commands have no gaps for a minute",
     Criterion.SEEN: "validate on a recording that it has not seen",
@@ -170,6 +173,9 @@ Graded = tuple[Level, Reason]
 
 def fitness(model: Model, scores: Scores) -> tuple[Fitness, ...]:
     """For every use the worst criterion, from the model and its scores of `validate`."""
+    if model.findings_of(FindingKind.CONTRADICTED):
+        reason = Reason(Criterion.CONTRADICTED)
+        return tuple(Fitness(use, Level.NOT_FIT, reason) for use in Use)
     kinds = (
         (Use.SIMULATION, _simulation(model, scores)),
         (Use.CONTROL, _control(model)),

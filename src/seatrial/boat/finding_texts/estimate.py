@@ -32,6 +32,11 @@ MODEL_MISMATCH = Spec(
     "Run 'seatrial select' to look for missing terms",
     numbers={"horizon": "s"},
 )
+CONTRADICTED = Spec(
+    "recordings and vehicle file contradict each other, so these are not the boat's coefficients: {text}",
+    "Correct that, then identify again",
+    words={"text": None},
+)
 OUTLIERS = Spec(
     "outliers: {share:.1%} of the poses do not fit the model and have less weight",
     "Look for false matches of the localisation and for two clocks with 'seatrial inspect'",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from seatrial.boat.earth_effects import forces_as_noise
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION
-from seatrial.boat.findings import finding_text, most_important
+from seatrial.boat.findings import FindingKind, finding_text, most_important
 from seatrial.boat.model import Model
 from seatrial.boat.physics import implausible_coefficients
 from seatrial.identification.uncertainty.identifiability import Identifiability
@@ -174,7 +174,8 @@ def wished(evidence: Evidence) -> str:
         for finding in most_important(evidence.model.estimator.findings)
         if finding.kind in ASK_FOR_ACTION and not evidence.physics.unstable
     ]
-    return next(iter([*odd, *asking, *advice(evidence)]), "")
+    wrong = map(finding_text, evidence.model.findings_of(FindingKind.CONTRADICTED))
+    return next(iter([*wrong, *odd, *asking, *advice(evidence)]), "")
 
 
 def use_text(found: Sequence[Fitness]) -> str:
