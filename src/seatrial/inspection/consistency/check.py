@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.steering import angle_names
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import held_rows, smooth_signals
 from seatrial.inspection.consistency.effects import effects_of, surge_t
@@ -41,6 +42,7 @@ from seatrial.inspection.consistency.pose_units import (
     usual_speed,
 )
 from seatrial.inspection.consistency.repair import Repair, apply_repair
+from seatrial.inspection.consistency.steering_angle import angle_text, steering_angles
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -135,8 +137,11 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
         *inconsistencies(vehicle, repair, effects, speed),
         *steering_inconsistencies(vehicle, surge_t(vehicle, search, repair), effects),
     )
+    angles = steering_angles(runs, np.array([g.t for g in found]), mirrored=mirrored)
+    known = angle_names(vehicle.file.chain)
     remarks = (
         *said,
+        *(f"{n}: {angle_text(thrust)}" for n, thrust in angles.items() if n not in known),
         *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
         *_exchangeable(vehicle, search, repair, unexcited),
     )

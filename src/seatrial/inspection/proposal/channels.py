@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Gains of the channels: which of them drive an axis, and the lever arm that they show."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -37,6 +38,7 @@ class Channels:
     gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
     spread: Array  # (n,) standard deviation of the command
     driven: NDArray[np.bool_]  # (rows, n) where the command is not at rest
+    angles: Mapping[str, str] = field(default_factory=dict)  # those like angles: the thrust turned
 
     def twin(self, name: str) -> str:
         """Another channel that acts alike and is never driven together with this one: a second source."""

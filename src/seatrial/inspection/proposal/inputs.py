@@ -9,7 +9,9 @@ import numpy as np
 
 from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
+from seatrial.inspection.consistency.gains import read_run
 from seatrial.inspection.consistency.repair import ANGLES
+from seatrial.inspection.consistency.steering_angle import STEERED, angle_text, steering_angles
 from seatrial.inspection.proposal.by_name import Parts, named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
@@ -26,9 +28,6 @@ from seatrial.util.frames import AXES, Array, Mask
 from seatrial.util.progress import over, stage
 
 MOST_TURNS = 3  # of the heading, one after the other: its sense, then its zero
-STEERED = (
-    "; check: the angle of a rudder or thruster? Then write 'steered' below chain (docs/vehicle.md)"
-)
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 
 
@@ -227,7 +226,10 @@ def _channels(
     spread = values.std(axis=0) / sizes
     rests = np.array([s.get("offset", 0.0) for s in scales])
     driven = np.abs(raw - rests) > AT_REST * sizes
-    return Channels(names, columns, t, gains * sizes, spread, driven)
+    # as commands, 0 at rest
+    own = [replace(s, values=(s.values * draft.input_signs - rests) / sizes) for s in signals]
+    angles = steering_angles([read_run(r, s) for r, s in zip(recordings, own, strict=True)], t)
+    return Channels(names, columns, t, gains * sizes, spread, driven, angles)
 
 
 def _thrusters(found: Channels) -> Parts:
@@ -258,7 +260,7 @@ def _sticks(found: Channels) -> Parts:
         ambiguous = (
             "" if a.trusted or found.lever else "; check: another channel moves it with a similar t"
         )
-        angle = STEERED if steers(a.channel) else ""
+        angle = _angle_remark(found, a.channel)
         remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){ambiguous}{angle}"
         forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
     return inputs, remarks, forces
@@ -273,8 +275,14 @@ def _thruster_remark(found: Channels, name: str) -> str:
         else ""
     )
     k = found.names.index(name)
-    angle = STEERED if steers(name) else ""
-    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two + angle
+    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two + _angle_remark(found, name)
+
+
+def _angle_remark(found: Channels, name: str) -> str:
+    """That a channel looks like an angle, by the motion of the boat or by its name."""
+    if name in found.angles:
+        return f"; check: {angle_text(found.angles[name])}"
+    return f"; check: {STEERED}" if steers(name) else ""
 
 
 def _moved_axes(t: Array, moved: Mask) -> str:

@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: MIT
+"""Inputs that are angles: a rudder or a turned thruster turns the boat by the thrust of another input."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from seatrial.inspection.consistency.effects import CLEAR_T
+from seatrial.inspection.consistency.gains import Run, gains
+from seatrial.recording.recording import Signal
+from seatrial.util.frames import Array
+
+PRODUCT = "product"  # of an angle and a thrust
+STEERED = "the angle of a rudder or thruster? Then write 'steered' below chain (docs/vehicle.md)"
+
+
+def steering_angles(runs: Sequence[Run], t: Array, *, mirrored: bool = False) -> dict[str, str]:
+    """By input that looks like an angle, the thrust that it turns.
+
+    With the product of the two beside all inputs, the product turns the boat, and more clearly than the angle.
+    runs: with commands that are 0 at rest; t: (3, n) of their gains.
+    """
+    names = runs[0].commands.names
+    ahead = np.abs(t[0]) >= CLEAR_T
+    turns = (np.abs(t[2]) >= CLEAR_T) & ~ahead
+    angles: dict[str, str] = {}
+    for k in np.flatnonzero(turns).tolist():
+        thrusts = np.flatnonzero(ahead).tolist()
+        found = {j: _with_product(runs, k, j, mirrored=mirrored) for j in thrusts}
+        clear = {j: of for j, (own, of) in found.items() if of >= max(CLEAR_T, own)}
+        if clear:
+            angles[names[k]] = names[max(clear, key=lambda j: clear[j])]
+    return angles
+
+
+def angle_text(thrust: str) -> str:
+    """What was found of an input, and how to state it. thrust: the input that it seems to turn."""
+    return f"turns the boat by the thrust of {thrust}, hardly by itself: {STEERED}"
+
+
+def _with_product(
+    runs: Sequence[Run], angle: int, thrust: int, *, mirrored: bool
+) -> tuple[float, float]:
+    """|t| of the yaw gains of an input and of its product with another one, beside all inputs."""
+    wider = []
+    for run in runs:
+        own = run.commands
+        values = np.column_stack([own.values, own.values[:, angle] * own.values[:, thrust]])
+        wider.append(replace(run, commands=Signal((*own.names, PRODUCT), own.stamps, values)))
+    t = np.abs(gains(wider, mirrored=mirrored)[2].t)
+    return float(t[angle]), float(t[-1])

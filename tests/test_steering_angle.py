@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+"""A rudder is known by the motion of the boat: it turns with the thrust beside it, a stick of yaw by itself."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import steered_boat
+import survey_boat
+
+import seatrial
+from seatrial.boat.vehicle import vehicle_from
+from seatrial.inspection.consistency.check import check_consistency
+from seatrial.recording.recording import Signal
+
+ANGLE = "the angle of a rudder or thruster? Then write 'steered' below chain"
+
+
+def sticks(names):
+    """The vehicle file of a boat with a stick for surge and one for yaw."""
+    content = survey_boat.boat().to_mapping()
+    thrust, turn = names
+    content["commands"]["inputs"] = {name: {"column": name} for name in names}
+    content["forces"] = {
+        "F_u": {"axis": "surge", "of": {thrust: 1.0}},
+        "F_r": {"axis": "yaw", "of": {turn: 1.0}},
+    }
+    return vehicle_from(content, "v.yaml")
+
+
+def said(recording, vehicle):
+    return [text for text in check_consistency([recording], vehicle).text if ANGLE in text]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_rudder_that_the_file_has_as_a_stick_is_named(seed):
+    recording = steered_boat.driven(steered_boat.known(), seed=seed)
+    (text,) = said(recording, sticks(("motor", "helm")))
+    assert text.startswith("helm: turns the boat by the thrust of motor, hardly by itself")
+
+
+def test_a_rudder_that_the_file_has_as_one_is_not():
+    recording = steered_boat.driven(steered_boat.known(), seed=1)
+    assert said(recording, steered_boat.outboard()) == []
+
+
+@pytest.mark.parametrize(
+    "most", [pytest.param(-1.0, id="both ways"), pytest.param(0.0, id="ahead")]
+)
+def test_a_stick_of_yaw_is_no_rudder(most):
+    """The same boat by its two thrusters, and by the sticks that drive them."""
+    sizes = [lambda g: g.uniform(most, 1.0)] * 2
+    vehicle, recording = survey_boat.driven({}, sizes)
+    left, right = recording.commands.values.T
+    values = np.column_stack([left + right, right - left]) / 2.0
+    stick = Signal(("thrust", "turn"), recording.commands.stamps, values)
+    assert said(replace(recording, commands=stick), sticks(stick.names)) == []
+    assert said(recording, vehicle) == []
+
+
+@pytest.mark.parametrize("pulses", [False, True])
+def test_init_asks_of_a_rudder_without_a_telling_name(pulses, tmp_path):
+    """Also of pulse widths, which are not 0 at rest."""
+    recording = steered_boat.driven(steered_boat.known(), seed=1)
+    own = recording.commands
+    values = 1500.0 + 400.0 * own.values if pulses else own.values
+    for name, head, rows in (
+        ("poses", "t,x,y,psi", [recording.t, recording.raw]),
+        ("commands", "t,ch1,ch3", [recording.seconds(own.stamps), values]),
+    ):
+        table = np.column_stack(rows)
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=head, comments="")
+    (line,) = (text for text in seatrial.init(tmp_path).text.splitlines() if ANGLE in text)
+    assert "column: ch3" in line
+    assert "turns the boat by the thrust of ch1" in line
