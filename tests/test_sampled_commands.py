@@ -20,7 +20,7 @@ from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import search
 from seatrial.identification.problem_setup import problem_with, start_of, with_start
-from seatrial.identification.selection.command_sampling import command_sampling_of
+from seatrial.identification.selection.command_sampling import sampled_commands_of
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.term_choice import choose_terms
 from seatrial.identification.uncertainty.command_shape import with_ramps, with_unknown_shape
@@ -332,7 +332,7 @@ def test_a_model_of_the_users_terms_says_so_and_has_no_doubt_where_the_recording
     assert finding.number("gain") > 100.0
     assert not model.warnings
     step = after_identify(model)
-    assert step.do.startswith("State 'sampled: true' below commands:")
+    assert step.do.startswith("State 'sampled: true' under 'commands:'")
     again = seatrial.identify(looked_at, vehicle.with_sampled_commands())
     assert not again.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
     assert not again.warnings

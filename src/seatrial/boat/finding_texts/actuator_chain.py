@@ -19,7 +19,7 @@ COMMANDS_LOOK_SAMPLED = Spec(
     "commands: their rows are samples of a logger. With each change put halfway between its row and the row "
     "before, -2 log L falls by {gain:.0f}. This model has each change at its row, so latency, lag and dead zone "
     "are off by more than their intervals",
-    "State 'sampled: true' below commands: in the vehicle file, and identify again",
+    "State 'sampled: true' under 'commands:' in the vehicle file, and identify again",
     numbers={"gain": "-"},
 )
 LATE_COMMANDS = Spec(
