@@ -4,15 +4,17 @@
 import json
 import re
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
-from conftest import ROOT
+from conftest import ROOT, TABLE_II, make_model
 from export_tools import BOATS, boat, core_states, drive
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES, USES
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.export import export
 from seatrial.util.errors import ExportError
 
@@ -125,6 +127,26 @@ def test_ros_parameters_are_those_that_the_node_knows(tmp_path):
         assert parameters["boat"]["constants"]["latency_surge"] == 0.21
     with pytest.raises(ExportError, match="give its path"):
         export(boat("ship"), "ros", tmp_path / "ros.yaml")
+
+
+def test_ros_parameters_name_both_of_two_equal_edges(tmp_path):
+    """One constant is both edges of a dead zone; another node looks for each by its name."""
+    group = {"name": "stern", "dead_zone": {"forward": 0.08, "reverse": "forward"}, "lag": 0.1}
+    content = boat("always_forward").vehicle.to_mapping() | {"chain": [group]}
+    model = make_model(vehicle_from(content, "stern"), TABLE_II["AF"])
+    covariance = model.covariance.copy()
+    edge = model.parameters.index("edge_forward.stern")
+    covariance[edge, edge] = 0.01**2
+    export(
+        replace(model, covariance=covariance), "ros", tmp_path / "b.yaml", model_path=tmp_path / "m"
+    )
+    stated = yaml.safe_load((tmp_path / "b.yaml").read_text())
+    found = stated["seatrial_odometry"]["ros__parameters"]["boat"]
+    assert found["constants"] == {
+        "edge_forward_stern": 0.08, "edge_reverse_stern": 0.08, "lag_stern": 0.1,
+    }  # fmt: skip
+    errors = [found["standard_errors"][f"edge_{way}_stern"] for way in ("forward", "reverse")]
+    assert errors == pytest.approx([0.01, 0.01])
 
 
 @pytest.mark.parametrize("name", BOATS)

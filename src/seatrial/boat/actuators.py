@@ -75,6 +75,17 @@ class Constants:
         index = self.index[:, STAGES.index(stage)]
         return np.where(index >= 0, np.append(values, 0.0)[index], 0.0)
 
+    @property
+    def shared(self) -> dict[str, str]:
+        """The constant behind each name of a stage that has none of its own: the reverse edge of equal ones."""
+        found = {}
+        for k, column in np.argwhere(self.index >= 0).tolist():
+            stage, name = STAGES[column], self.names[self.index[k, column]]
+            kind, dot, group = name.partition(".")
+            if kind in STAGES and kind != stage:
+                found[stage + dot + group] = name
+        return found
+
     def bounds(self, place: int) -> tuple[float, float]:
         """Least and largest value of a constant while it is estimated."""
         return BOUNDS[self.names[place].partition(".")[0]]
