@@ -16,6 +16,7 @@ from seatrial.io.convert import convert, write_table
 from seatrial.io.formats import open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import read
+from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import FileError, RecordingError
 
 TABLE_VEHICLE = """
@@ -71,6 +72,54 @@ def test_tables_hold_the_same_recording(given, tmp_path, name):
     }  # fmt: skip
     found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
     same(found, read(path, load_vehicle(file)))
+
+
+GAPS = {  # rows of 40 without a pose, without commands
+    "each row has both": (0, 0), "commands alone": (3, 0), "poses alone": (0, 3), "either": (3, 4),
+}  # fmt: skip
+
+
+def one_table(folder, gaps, valid=""):
+    """A table of poses and commands, a row each tenth of a second, and its vehicle."""
+    without_pose, without_command = gaps
+    (folder / "log").mkdir()
+    rows = []
+    for k in range(40):
+        pose = ",," if without_pose and k % without_pose == 1 else f"{k},0,{0.01 * k}"
+        driven = ",," if without_command and k % without_command == 2 else f"{k / 40},1,0.5"
+        rows.append(f"{k // 10}.{k % 10},{pose},{driven},{int(k % 7 > 0)}\n")
+    (folder / "log" / "log.csv").write_text(f"time,x,y,psi,a,b,c,ok\n{''.join(rows)}")
+    (folder / "vehicle.yaml").write_text(TABLE_VEHICLE.replace("pose: {", f"pose: {{{valid}"))
+    return folder / "log", load_vehicle(folder / "vehicle.yaml")
+
+
+@pytest.mark.parametrize("valid", ["", "valid: ok, "])
+@pytest.mark.parametrize("gaps", GAPS.values(), ids=GAPS)
+def test_commands_in_the_rows_of_the_poses_may_be_samples_in_a_new_table_too(tmp_path, gaps, valid):
+    log, vehicle = one_table(tmp_path, gaps, valid)
+    convert(log, tmp_path / "out", vehicle)
+    found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
+    expected = read(log, vehicle)
+    assert sampling_doubt(found) == sampling_doubt(expected) != []
+    for part in ("stamps", "eta", "valid"):
+        np.testing.assert_array_equal(getattr(found, part), getattr(expected, part))
+    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
+    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
+
+
+@pytest.mark.parametrize("kind", ["mcap", "bag", "db3"])
+@pytest.mark.parametrize("valid", ["", "valid: ok, "])
+@pytest.mark.parametrize("gaps", [GAPS["each row has both"], GAPS["commands alone"]])
+def test_commands_in_the_rows_of_the_poses_may_be_samples_in_a_bag_too(tmp_path, gaps, valid, kind):
+    log, vehicle = one_table(tmp_path, gaps, valid)
+    bag, file = convert(log, tmp_path / f"out.{kind}", vehicle)
+    found, expected = read(bag, load_vehicle(file)), read(log, vehicle)
+    assert sampling_doubt(found) == sampling_doubt(expected) != []
+    stamps = expected.stamps[expected.valid]  # the others are not in it
+    np.testing.assert_array_equal(found.stamps, stamps)
+    np.testing.assert_array_equal(found.eta, expected.eta[expected.valid])
+    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
+    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
 
 
 @pytest.mark.parametrize("epoch", [0, 1_700_000_000])  # [s] stamps of one column, of two

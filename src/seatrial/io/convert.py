@@ -103,27 +103,27 @@ def _named(pairs: Iterable[tuple[Request, Rows]]) -> list[_Signal]:
 
 def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
     written = []
-    parts = any(int(np.abs(s.rows.stamps).max(initial=0)) > EXACT for s in found)
+    in_parts = any(int(np.abs(s.rows.stamps).max(initial=0)) > EXACT for s in found)
     # one name in all tables, as the vehicle file has one for all
     taken = {name for s in found for name in s.request.names}
     t, rest, valid = (_apart(name, taken) for name in (STAMP, REST, VALID))
     tables = _tables(found)
     for name, signals in over(list(tables.items())):
         names: list[str] = []
-        values: list[Array] = []
+        parts: list[tuple[Stamps, Array]] = []
         for signal in signals:
-            names += signal.request.names
-            values.append(signal.rows.values)
-            if signal.rows.marked_valid is not None:
-                names.append(valid)
-                values.append(signal.rows.marked_valid[:, None].astype(np.float64))
+            values, marked = signal.rows.values, signal.rows.marked_valid
+            names += [*signal.request.names, *([] if marked is None else [valid])]
+            whole = values if marked is None else np.column_stack([values, marked])
+            parts.append((signal.rows.stamps, whole))
+        stamps, columns = _in_rows(parts)
         table = out / f"{name}.csv"
-        stamp_names = (t, rest) if parts else (t,)
-        write_table(table, stamp_names, names, signals[0].rows.stamps, np.column_stack(values))
+        stamp_names = (t, rest) if in_parts else (t,)
+        write_table(table, stamp_names, names, stamps, np.column_stack(columns))
         written.append(table)
     content = _content(found, vehicle)
     for key in ("pose", "commands"):
-        stamp = {"column": t, "nanoseconds": rest} if parts else {"column": t, "unit": "ns"}
+        stamp = {"column": t, "nanoseconds": rest} if in_parts else {"column": t, "unit": "ns"}
         content[key] = _without_places(content[key]) | {"stamp": stamp}
     if any(s.rows.marked_valid is not None for s in found):
         content["pose"]["valid"] = valid
@@ -135,19 +135,49 @@ def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Pa
     return [*written, _write_vehicle(out / "vehicle.yaml", content)]
 
 
-def _tables(found: Sequence[_Signal]) -> dict[str, list[_Signal]]:
-    """Signals by table: a table each, but commands stay in the rows of the poses, where they may be samples."""
+def _tables(found: Sequence[_Signal], *, all_driven: bool = False) -> dict[str, list[_Signal]]:
+    """Signals by table: a table each, but commands stay in the rows of the poses, where they may be samples.
+
+    all_driven: only where each of these rows has commands.
+    """
     tables: dict[str, list[_Signal]] = {}
     for signal in found:
         poses = tables.get("poses", [])
         beside = signal.request.role == "commands" and any(
-            s.rows.stream.source == signal.rows.stream.source
-            and np.array_equal(s.rows.stamps, signal.rows.stamps)
-            and not set(s.request.names) & set(signal.request.names)
+            _together(s, signal) and (not all_driven or _all_in(s.rows.stamps, signal.rows.stamps))
             for s in poses
         )
         tables.setdefault("poses" if beside else signal.name, []).append(signal)
     return tables
+
+
+def _together(poses: _Signal, commands: _Signal) -> bool:
+    """Whether the log has both in the rows of one table or topic, and a row of both is known by its stamp."""
+    own, its = poses.rows, commands.rows
+    rising = all(bool((np.diff(rows.stamps) > 0).all()) for rows in (own, its))
+    return (
+        own.stream.source == its.stream.source
+        and (rising or np.array_equal(own.stamps, its.stamps))
+        and not set(poses.request.names) & set(commands.request.names)
+    )
+
+
+def _all_in(some: Stamps, others: Stamps) -> bool:
+    return bool(np.isin(some, others).all())
+
+
+def _in_rows(signals: Sequence[tuple[Stamps, Array]]) -> tuple[Stamps, list[Array]]:
+    """The stamps of one place, and the values of each signal in its rows; NaN where it has none."""
+    first, *others = (stamps for stamps, _ in signals)
+    if all(np.array_equal(first, other) for other in others):
+        return first, [values for _, values in signals]
+    whole = np.unique(np.concatenate([first, *others]))
+    placed = []
+    for stamps, values in signals:
+        rows = np.full((len(whole), values.shape[1]), np.nan)
+        rows[np.searchsorted(whole, stamps)] = values
+        placed.append(rows)
+    return whole, placed
 
 
 def _content(found: Sequence[_Signal], vehicle: Vehicle) -> dict[str, Any]:
@@ -243,42 +273,55 @@ def _all_topics(path: Path, out: Path) -> list[Path]:
 
 
 def _as_bag(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Path]:
-    content = _content(found, vehicle)
+    content, places = _content(found, vehicle), _tables(found, all_driven=True)
+    # a message of poses and commands has no header
+    clock = "header" if all(len(signals) == 1 for signals in places.values()) else "bag"
     for key in ("pose", "commands"):
-        content[key] = _without_places(content[key]) | {
-            "clock": "header" if key == "pose" else "bag"
-        }
-    topics = []
-    for signal in found:
-        stamps, values = signal.rows.stamps, signal.rows.values
-        if signal.rows.marked_valid is not None:
-            stamps, values = stamps[signal.rows.marked_valid], values[signal.rows.marked_valid]
-        order = np.argsort(stamps, kind="stable")
-        stamps, values = stamps[order], values[order]
-        entries = [_entry(column) for column in signal.request.columns]
-        if signal.request.names == GEOGRAPHIC:  # others read it, too: degrees
-            values = np.column_stack([
-                c.sign * (x - c.offset) / c.scale
-                for x, c in zip(values.T, signal.request.columns, strict=True)
-            ])  # fmt: skip
-            entries = [{}, {}]
-        type_name, fields = _message(signal.request)
-        topic = f"/{signal.name}"
-        columns = dict(zip(fields, values.T, strict=True))
-        topics.append(BagTopic(topic, type_name, stamps, stamps, columns))
-        for name, entry, field in zip(signal.request.names, entries, fields, strict=True):
-            _enter(content, signal.request, name, entry | {"field": field, "topic": topic})
-    content["pose"]["topic"], content["commands"]["topic"] = "/poses", "/commands"
+        content[key] = _without_places(content[key]) | {"clock": clock if key == "pose" else "bag"}
+    topics = [_topic(f"/{name}", signals, content) for name, signals in places.items()]
     written = write_bag(out, topics)
     return [written, _write_vehicle(out.with_name(f"{recording_name(out)}.yaml"), content)]
 
 
-def _message(request: Request) -> tuple[str, tuple[str, ...]]:
-    """The message that a signal becomes, and its fields."""
-    if not isinstance(request.spec, PoseSource):
-        fields = tuple(f"data[{i}]" for i in range(len(request.names)))
-        return "std_msgs/msg/Float64MultiArray", fields
-    if request.names == GEOGRAPHIC:
+def _topic(topic: str, signals: Sequence[_Signal], content: dict[str, Any]) -> BagTopic:
+    """The messages of one place; their fields are entered in the vehicle file."""
+    type_name, fields = _message(signals)
+    left, found = iter(fields), []
+    for signal in signals:
+        stamps, values, entries = _written(signal)
+        found.append((stamps, values))
+        for name, entry in zip(signal.request.names, entries, strict=True):
+            place = {"field": next(left), "topic": topic}
+            _enter(content, signal.request, name, entry | place)
+        if signal.name in ("poses", "commands"):
+            content["pose" if signal.name == "poses" else "commands"]["topic"] = topic
+    stamps, parts = _in_rows(found)
+    columns = dict(zip(fields, np.column_stack(parts).T, strict=True))
+    return BagTopic(topic, type_name, stamps, stamps, columns)
+
+
+def _written(signal: _Signal) -> tuple[Stamps, Array, list[dict[str, Any]]]:
+    """Valid rows in the order of their stamps, and what the vehicle file states of each column."""
+    stamps, values = signal.rows.stamps, signal.rows.values
+    if signal.rows.marked_valid is not None:
+        stamps, values = stamps[signal.rows.marked_valid], values[signal.rows.marked_valid]
+    order = np.argsort(stamps, kind="stable")
+    stamps, values = stamps[order], values[order]
+    columns = signal.request.columns
+    if signal.request.names != GEOGRAPHIC:
+        return stamps, values, [_entry(column) for column in columns]
+    # others read it, too: degrees
+    degrees = [c.sign * (x - c.offset) / c.scale for x, c in zip(values.T, columns, strict=True)]
+    return stamps, np.column_stack(degrees), [{}, {}]
+
+
+def _message(signals: Sequence[_Signal]) -> tuple[str, tuple[str, ...]]:
+    """The message that the signals of a place become, and its fields."""
+    first, names = signals[0].request, [name for s in signals for name in s.request.names]
+    if len(signals) > 1 or not isinstance(first.spec, PoseSource):
+        return "std_msgs/msg/Float64MultiArray", tuple(f"data[{i}]" for i in range(len(names)))
+    if first.names == GEOGRAPHIC:
         return "sensor_msgs/msg/NavSatFix", GEOGRAPHIC
-    count = len(request.names)
-    return "geometry_msgs/msg/Vector3Stamped", VECTOR[-1:] if count == 1 else VECTOR[:count]
+    return "geometry_msgs/msg/Vector3Stamped", VECTOR[-1:] if len(names) == 1 else VECTOR[
+        : len(names)
+    ]

@@ -67,6 +67,19 @@ class Signals(ABC):
         return {name: as_column(getattr(spec, name)) for name in ("x", "y", "psi")}
 
 
+def shared_places(requests: Sequence[Request]) -> set[str]:
+    """Places with signals of several roles: a row may have numbers of one of them alone."""
+    roles: dict[str, set[str]] = {}
+    for one in requests:
+        roles.setdefault(one.place, set()).add(one.role)
+    return {place for place, found in roles.items() if len(found) > 1}
+
+
+def given_rows(raw: Array) -> Mask:
+    """Rows (n,) that have any number of a signal."""
+    return np.asarray(~np.isnan(raw).all(axis=1))
+
+
 def field_path(column: Column) -> str:
     """The path to a column's field in a message."""
     return column.field if column.index is None else f"{column.field}[{column.index}]"

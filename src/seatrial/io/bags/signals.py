@@ -11,7 +11,16 @@ from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, Samples, collect
 from seatrial.io.bags.poses import chosen_stamps, of_one_frame, usual_columns
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose
-from seatrial.io.signals import Request, Rows, Signals, Spec, field_path, of_columns
+from seatrial.io.signals import (
+    Request,
+    Rows,
+    Signals,
+    Spec,
+    field_path,
+    given_rows,
+    of_columns,
+    shared_places,
+)
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Mask
@@ -54,6 +63,7 @@ class BagSignals(Signals):
 
     def read(self, requests: Sequence[Request]) -> list[Rows]:
         """The rows of each request, in one pass; transforms in one of their own."""
+        shared = shared_places(requests)
         turned = [self._is_transforms(one) for one in requests]
         plain = [one for one, is_turned in zip(requests, turned, strict=True) if not is_turned]
         wanted = [self._collector(one) for one in plain]
@@ -65,7 +75,9 @@ class BagSignals(Signals):
         self.remarks = (*self._bag.remarks, *unreadable)
         # removed from the list one by one, so that ten hours of samples are in memory once
         return [
-            self._from_transforms(one) if is_turned else self._from_samples(one, samples.pop(0))
+            self._from_transforms(one)
+            if is_turned
+            else self._from_samples(one, samples.pop(0), mixed=one.place in shared)
             for one, is_turned in zip(requests, turned, strict=True)
         ]
 
@@ -82,12 +94,15 @@ class BagSignals(Signals):
             topic, request.paths, str(self.path), text_paths=texts, salvage=self._salvage
         )
 
-    def _from_samples(self, request: Request, samples: Samples) -> Rows:
+    def _from_samples(self, request: Request, samples: Samples, *, mixed: bool) -> Rows:
+        """Rows of one request; in a topic of several signals those that have a pose. No command is a fault."""
         topic = self._bag.topics[request.place]
         stamps, clock = chosen_stamps(samples, request.spec.clock)
         keep: Mask = np.ones(len(stamps), dtype=bool)
-        if isinstance(request.spec, PoseSource) and request.role == "poses":
-            keep = of_one_frame(samples, request.spec, str(self.path))
+        if isinstance(request.spec, PoseSource):
+            if request.role == "poses":
+                keep = of_one_frame(samples, request.spec, str(self.path))
+            keep = keep & given_rows(samples.values) if mixed else keep
         stream = describe(
             request.role, topic.name, topic.type, clock=clock, stamps=stamps[keep],
             arrival=samples.arrival[keep], publishers=topic.publishers,

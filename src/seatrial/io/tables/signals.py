@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 
 from seatrial.boat.schema import Column, PoseSource, as_column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.io.signals import Request, Rows, Signals, Spec, of_columns, scaled
+from seatrial.io.signals import (
+    Request,
+    Rows,
+    Signals,
+    Spec,
+    given_rows,
+    of_columns,
+    scaled,
+    shared_places,
+)
 from seatrial.io.table import Table, open_tables
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import FileError, RecordingError
@@ -71,12 +80,10 @@ class TableSignals(Signals):
 
     def read(self, requests: Sequence[Request]) -> list[Rows]:
         """The rows of each request."""
-        roles: dict[str, set[str]] = {}
-        for one in requests:
-            roles.setdefault(one.place, set()).add(one.role)
+        shared = shared_places(requests)
         used = [self._tables[one.place] for one in requests]
         self.files = list(dict.fromkeys(table.path for table in used if table.in_file))
-        found = [self._read(one, mixed=len(roles[one.place]) > 1) for one in over(requests)]
+        found = [self._read(one, mixed=one.place in shared) for one in over(requests)]
         self.remarks = [r for table in self._tables.values() for r in table.remarks]
         return found
 
@@ -97,7 +104,7 @@ class TableSignals(Signals):
         n = len(request.paths)
         given: Mask = np.ones(len(raw), dtype=bool)
         if mixed:
-            given = np.asarray(~np.isnan(raw[:, :n]).all(axis=1))
+            given = given_rows(raw[:, :n])
             raw = raw[given]
         if len(raw) == 0:
             what = "a pose" if request.role == "poses" else ", ".join(request.names)
