@@ -128,6 +128,21 @@ def test_what_no_term_separates_is_equally_probable_and_it_says_so(mp):
     assert "No term of this structure separates the two" in text
 
 
+def test_a_boat_whose_commands_are_forces_has_no_thruster_that_changes(mp):
+    """Its autopilot allocates: less thrust in surge alone is of no known thruster."""
+    content = mp.to_mapping() | {"thrusters": {}, "allocation": {"scheme": "direct"}}
+    boat = vehicle_from(content, "forces")
+    weaker = scaled(0.7, lambda name: name == "X_F")
+    one = found(estimated(boat, TRUTH, 1), estimated(boat, weaker, 2))
+    assert ONE_THRUSTER not in {c.cause for c in one}
+    text = cause_text(one)
+    assert "thruster" not in text
+    # with its thrusters known, one of them may explain a part
+    assert ONE_THRUSTER in {
+        c.cause for c in found(estimated(mp, TRUTH, 1), estimated(mp, weaker, 2))
+    }
+
+
 def test_one_thruster_of_two_with_gains_of_their_own_is_named():
     forces = {
         "F_p": {"axis": "surge", "of": {"port": 1}},

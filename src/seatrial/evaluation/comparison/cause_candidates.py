@@ -196,13 +196,13 @@ def _current(problem: Problem) -> list[Candidate]:
 
 
 def _thrusters(problem: Problem) -> list[Candidate]:
-    """The gain of one thruster, each in turn; with a single one that is the battery's.
+    """The gain of one thruster, each in turn; with a single one that is the battery's, and none of forces.
 
     Without coupling terms a thruster may change all gains alike. Then it is the battery's candidate, too.
     """
     vehicle = problem.model.vehicle
     mix = np.asarray(vehicle.mix, dtype=float)  # (forces, actuators)
-    if mix.shape[1] < 2:
+    if mix.shape[1] < 2 or not vehicle.knows_thrusters:
         return []
     back = np.linalg.pinv(mix)
     prior = np.array([[TYPICAL_CHANGE**2]])
