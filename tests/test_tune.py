@@ -14,8 +14,8 @@ from seatrial.control import tune
 from seatrial.control.tuning.dead_zone import dead_zone
 from seatrial.control.tuning.design import (
     SENSITIVITY_LIMIT,
-    first_knob,
     gains_for,
+    knobs_from,
     rounded_up,
     smallest_knob,
 )
@@ -264,10 +264,10 @@ def test_the_smallest_knob_has_all_draws_as_witnesses(model, boat):
 
 @pytest.mark.parametrize(
     ("low", "high", "knob"),
-    [(0.437, 200, 0.44), (1.75, 1.85, 1.8), (63.5, 68, 64), (120, 200, None)],
+    [(0.437, 200, 0.44), (1.75, 1.85, 1.8), (5.03, 5.12, 5.1), (63.5, 68, 64), (120, 200, None)],
 )
 def test_a_narrow_window_of_robust_knobs_is_found_at_its_lower_end(low, high, knob):
-    assert first_knob(lambda k: low <= k < high, 0.18) == knob
+    assert next((k for k in knobs_from(0.18) if low <= k < high), None) == knob
 
 
 @pytest.mark.parametrize("knob", [0.3, 5.0])

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Gains by internal model control, with margins about steady motions and over the covariance."""
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -34,7 +33,6 @@ CONTROLLER_RATE = 50.0  # [Hz] of the controller
 # largest |S|: 29 degrees of phase and a factor of 2 in gain remain (Skogestad 2003)
 SENSITIVITY_LIMIT = 2.0
 LARGEST_KNOB = 100.0  # [s] a larger one is refused
-KNOB_STEP = 1.05  # factor between knobs in the search of the smallest
 NEXT_DIGIT = 1.001  # factor that, rounded up, gives the next number of two digits
 LEAST_KNOB_SHARE = 0.5  # of the largest delay: the search of the smallest knob begins there
 # draws that a knob adds to the search of the smallest; the result is checked with all draws
@@ -232,34 +230,28 @@ def smallest_knob(boats: list[LinearBoat], found: Margins, request: Request) -> 
         among = about_path(among, guidance)  # the bend is that of the knob's look-ahead
         return worst_of(among, gains, knob, hold, strength, guidance=guidance)
 
-    def robust(among: list[LinearBoat], knob: float) -> bool:
-        return permitted(about(knob, among))
+    def worst(of: Margins) -> set[int]:
+        largest = np.where(of.stable, of.sensitivity.max(axis=1), np.inf)
+        return set(np.argsort(-largest)[:WORST_DRAWS].tolist())
 
-    witnesses = {0}  # the draws that the search is over; those that were worst, knob by knob
+    witnesses = {0} | worst(found)  # draws that are tried before all of them
     first = min(wanted, LEAST_KNOB_SHARE * float(boats[0].actuators.delay.max() + hold))
-    while True:
-        largest = np.where(found.stable, found.sensitivity.max(axis=1), np.inf)
-        witnesses |= set(np.argsort(-largest)[:WORST_DRAWS].tolist())
-        among = [boats[i] for i in sorted(witnesses)]
-        knob = first_knob(partial(robust, among), first)
-        if knob is None:
-            return None
-        found = about(knob, boats)
-        if permitted(found):
+    for knob in knobs_from(first):
+        if not permitted(about(knob, [boats[i] for i in sorted(witnesses)])):
+            continue
+        every = about(knob, boats)
+        if permitted(every):
             return knob
-
-
-def first_knob(robust: Callable[[float], bool], first: float) -> float | None:
-    """The first robust knob [s] of two digits, by steps of `KNOB_STEP`, then of the last digit; None: none."""
-    low, high = first, rounded_up(first)
-    while high <= LARGEST_KNOB:
-        if robust(high):
-            while (low := rounded_up(NEXT_DIGIT * low)) < high:
-                if robust(low):
-                    return low
-            return high
-        low, high = high, rounded_up(KNOB_STEP * high)
+        witnesses |= worst(every)
     return None
+
+
+def knobs_from(first: float) -> Iterator[float]:
+    """All knobs [s] of two digits, from the first up to the largest."""
+    knob = rounded_up(first)
+    while knob <= LARGEST_KNOB:
+        yield knob
+        knob = rounded_up(NEXT_DIGIT * knob)
 
 
 def rounded_up(value: float) -> float:
