@@ -16,6 +16,7 @@ from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.window_likelihood import Quadratic, Window, windows
 from seatrial.onboard.boat_change import ChangeState
 from seatrial.util.frames import NS_PER_S
+from seatrial.util.progress import show_progress
 from tests.boats.scenes import vehicle_of
 from tests.boats.weather import towed
 
@@ -145,3 +146,17 @@ def test_rows_that_come_while_others_are_dropped_are_kept():
         log.drop_after(10_000)  # none of them
     thread.join()
     assert len(log._rows["pose"]) == 10_000
+
+
+def test_a_test_for_a_change_can_be_ended_at_each_of_its_steps(model, drives):
+    """A server that ends does not wait for it: a step is one filter's run at most."""
+    rows, steps = sent(drives[BATTERY].cut(0.0, 40.0)), [0]
+    detector = ChangeDetector(model)
+    with show_progress(lambda _: steps.append(steps.pop() + 1)):
+        for stamp, kind, values in rows:
+            detector.use(kind, stamp, values)
+            if detector.look() is not None:
+                break
+            steps.append(0)
+    # the full test of the window that shows the change: each noise, then each change
+    assert steps[-1] > 2 * len(change_space(model).changes)

@@ -5,6 +5,7 @@ import json
 import os
 import socket
 import threading
+import time
 from pathlib import Path
 
 import export_names
@@ -17,8 +18,10 @@ import seatrial
 from seatrial.commands.cli import main
 from seatrial.onboard.live import Adaptation, Settings, serve
 from seatrial.onboard.live.endpoints import Arrived, Datagrams, Pipes
+from seatrial.onboard.live.server import Live
 from seatrial.simulation.server import SimSettings, SimStream
 from seatrial.util.errors import SimulatorError
+from seatrial.util.progress import over
 
 NANO = 1_000_000_000
 
@@ -154,3 +157,21 @@ def test_the_thread_of_the_test_for_a_change_ends_with_the_server(path):
     test.go.set()
     until(lambda: not test.thread.is_alive())
     live.close()  # again: nothing
+
+
+def test_a_test_that_runs_ends_at_its_next_step(path):
+    """The program, which waits for all threads, ends at once."""
+    test = SlowTest()
+
+    def look():
+        test.begun.set()
+        test.thread = threading.current_thread()
+        for _ in over([*range(10**6)]):
+            time.sleep(0.001)
+
+    test.look = look
+    live = Live(path, Settings(clock="system"), lambda _: None, Adaptation(test))
+    assert [*live.take(json.dumps({"pose": [0, 0, 0]}), NANO)] == []
+    assert test.begun.wait(PATIENCE)
+    live.close()
+    until(lambda: not test.thread.is_alive())

@@ -15,6 +15,7 @@ from seatrial.evaluation.comparison.cause_candidates import NO_CHANGE
 from seatrial.monitoring.change_space import ChangeSpace, PhysicalChange, difference_quotients
 from seatrial.monitoring.window_likelihood import Quadratic, Window
 from seatrial.util.frames import Array, Mask
+from seatrial.util.progress import over
 
 NEGLIGIBLE = 12.0  # logarithm of the largest evidence of a noise over another's that is left out
 ROUNDS = 4  # of linearisation and maximum
@@ -88,7 +89,7 @@ def _mean(logs: Sequence[float]) -> float:
 
 def linearised(space: ChangeSpace, windows: Sequence[Window]) -> list[Quadratic]:
     """The windows about the unchanged boat; none where it diverges in one."""
-    found = [window.quadratic(space.wider, space.theta) for window in windows]
+    found = [window.quadratic(space.wider, space.theta) for window in over(windows)]
     return [] if any(one is None for one in found) else [one for one in found if one is not None]
 
 
@@ -100,9 +101,10 @@ def fitted_changes(
     windows: one interval with each probable noise; quadratics: `linearised` of them; noises: number of all.
     """
     found = []
-    for change in space.changes:
+    for change in over(space.changes):
         pairs = zip(windows, quadratics, strict=True)
-        fits = [fit for window, start in pairs if (fit := _fitted(space, change, window, start))]
+        tried = (_fitted(space, change, window, start) for window, start in over([*pairs]))
+        fits = [fit for fit in tried if fit]
         if not fits:
             continue
         best = max(fits, key=lambda fit: fit.log_evidence)

@@ -26,6 +26,7 @@ from seatrial.monitoring.window_likelihood import (
 )
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import NS_PER_S, Array
+from seatrial.util.progress import over
 
 HOLD = 300_000_000  # [ns] in which rows may arrive late
 CONTEXT = 5_000_000_000  # [ns] before new poses, which shows their faults
@@ -85,7 +86,7 @@ class RunningLikelihood:
             return
         before, poses = self._newest, self._marks[-1].poses
         trace, series = self._filters[0].along(part)  # the same for all noises
-        for one in self._filters:
+        for one in over(self._filters):
             one.go_on(trace, series, until)
         new = part.valid & (part.stamps > before) & (part.stamps <= until)
         self._mark(until, poses + int(new.sum()))

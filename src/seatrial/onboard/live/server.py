@@ -3,9 +3,10 @@
 
 import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event as Flag
 from typing import Literal, get_args
 
 import numpy as np
@@ -18,6 +19,8 @@ from seatrial.onboard.live.protocol import NANO, Event, Writer
 from seatrial.onboard.odometer import Odometer
 from seatrial.onboard.predictor import Taken
 from seatrial.util.errors import LiveError, SeatrialError
+from seatrial.util.progress import show_progress
+from seatrial.util.status import Status
 
 NOISIER = 3.0  # times the model's pose noise, in standard deviations
 Adapt = Literal["off", "ask", "auto"]
@@ -52,6 +55,7 @@ class Live(Stream):
         self._confirmed: BoatChange | None = None  # the last, if the odometer does not follow it
         self._test: Future[BoatChange | None] | None = None  # one that runs
         self._outdated = False  # the test that runs is of a model before the last reload
+        self._closed = Flag()
         self._worker = ThreadPoolExecutor(1) if adaptation is not None and self.system else None
 
     def line(self, stamp: int) -> str | None:
@@ -86,7 +90,8 @@ class Live(Stream):
         return self.odometer.newest
 
     def close(self) -> None:
-        """No further test for a change; one that runs ends by itself."""
+        """No further test for a change; one that runs ends at its next step."""
+        self._closed.set()
         if self._worker is not None:
             self._worker.shutdown(wait=False, cancel_futures=True)
 
@@ -138,7 +143,9 @@ class Live(Stream):
             found = adaptation.detector.look()
         elif self._test is None:
             self._test = (
-                self._worker.submit(adaptation.detector.look) if adaptation.detector.due else None
+                self._worker.submit(self._look, adaptation.detector)
+                if adaptation.detector.due
+                else None
             )
         elif self._test.done():
             found, self._test = self._test.result(), None
@@ -152,6 +159,15 @@ class Live(Stream):
         self.writer.change = self._confirmed if found.state is ChangeState.WITHDRAWN else found
         if adaptation.automatic and found.model is not None:
             self._adapt(found)
+
+    def _look(self, detector: Detector) -> BoatChange | None:
+        with show_progress(self._going_on):
+            return detector.look()
+
+    def _going_on(self, _: Status) -> None:
+        """Called at every step of a test."""
+        if self._closed.is_set():
+            raise CancelledError
 
     def _adapt(self, change: BoatChange | None) -> None:
         """The changed boat's model in place of the model. Odometry continues. Raises LiveError."""
