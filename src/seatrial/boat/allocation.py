@@ -89,3 +89,13 @@ def inverse_for(scheme: Scheme, T: Array) -> Array:
                 "use moore-penrose"
             )
     return np.asarray(inverse, dtype=np.float64)
+
+
+def with_shared_forces(T: Array) -> list[list[int]]:
+    """Groups of two or more actuators with forces in common, directly or through others. T (forces, actuators)."""
+    found: list[set[int]] = []
+    for row in np.abs(T) > 0.0:
+        own = set(np.flatnonzero(row).tolist())
+        near = [kind for kind in found if kind & own]
+        found = [kind for kind in found if not kind & own] + [own.union(*near)]
+    return [sorted(kind) for kind in found if len(kind) > 1]

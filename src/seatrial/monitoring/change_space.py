@@ -14,6 +14,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.allocation import with_shared_forces
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.structure import MOST_COEFFICIENTS, MOST_TERMS, Term
@@ -299,12 +300,9 @@ def difference_quotients(of: Callable[[Array], Array], x: Array) -> Array:
 
 def _with_gains(vehicle: Vehicle) -> Vehicle:
     """The vehicle with a gain of 1 for each thruster that shares a force, where it states none."""
-    shared = np.abs(vehicle.mix) > 0.0  # (forces, actuators)
-    several = shared[shared.sum(axis=1) > 1].any(axis=0)
+    shared = sorted(k for kind in with_shared_forces(vehicle.mix) for k in kind)
     stated = _with_gain(vehicle)
-    names = [
-        n for n, more in zip(vehicle.actuators, several, strict=True) if more and n not in stated
-    ]
+    names = [name for k in shared if (name := vehicle.actuators[k]) not in stated]
     if len(names) < 2 or len(vehicle.constants.names) + len(names) > _core.MAX_CONSTANTS:
         return vehicle
     gains = ChainGroup(name=GAINS, gains=dict.fromkeys(names, 1.0))

@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES
+from seatrial.boat.allocation import with_shared_forces
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.static_forces import static_forces, usual_commands
@@ -69,7 +70,7 @@ def with_gains(problem: Problem, theta: Array) -> GainProblem | None:
     if np.any(vehicle.constants.index[:, STAGES.index("gain")] >= 0):
         return None
     room = _core.MAX_CONSTANTS - len(vehicle.constants.names)
-    likely = [kind for kind in _thruster_groups(vehicle) if len(kind) <= room]
+    likely = [kind for kind in with_shared_forces(vehicle.mix) if len(kind) <= room]
     kinds = [kind for kind in likely if _identifiable(vehicle, kind, problem.recordings)]
     if not kinds or sum(map(len, kinds)) > room:
         return None
@@ -85,17 +86,6 @@ def with_gains(problem: Problem, theta: Array) -> GainProblem | None:
     wider = replace(problem, vehicle=whole, free=(*free, *places), prior=prior)
     named = tuple(tuple(vehicle.actuators[k] for k in kind) for kind in kinds)
     return GainProblem(wider, np.insert(theta, place, np.ones(count)), places, named, place)
-
-
-def _thruster_groups(vehicle: Vehicle) -> list[list[int]]:
-    """Groups of two or more actuators with forces in common, directly or through others."""
-    mix = np.abs(vehicle.mix) > 0.0  # (forces, actuators)
-    found: list[set[int]] = []
-    for row in mix:
-        own = set(np.flatnonzero(row).tolist())
-        near = [kind for kind in found if kind & own]
-        found = [kind for kind in found if not kind & own] + [own.union(*near)]
-    return [sorted(kind) for kind in found if len(kind) > 1]
 
 
 def _with_gain_group(vehicle: Vehicle, name: str, kind: Sequence[int], gains: Array) -> Vehicle:
