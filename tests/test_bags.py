@@ -12,14 +12,11 @@ from bag_tools import (
     START,
     Sent,
     drive,
-    header,
     joy_sent,
     other_sent,
-    pose,
     poses_sent,
     ros1,
     ros2,
-    stamp,
     sticks,
     store,
     turn,
@@ -33,7 +30,6 @@ import seatrial
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.io.trial_files import BAG_EPOCH, write_trial
-from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import SeatrialError
 
@@ -192,55 +188,6 @@ def test_what_can_not_be_written_is_refused_and_leaves_nothing(tmp_path):
         write_bag(tmp_path / "run.bag", [])
 
 
-# Clocks #
-
-
-def test_headers_without_a_time_are_arrivals_and_the_stream_says_so(tmp_path):
-    t, _ = turn(LENGTH)
-    s, _ = sticks(LENGTH)
-    sent = [
-        m._replace(fields={**m.fields, "header": header(0, "map")}) for m in drive(LENGTH)
-        if "header" in m.fields
-    ]  # fmt: skip
-    for path in (ros1(tmp_path / "run.bag", sent), mcap(tmp_path / "run.mcap", sent)):
-        record = seatrial.read(path, vehicle())
-        assert [x.clock for x in record.streams] == [Clock.ZERO, Clock.ZERO]
-        np.testing.assert_array_equal(record.stamps, START + t + 3_000_000)
-        np.testing.assert_array_equal(record.commands.stamps, START + s + 1_000_000)
-        assert record.streams[0].delay is None
-
-
-def test_the_bags_time_can_be_asked_for(tmp_path, sent):
-    record = seatrial.read(
-        ros1(tmp_path / "run.bag", sent), vehicle(pose={"clock": "bag"}, commands={"clock": "bag"})
-    )
-    np.testing.assert_array_equal(record.stamps, START + turn(LENGTH)[0] + 3_000_000)
-    np.testing.assert_array_equal(record.commands.stamps, START + sticks(LENGTH)[0] + 1_000_000)
-    assert {x.clock for x in record.streams} == {Clock.ARRIVAL}
-
-
-@pytest.mark.parametrize("make", [ros1, mcap])
-def test_a_joypad_that_publishes_on_change_is_not_silent_unless_a_timeout_says_so(tmp_path, make):
-    changes = [(0.0, 0.0), (0.5, 0.3), (0.52, 0.4), (2.5, -1.0), (7.0, 0.0)]
-    sent = poses_sent(9.0) + [
-        Sent("/joy", JOY, START + round(t * 1e9),
-             {"header": header(START + round(t * 1e9)), "axes": [x] * 4})
-        for t, x in changes
-    ]  # fmt: skip
-    path = make(tmp_path / f"run.{'bag' if make is ros1 else 'mcap'}", sent)
-    record = seatrial.read(path, vehicle())
-    assert record.faults == ()
-    assert record.valid.all()
-    assert record.streams[1].on_change
-    limited = seatrial.read(path, vehicle(command_timeout=1.0))
-    assert [f.kind for f in limited.faults] == [FaultKind.SILENT] * 3
-    assert [(f.start, f.end) for f in limited.faults] == [
-        pytest.approx(pair, abs=0.07) for pair in ((1.52, 2.5), (3.5, 7.0), (8.0, 9.0))
-    ]
-    hidden = ((limited.t >= 1.52) & (limited.t < 2.5)) | ((limited.t >= 3.5) & (limited.t < 7.0))
-    np.testing.assert_array_equal(~limited.valid, hidden | (limited.t >= 8.0))
-
-
 # Names and places #
 
 
@@ -325,17 +272,6 @@ def test_several_publishers_of_one_topic_are_one_stream(tmp_path):
         assert bag.topics["/slam/pose"].publishers == 1
 
 
-def test_messages_that_arrive_late_are_put_aside_not_mixed_in(tmp_path):
-    """Two stamps change places on their way; the later one counts."""
-    sent = joy_sent(LENGTH)
-    sent[10], sent[11] = (
-        sent[11]._replace(time=sent[10].time), sent[10]._replace(time=sent[11].time),
-    )  # fmt: skip
-    record = seatrial.read(ros1(tmp_path / "run.bag", poses_sent(LENGTH) + sent), vehicle())
-    assert len(record.commands.stamps) == 299
-    assert record.streams[1].backward == 1
-
-
 def test_topics_that_nobody_asks_for_are_not_decoded(tmp_path):
     """Even if they could not be: their types are never looked at."""
     sent = drive(LENGTH)
@@ -347,16 +283,3 @@ def test_topics_that_nobody_asks_for_are_not_decoded(tmp_path):
     path = mcap(tmp_path / "run.mcap", sent, "", crc=False)
     path.write_bytes(path.read_bytes().replace(b"string data", b"strung data"))
     assert len(seatrial.read(path, vehicle()).stamps) == 45
-
-
-def test_a_stamp_of_a_header_is_exact_to_the_nanosecond(tmp_path):
-    odd = [START + i * SECOND // 15 + i % 7 for i in range(45)]
-    t, eta = turn(LENGTH)
-    sent = [
-        Sent("/slam/pose", "geometry_msgs/msg/PoseStamped", at + 5,
-             {"header": {"stamp": stamp(at), "frame_id": "map"}, "pose": pose(*row)})
-        for at, row in zip(odd, eta.tolist(), strict=True)
-    ]  # fmt: skip
-    del t
-    record = seatrial.read(mcap(tmp_path / "run.mcap", sent + joy_sent(LENGTH)), vehicle())
-    assert record.stamps.tolist() == odd

@@ -2,6 +2,7 @@
 """The test for a change of the boat beside odometry: what it says on lines, and the model that it adopts."""
 
 import json
+from concurrent.futures import Future
 from dataclasses import replace
 
 import msgspec
@@ -13,10 +14,13 @@ from given_lines import Given
 
 import seatrial
 from seatrial.commands.cli import main
-from seatrial.evaluation.comparison.cause_candidates import BATTERY, NO_CHANGE, ONE_THRUSTER
+from seatrial.evaluation.comparison.cause_candidates import BATTERY, MASS, NO_CHANGE, ONE_THRUSTER
 from seatrial.monitoring.change_detector import ChangeDetector
+from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.onboard.live import Adaptation, Settings, serve
 from seatrial.onboard.live.protocol import NANO
+from seatrial.onboard.live.server import Live
+from seatrial.util.errors import FileError
 
 model, drives = known_model, drives_by_cause
 
@@ -137,3 +141,35 @@ def test_odometry_outlives_its_test(model, drives, tmp_path, monkeypatch):
         "the test for a change of the boat failed (Singular matrix); it is off from now on"
     ]
     assert answers[-1]["t"] > answers[0]["t"] + 3.0
+
+
+def test_a_test_that_runs_while_the_model_is_reloaded_does_not_count(model, tmp_path):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+    said = []
+    live = Live(
+        path, Settings(clock="system"), said.append, Adaptation(ChangeDetector(model), True)
+    )
+    live._test = Future()  # one that runs
+    live.reload()
+    live._test.set_result(BoatChange(ChangeState.CONFIRMED, 0, MASS, model=model))
+    now = live.odometer.model
+    assert not [*live.take(json.dumps({"pose": [0.0, 0.0, 0.0]}), NANO)]
+    assert not said
+    assert live.odometer.model is now is live.adaptation.detector.model
+
+
+def test_a_model_that_cant_be_kept_is_used(model, tmp_path):
+    path = tmp_path / "model.yaml"
+    seatrial.save(model, path)
+
+    def keep(_):
+        raise FileError("changed.yaml: can't be written")
+
+    said = []
+    live = Live(path, Settings(), said.append, Adaptation(ChangeDetector(model), False, keep))
+    live._confirmed = live.writer.change = BoatChange(ChangeState.CONFIRMED, 0, MASS, model=model)
+    assert not [*live.take(json.dumps({"adapt": True}), NANO)]
+    assert said == ["adapted to the changed boat", "line 1: changed.yaml: can't be written"]
+    assert live.odometer.model is model
+    assert live.writer.change is None
