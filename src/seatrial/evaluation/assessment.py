@@ -14,7 +14,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import disturbance_estimated, loosened, noise_vector
 from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
 from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
-from seatrial.evaluation.prediction import Lookahead, Prediction, check_horizon
+from seatrial.evaluation.prediction import Lookahead, Prediction
 from seatrial.evaluation.reference import Reference, smoothed_motion
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import (
@@ -25,6 +25,7 @@ from seatrial.evaluation.scores import (
     fingerprint,
 )
 from seatrial.evaluation.scoring import axis_scores, score, seen
+from seatrial.evaluation.starts_and_ends import check_horizon
 from seatrial.evaluation.through_water import through_water
 from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.recording.excitation import refuse_no_commands

@@ -11,15 +11,15 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import earth_fixed, noise_vector
 from seatrial.evaluation.expected_error import Poses, process_noise_variance, variance_of
 from seatrial.evaluation.filtering import Filtered, disturbed_boat
+from seatrial.evaluation.starts_and_ends import starts_and_ends
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
-from seatrial.util.errors import ModelError, RecordingError
+from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array, Stamps, body_velocity
 from seatrial.util.parallel import cores
 
 DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
-OFF, OFF_SHARE = 0.75, 0.05  # of a period, of the horizon: a pose that far from it will do
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
 
 
@@ -96,12 +96,6 @@ def predict(
     model diverges.
     """
     return Lookahead(model, recording, velocities).predict(horizon, every, starts)
-
-
-def check_horizon(horizon: float) -> None:
-    """Raises RecordingError for a horizon [s] that is none."""
-    if not 0 < horizon < np.inf:
-        raise RecordingError(f"horizon {horizon:g} s: expected a positive number of seconds")
 
 
 @dataclass(frozen=True)
@@ -309,41 +303,6 @@ class Lookahead:
                 missed = missed - np.einsum("nij,nj->ni", slopes, self.missed[start])
             variance += missed**2
         return np.asarray(np.sqrt(variance.mean(axis=0)))
-
-
-def starts_and_ends(
-    recording: Recording, begins: Motion, ends: Motion, horizon: float, every: int = 1
-) -> tuple[Poses, Poses]:
-    """Poses to start from, every so many, and for each the one that is nearest to `horizon` [s] later.
-
-    Raises RecordingError for a horizon that is none, or for which the poses are too far apart or the intervals too
-    short.
-    """
-    check_horizon(horizon)
-    if round(horizon / recording.period) < 1:
-        raise RecordingError(
-            f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "
-            f"{recording.period:.3f} s; choose a longer one"
-        )
-    t = recording.t
-    start = np.flatnonzero(t <= t[-1] - horizon + 0.5 * recording.period)
-    after = np.clip(np.searchsorted(t, t[start] + horizon), 1, len(t) - 1)
-    before = 2.0 * (t[start] + horizon) < t[after - 1] + t[after]
-    end = after - before
-    usable = (end > start) & begins.valid[start] & ends.valid[end]
-    off = np.abs(t[end] - t[start] - horizon)
-    usable &= off < max(OFF * recording.period, OFF_SHARE * horizon)
-    for begin, over in recording.unknown:
-        usable &= (recording.t[end] < begin) | (recording.t[start] > over)
-    if not usable.any():
-        raise RecordingError(
-            f"{recording.name}: no two usable velocities {horizon:g} s apart in "
-            f"{recording.duration:.1f} s with {int(recording.valid.sum())} usable poses; "
-            "record longer, or take a shorter --horizon"
-        )
-    start, end = start[usable], end[usable]
-    kept = start % every == start[0] % every
-    return start[kept], end[kept]
 
 
 def _deviation(moving: Motion | None, index: Poses, otherwise: Array) -> Array:

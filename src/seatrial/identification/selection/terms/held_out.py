@@ -16,7 +16,7 @@ from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import run_filter
-from seatrial.evaluation.prediction import starts_and_ends
+from seatrial.evaluation.starts_and_ends import starts_and_ends
 from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
 from seatrial.recording.excitation import effort, excitation, least_share
 from seatrial.recording.recording import Recording
