@@ -184,7 +184,7 @@ inline double decay_sensitivities(const Chain& c, const double* q, const Columns
   return remains;
 }
 
-/// The level after `h` and its derivatives: target + (level - target) remains.
+/// The level after `h`: target + (level - target) remains. dlevel, its derivatives, may be df's.
 inline double level_sensitivities(const Columns& columns, const Thrust& f,
                                   const ThrustSensitivities& df, int k, double remains,
                                   const double* dremains, double* dlevel) {
@@ -196,7 +196,7 @@ inline double level_sensitivities(const Columns& columns, const Thrust& f,
   return f.target[k] + away * remains;
 }
 
-/// The level of an actuator with a rate limit after h [s], and its derivatives.
+/// The level of an actuator with a rate limit after h [s]. dlevel, its derivatives, may be df's.
 inline double limited_sensitivities(const Chain& c, const double* q, const Columns& columns,
                                     const Thrust& f, const ThrustSensitivities& df, int k, double h,
                                     const double* dh, double* dlevel) {
@@ -234,8 +234,9 @@ inline void limited_nodes(const Chain& c, const double* q, const Columns& column
   for (int node = 0; node < 3; ++node) {
     double* dlevel = node < 2 ? moved : df.level[k];  // the level's own at the end
     scaled(dh, columns.n_constants, 0.5 * node, dpart);
-    level = limited_sensitivities(c, q, columns, f, df, k, 0.5 * node * h, dpart, dlevel);
-    output[node][k] = output_sensitivities(columns, f, df, k, level, dlevel, doutput[node][k]);
+    double* to = node < 2 ? dlevel : df.level[k];
+    level = limited_sensitivities(c, q, columns, f, df, k, 0.5 * node * h, dpart, to);
+    output[node][k] = output_sensitivities(columns, f, df, k, level, to, doutput[node][k]);
   }
   f.level[k] = level;
 }
