@@ -129,17 +129,16 @@ def test_ros_parameters_are_those_that_the_node_knows(tmp_path):
         export(boat("ship"), "ros", tmp_path / "ros.yaml")
 
 
-def test_ros_parameters_name_both_of_two_equal_edges(tmp_path):
-    """One constant is both edges of a dead zone; another node looks for each by its name."""
+def test_ros_parameters_and_a_table_name_both_of_two_equal_edges(tmp_path):
+    """One constant is both edges of a dead zone; another node, or a reader, looks for each by its name."""
     group = {"name": "stern", "dead_zone": {"forward": 0.08, "reverse": "forward"}, "lag": 0.1}
     content = boat("always_forward").vehicle.to_mapping() | {"chain": [group]}
     model = make_model(vehicle_from(content, "stern"), TABLE_II["AF"])
     covariance = model.covariance.copy()
     edge = model.parameters.index("edge_forward.stern")
     covariance[edge, edge] = 0.01**2
-    export(
-        replace(model, covariance=covariance), "ros", tmp_path / "b.yaml", model_path=tmp_path / "m"
-    )
+    model = replace(model, covariance=covariance)
+    export(model, "ros", tmp_path / "b.yaml", model_path=tmp_path / "m")
     stated = yaml.safe_load((tmp_path / "b.yaml").read_text())
     found = stated["seatrial_odometry"]["ros__parameters"]["boat"]
     assert found["constants"] == {
@@ -147,6 +146,13 @@ def test_ros_parameters_name_both_of_two_equal_edges(tmp_path):
     }  # fmt: skip
     errors = [found["standard_errors"][f"edge_{way}_stern"] for way in ("forward", "reverse")]
     assert errors == pytest.approx([0.01, 0.01])
+    export(model, "latex", tmp_path / "b.tex")
+    rows = [line.split("&") for line in (tmp_path / "b.tex").read_text().splitlines()]
+    ahead, astern = (
+        [cell.strip() for cell in row[1:]] for row in rows if row[0].startswith("edge")
+    )
+    assert ahead == astern
+    assert ahead[0] == "$0.08000$"
 
 
 @pytest.mark.parametrize("name", BOATS)

@@ -57,6 +57,11 @@ class Content:
         found = np.concatenate([self.model.coefficients, self.model.constants]) * self._signs
         return dict(zip(self.model.parameters, found.tolist(), strict=True))
 
+    @property
+    def sources(self) -> dict[str, str]:
+        """The parameter behind each name; a constant of two stages, as equal edges are, has both names."""
+        return {name: name for name in self.values} | self.model.vehicle.constants.shared
+
     @cached_property
     def covariance(self) -> Array:
         """Of these values, in their order."""

@@ -26,15 +26,15 @@ def table(content: Content) -> Table:
     """Coefficients, then the thrusters' constants."""
     found = identifiability(content.model)
     rows: list[list[Cell]] = []
-    for name, value in content.values.items():
-        error = content.errors[name]
+    for name, source in content.sources.items():
+        value, error = content.values[source], content.errors[source]
         width = NORMAL_95 * error
         rows.append([
             Name(name),
             Number(value),
             known(error if error > 0 else None, 2),
             between((value - width, value + width) if error > 0 else None),
-            Unit(content.units[name]),
-            Text(found[name].verdict.value),
+            Unit(content.units[source]),
+            Text(found[source].verdict.value),
         ])  # fmt: skip
     return Table("coefficients", f"Coefficients of {content.vehicle_name}", TABLE_HEAD, rows)

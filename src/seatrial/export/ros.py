@@ -45,12 +45,14 @@ def _angles(content: Content) -> dict[str, Any]:
 def _boat(content: Content) -> dict[str, Any]:
     """Parameters without nested lists, which ROS 2 does not support."""
     own = set(content.structure.coefficients)
-    # a constant of two stages has both names: the file does not say which actuator uses which
-    known = {name: name for name in content.values} | content.model.vehicle.constants.shared
-    keys = identifiers(known)
-    errors = {keys[name]: content.errors[source] for name, source in known.items()}
+    keys = identifiers(content.sources)
+    errors = {keys[name]: content.errors[source] for name, source in content.sources.items()}
     limit = {} if content.limit is None else {"limit": float(content.limit)}
-    constants = {keys[n]: content.values[source] for n, source in known.items() if n not in own}
+    constants = {
+        keys[name]: content.values[source]
+        for name, source in content.sources.items()
+        if name not in own
+    }
     return {
         "name": content.vehicle_name,
         "axes": content.axes.value,
