@@ -1,98 +1,19 @@
 # SPDX-License-Identifier: MIT
 """The actuator models of a vehicle file: their constants, and which actuator uses which."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from seatrial import _core
-from seatrial.boat.schema import ChainGroup, DeadZone, Estimate, PairEntry, SteeredEntry
+from seatrial.boat.actuators.constants import CURVE, STAGES, STARTS, USES, Constants
+from seatrial.boat.actuators.stated_values import edges
+from seatrial.boat.schema import ChainGroup, DeadZone, PairEntry, SteeredEntry
 from seatrial.boat.steering import check_steering, stages_of
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
-
-ESTIMATE: Final = "estimate"
-STAGES = (
-    "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
-    "pair_offset_along", "pair_offset_across", "pair_dead_zone",
-    "full_angle", "angle_offset", "angle_rate",
-)  # in the order of the core's Actuator  # fmt: skip
-SHORTEST_LAG = 1e-6  # [s] a smaller lag is none, as in the core
-USES = ("scale", "tabulated", "partner", "across", "mirrored", "steers")  # the core's after these
-CURVE = ("edge_forward", "edge_reverse", "reverse_ratio", "power")  # of a single actuator
-CONSTANT_UNITS = {  # all others have none
-    "latency": "s", "lag": "s", "steer_angle": "deg", "steer_offset": "deg", "steer_rate": "deg/s",
-}  # fmt: skip
-STARTS = {  # start values of estimated constants
-    "latency": 0.0,  # [s]
-    "lag": 0.05,  # [s]
-    "edge_forward": 0.05,
-    "edge_reverse": 0.05,
-    "reverse_ratio": 1.0,
-    "power": 1.0,
-    "scale_power": 2.0,  # thrust grows with the square of a propeller's speed
-    "pair_offset_along": 0.0,
-    "pair_offset_across": 0.0,
-    "pair_dead_zone": 0.05,
-    "full_angle": 30.0,  # [deg]
-    "angle_offset": 0.0,  # [deg]
-    "angle_rate": 60.0,  # [deg/s]
-}
-BOUNDS = {  # least and largest value of an estimated constant, by the first part of its name
-    "latency": (-1.0, 2.0),  # [s]
-    "lag": (0.002, 3.0),  # [s]
-    "edge_forward": (0.0, 0.6),
-    "edge_reverse": (0.0, 0.6),
-    "reverse_ratio": (0.1, 10.0),
-    "power": (0.3, 4.0),
-    "scale_power": (-1.0, 5.0),
-    "gain": (0.1, 10.0),
-    "pair_offset_along": (-0.5, 0.5),
-    "pair_offset_across": (-0.5, 0.5),
-    "pair_dead_zone": (0.0, 0.6),
-    "steer_angle": (3.0, 180.0),  # [deg]
-    "steer_offset": (-45.0, 45.0),  # [deg]
-    "steer_rate": (3.0, 1000.0),  # [deg/s]
-    "steer_dead_zone": (0.0, 0.6),
-}
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Constants of the actuator chain: names, values, and the index from each actuator to its own."""
-
-    names: tuple[str, ...]
-    values: Array  # (n,) given values; start values of those to be estimated
-    index: NDArray[np.int32]  # (actuators, 14): STAGES -> place in `values`, -1: stage absent
-    estimated: tuple[str, ...]  # names of those that the file leaves to the estimator
-
-    def of_each(self, stage: str, values: Array) -> Array:
-        """A stage's constant (actuators,) out of all values (n,); 0 where there is no such stage."""
-        index = self.index[:, STAGES.index(stage)]
-        return np.where(index >= 0, np.append(values, 0.0)[index], 0.0)
-
-    @property
-    def shared(self) -> dict[str, str]:
-        """The constant behind each name of a stage that has none of its own: the reverse edge of equal ones."""
-        found = {}
-        for k, column in np.argwhere(self.index >= 0).tolist():
-            stage, name = STAGES[column], self.names[self.index[k, column]]
-            kind, dot, group = name.partition(".")
-            if kind in STAGES and kind != stage:
-                found[stage + dot + group] = name
-        return found
-
-    def bounds(self, place: int) -> tuple[float, float]:
-        """Least and largest value of a constant while it is estimated."""
-        return BOUNDS[self.names[place].partition(".")[0]]
-
-    def unit(self, name: str) -> str:
-        """SI unit of a constant; a suffix after the dot is its group."""
-        return CONSTANT_UNITS.get(name.partition(".")[0], "-")
 
 
 @dataclass(frozen=True)
@@ -264,57 +185,6 @@ def _odd(table: Sequence[Sequence[float]]) -> bool:
     return bool(np.allclose(rows, -rows[::-1], atol=1e-9))
 
 
-def stated(groups: Sequence[ChainGroup], values: Mapping[str, float]) -> list[ChainGroup]:
-    """The groups with these values of constants, by name."""
-    return [_stated(group, values) for group in groups]
-
-
-def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
-    suffix = f".{group.name}" if group.name else ""
-    here = {stage: values[stage + suffix] for stage in STAGES if stage + suffix in values}
-
-    changes: dict[str, object] = {}
-    if group.dead_zone is not None and {"edge_forward", "edge_reverse"} & set(here):
-        zone = _edges(group.dead_zone)
-        changes["dead_zone"] = DeadZone(
-            here.get("edge_forward", zone.forward), here.get("edge_reverse", zone.reverse)
-        )
-    if group.scale is not None:
-        power = _put(group.scale, here, {"power": "scale_power"})
-        changes["scale"] = msgspec.structs.replace(group.scale, **power)
-    if group.pair is not None:
-        dead = _put(group.pair, here, {"dead_zone": "pair_dead_zone"})
-        ends = {end: f"pair_offset_{end}" for end in ("along", "across")}
-        offset = msgspec.structs.replace(group.pair.offset, **_put(group.pair.offset, here, ends))
-        changes["pair"] = msgspec.structs.replace(group.pair, offset=offset, **dead)
-    if group.steered is not None:
-        keys = {
-            key: name + suffix
-            for key, name in (
-                ("angle_deg", "steer_angle"), ("offset_deg", "steer_offset"),
-                ("rate_deg", "steer_rate"), ("dead_zone", "steer_dead_zone"),
-            )
-        }  # fmt: skip
-        given = _put(group.steered, values, keys)
-        changes["steered"] = msgspec.structs.replace(group.steered, **given)
-    if group.gains is not None:
-        changes["gains"] = {n: values.get(f"gain.{n}", gain) for n, gain in group.gains.items()}
-    single = {stage: stage for stage in ("latency", "reverse_ratio", "power", "lag")}
-    return msgspec.structs.replace(group, **_put(group, here, single), **changes)
-
-
-def _put(
-    entry: msgspec.Struct, values: Mapping[str, float], keys: Mapping[str, str]
-) -> dict[str, float]:
-    """Values, by stage, of those keys that the entry gives."""
-    given = {key: stage for key, stage in keys.items() if getattr(entry, key) is not None}
-    return {key: values[stage] for key, stage in given.items() if stage in values}
-
-
-def _edges(given: DeadZone | Estimate) -> DeadZone:
-    return DeadZone(ESTIMATE, ESTIMATE) if isinstance(given, str) else given
-
-
 def _also(group: ChainGroup, stage: str, name: str) -> tuple[str, ...]:
     """Stages that share a stage's constant."""
     zone = group.dead_zone
@@ -326,7 +196,7 @@ def _also(group: ChainGroup, stage: str, name: str) -> tuple[str, ...]:
 
 def _single(group: ChainGroup) -> dict[str, float | str]:
     """The constants that a group gives each of its actuators."""
-    zone = None if group.dead_zone is None else _edges(group.dead_zone)
+    zone = None if group.dead_zone is None else edges(group.dead_zone)
     values = {
         "latency": group.latency,
         "edge_forward": None if zone is None else zone.forward,
