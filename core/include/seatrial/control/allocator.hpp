@@ -117,7 +117,7 @@ class Allocator {
     if (t.n < axes || t.n > kMaxActuators) return AllocatorFault::kSize;
     if (axes < kWrenchAxes - 1) return AllocatorFault::kRank;
     for (int j = 0; j < kWrenchAxes; ++j) idle_axis_[j] = t.idle(j);
-    if (!invert_geometry()) return AllocatorFault::kRank;
+    if (!pseudo_inverse(t, inverse_)) return AllocatorFault::kRank;
     for (int k = 0; k < t.n; ++k) {
       if (setup_.inverted && setup_.chain.actuators[k].partner >= 0) return AllocatorFault::kCurve;
       curve_[k] = ThrusterCurve(setup_.chain, setup_.q, k, setup_.inverted);
@@ -125,32 +125,6 @@ class Allocator {
       if (!range_of(k)) return AllocatorFault::kDeadZone;
     }
     return choose_sides();
-  }
-
-  /// T+ = T' (T T')^-1 of the axes with thrust; false where they depend on each other.
-  bool invert_geometry() {
-    const Effectiveness& t = setup_.effectiveness;
-    double gram[kWrenchAxes][kWrenchAxes] = {};
-    for (int k = 0; k < t.n; ++k) {
-      for (int i = 0; i < kWrenchAxes; ++i) {
-        for (int j = 0; j < kWrenchAxes; ++j) gram[i][j] += t.column[k][i] * t.column[k][j];
-      }
-    }
-    for (int j = 0; j < kWrenchAxes; ++j) gram[j][j] = idle_axis_[j] ? 1.0 : gram[j][j];
-    double adjoint[kWrenchAxes][kWrenchAxes];
-    for (int i = 0; i < kWrenchAxes; ++i) {
-      detail::cross3(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
-    }
-    const double determinant = detail::dot3(gram[0], adjoint[0]);
-    const double size = gram[0][0] * gram[1][1] * gram[2][2];
-    if (!(determinant > kLeastRank * size)) return false;
-    for (int k = 0; k < t.n; ++k) {
-      for (int j = 0; j < kWrenchAxes; ++j) {
-        const double entry = detail::dot3(adjoint[j], t.column[k]) / determinant;
-        inverse_[k][j] = std::abs(entry) < kRounding ? 0.0 : entry;
-      }
-    }
-    return true;
   }
 
   bool range_of(int k) {
@@ -329,8 +303,6 @@ class Allocator {
     kept_reach_ = Reach(setup_.effectiveness, kept_);
   }
 
-  static constexpr double kLeastRank =
-      1e-12;  // determinant of T T' over the product of its diagonal
   static constexpr double kRounding = 1e-12;
   static constexpr double kSame = 1e-9;  // [command units]
 

@@ -62,6 +62,34 @@ inline void cross3(const double* a, const double* b, double* out) {
 
 }  // namespace detail
 
+inline constexpr double kLeastRank = 1e-12;  // determinant of T T' over the product of its diagonal
+inline constexpr double kNoEntry = 1e-12;    // of T+: a smaller one is round-off
+
+/// T+ = T' (T T')^-1 of the axes with thrust; false where they depend on each other.
+inline bool pseudo_inverse(const Effectiveness& t, double (*inverse)[kWrenchAxes]) {
+  double gram[kWrenchAxes][kWrenchAxes] = {};
+  for (int k = 0; k < t.n; ++k) {
+    for (int i = 0; i < kWrenchAxes; ++i) {
+      for (int j = 0; j < kWrenchAxes; ++j) gram[i][j] += t.column[k][i] * t.column[k][j];
+    }
+  }
+  for (int j = 0; j < kWrenchAxes; ++j) gram[j][j] = t.idle(j) ? 1.0 : gram[j][j];
+  double adjoint[kWrenchAxes][kWrenchAxes];
+  for (int i = 0; i < kWrenchAxes; ++i) {
+    detail::cross3(gram[(i + 1) % kWrenchAxes], gram[(i + 2) % kWrenchAxes], adjoint[i]);
+  }
+  const double determinant = detail::dot3(gram[0], adjoint[0]);
+  const double size = gram[0][0] * gram[1][1] * gram[2][2];
+  if (!(determinant > kLeastRank * size)) return false;
+  for (int k = 0; k < t.n; ++k) {
+    for (int j = 0; j < kWrenchAxes; ++j) {
+      const double entry = detail::dot3(adjoint[j], t.column[k]) / determinant;
+      inverse[k][j] = std::abs(entry) < kNoEntry ? 0.0 : entry;
+    }
+  }
+  return true;
+}
+
 /// The attainable wrenches, as slabs low <= normal . F <= high.
 class Reach {
  public:
