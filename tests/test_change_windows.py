@@ -2,6 +2,7 @@
 """The test for a change of the boat where poses do not count, or do not tell: what is left out is no evidence."""
 
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,9 +10,20 @@ from changed_boats import drives_by_cause, findings, known_model, sent
 
 from seatrial.evaluation.comparison.cause_candidates import BATTERY, NO_CHANGE, ONE_THRUSTER
 from seatrial.monitoring import change_test
-from seatrial.monitoring.change_detector import CONFIRMATION, PASSING, ChangeDetector
+from seatrial.monitoring.change_detector import (
+    CONFIRMATION,
+    CONFIRMED,
+    PASSING,
+    ChangeDetector,
+)
 from seatrial.monitoring.change_space import THRUSTER_CHANGE, change_space
-from seatrial.monitoring.change_test import fitted_changes, linearised
+from seatrial.monitoring.change_test import (
+    fitted_changes,
+    linear_evidences,
+    linearised,
+    log_ratio,
+    mean_over_noises,
+)
 from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.window_likelihood import Quadratic, Window, windows
 from seatrial.onboard.boat_change import ChangeState
@@ -160,3 +172,25 @@ def test_a_test_for_a_change_can_be_ended_at_each_of_its_steps(model, drives):
             steps.append(0)
     # the full test of the window that shows the change: each noise, then each change
     assert steps[-1] > 2 * len(change_space(model).changes)
+
+
+def test_errors_of_a_model_that_its_covariance_states_are_no_change(model, drives):
+    """A short recording's model is off by far more than a long one's: both hypotheses have its errors."""
+    recording = drives[NO_CHANGE].cut(20.0, 60.0)
+    wide, ratios = 49.0 * model.covariance, []  # as of a recording that is as much shorter
+    values, vectors = np.linalg.eigh(wide)
+    n = len(model.coefficients)
+    for seed in range(6):
+        draw = np.random.default_rng(seed).normal(size=len(values))
+        off = vectors @ (np.sqrt(np.maximum(values, 0.0)) * draw)
+        moved = replace(model, coefficients=model.coefficients + off[:n])
+        found = []
+        for covariance in (wide, model.covariance):
+            space = change_space(replace(moved, covariance=covariance))
+            quadratics = linearised(space, windows(space.own, recording)[:3])
+            logs = linear_evidences(space, quadratics)
+            found.append(log_ratio(mean_over_noises(space, logs)))
+        ratios.append(found)
+    stated, ignored = np.array(ratios).T
+    assert (stated < CONFIRMED).all()
+    assert np.median(ignored) > CONFIRMED
