@@ -53,7 +53,7 @@ def test_next_lines_lead_to_validate(log, options, tmp_path, monkeypatch, capsys
         code, out, err = run(capsys, *words)
         assert (code, err) == (0, "")
         step = out.partition("\nnext: ")[2]
-        if step.startswith("State 'sampled: true' below commands:"):
+        if step.startswith("State 'sampled: true' under 'commands:'"):
             told = (
                 (tmp_path / "v.yaml").read_text().replace("commands:", "commands:\n  sampled: true")
             )

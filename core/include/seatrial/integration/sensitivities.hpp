@@ -234,9 +234,8 @@ inline void limited_nodes(const Chain& c, const double* q, const Columns& column
   for (int node = 0; node < 3; ++node) {
     double* dlevel = node < 2 ? moved : df.level[k];  // the level's own at the end
     scaled(dh, columns.n_constants, 0.5 * node, dpart);
-    double* to = node < 2 ? dlevel : df.level[k];
-    level = limited_sensitivities(c, q, columns, f, df, k, 0.5 * node * h, dpart, to);
-    output[node][k] = output_sensitivities(columns, f, df, k, level, to, doutput[node][k]);
+    level = limited_sensitivities(c, q, columns, f, df, k, 0.5 * node * h, dpart, dlevel);
+    output[node][k] = output_sensitivities(columns, f, df, k, level, dlevel, doutput[node][k]);
   }
   f.level[k] = level;
 }
