@@ -16,6 +16,7 @@ from seatrial.recording.recording import Signal
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import following, headline
 from seatrial.workflow.fitness import Criterion, Level
+from seatrial.workflow.next_step import after_validate
 
 EXCHANGED = "x and y are exchanged"
 
@@ -54,6 +55,15 @@ def test_it_is_fit_for_nothing_and_the_report_says_what_to_correct(model, drives
     assert "Not fit for simulation, control and odometry" in headline(evidence)
     assert following(evidence).startswith("Next: recordings and vehicle file contradict each other")
     assert EXCHANGED in following(evidence)
+
+
+def test_validate_does_not_send_to_a_report_of_it(model, drives):
+    found = assess(model, drives[1:], 1.0)
+    contradicted = model.findings_of(FindingKind.CONTRADICTED)
+    scores = scores_of(model, found, 1.0)
+    step = after_validate("m.yaml", scores, ["b.csv"], contradicted=contradicted)
+    assert step.do == "Correct that, then identify again"
+    assert EXCHANGED in step.why
 
 
 def test_a_wrong_clock_is_in_the_latency_alone(drives):

@@ -138,13 +138,15 @@ def test_a_jump_of_the_poses_or_unknown_commands_in_a_pause_are_no_tow():
 def test_auto_leaves_a_tow_out_and_reads_the_log_again_without_it(monkeypatch):
     whole = paused(towed)
     task = Task((Path("lake"),), Path(), None, print, salvage=False, steps=Steps(Path("none")))
+    task.log_of[whole.sources] = Path("lake")
     kept = while_driven(task, whole)
+    assert task.again(Path("lake")) == ["lake", "--without", "lake=70-120"]
+    assert task.again(Path("other")) == ["other"]
     assert not kept.valid[(kept.t > 70.1) & (kept.t < 119.9)].any()
     assert kept.valid[(kept.t < 69.9) | (kept.t > 120.1)].all()
     (said,) = task.assumed
     assert said.startswith("from 70 s on, 50 s of lake are left out: the boat moves 15 m there")
     # a lever arm that was found: the log is read again
-    task.log_of[whole.sources] = Path("lake")
     monkeypatch.setattr("seatrial.guide.recordings.read", lambda *_, **__: whole)
     model = make_model(boat().with_lever((0.1, 0.0)), TRUTH)
     (again,) = as_model_reads(task, model, boat(), [kept.cut(20.0, 170.0)])

@@ -37,6 +37,7 @@ def add(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Scores, horizons, and another model beside it."""
+    from seatrial.boat.findings import FindingKind
     from seatrial.boat.model_file import load
     from seatrial.boat.physics import model_concerns
     from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
@@ -69,4 +70,8 @@ def run(args: argparse.Namespace) -> None:
     options += [] if args.horizon is None else ["--horizon", f"{args.horizon:.15g}"]
     undriven = [one.span(recording) for recording, one in found]
     again = recordings_again(args)
-    say(after_validate(args.model, scores, again, options, wrong, undriven=undriven).text)
+    step = after_validate(
+        args.model, scores, again, options, wrong,
+        undriven=undriven, contradicted=model.findings_of(FindingKind.CONTRADICTED),
+    )  # fmt: skip
+    say(step.text)

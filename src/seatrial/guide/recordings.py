@@ -46,7 +46,10 @@ def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> I
 def while_driven(here: Task, recording: Recording) -> Recording:
     """Without stretches in which the boat is carried, towed or adrift."""
     start, end = None, None
+    log = here.log_of.get(recording.sources)
     for found in undriven_motion(recording):
+        if log is not None:
+            here.left_out.setdefault(log, []).append(found.span(recording))
         which = (
             "the first"
             if found.first

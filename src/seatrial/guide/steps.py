@@ -85,6 +85,8 @@ class Task:
     assumed: list[str] = field(default_factory=list)
     # by the files of a recording
     log_of: dict[tuple[Source, ...], Path] = field(default_factory=dict)
+    # NAME=FROM-TO of what is left out, by log
+    left_out: dict[Path, list[str]] = field(default_factory=dict)
 
     def file(self, name: str) -> Path:
         """In the folder."""
@@ -92,7 +94,9 @@ class Task:
 
     def again(self, *logs: Path) -> list[str]:
         """Logs, and how they are read, as words of a command line."""
-        return [*map(str, logs), *(["--salvage"] if self.salvage else [])]
+        spans = [span for log in dict.fromkeys(logs) for span in self.left_out.get(log, ())]
+        without = [word for span in spans for word in ("--without", span)]
+        return [*map(str, logs), *without, *(["--salvage"] if self.salvage else [])]
 
     def made_from(self, recordings: Sequence[Recording], training: Sequence[Recording]) -> str:
         """Digest of what the model is made from: logs, vehicle file, what of them identifies, effects."""

@@ -254,12 +254,15 @@ def after_validate(
     wrong: Sequence[str] = (),
     *,
     undriven: Sequence[str] = (),
+    contradicted: Sequence[Finding] = (),
 ) -> NextStep:
     """What the scores ask for, or the report.
 
     `options`: those of `validate` that `report` has, too. `wrong`: what contradicts the vehicle file. `undriven`:
-    what moves without commands, as of `Inspection`.
+    what moves without commands, as of `Inspection`. `contradicted`: findings of the model.
     """
+    if contradicted:
+        return NextStep(advice_of(contradicted[0]), sentence_of(contradicted[0]))
     if wrong:
         return NextStep(
             "correct the recordings, or give their own vehicle file by --vehicle", wrong[0]
@@ -267,6 +270,13 @@ def after_validate(
     if undriven:
         driven = [*recordings, *_left_out(undriven)]
         return NextStep(command("validate", model, *driven, *options), UNDRIVEN)
+    return _after_scores(model, scores, recordings, options)
+
+
+def _after_scores(
+    model: str | Path, scores: Scores, recordings: Recordings, options: Sequence[str]
+) -> NextStep:
+    """What the scores of recordings that belong to the vehicle file ask for."""
     report = command("report", model, *recordings, *options, "-o", "report.html")
     rows = scores.recordings
     unseen = [row for row in rows if not row.seen]
