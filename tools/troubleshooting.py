@@ -29,6 +29,9 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.THRUSTER_LAYOUT_CONTRADICTED: "The allocation computes other commands than the boat's software does, so that "
         "the dead zone acts elsewhere.",
         K.COMMANDS_SAMPLED: "No action is necessary. With this line in the vehicle file every command reads the logs so.",
+        K.COMMANDS_LOOK_SAMPLED: "A change that counts at its row, but was up to a row earlier, shifts latency, lag and "
+        "dead zone. With chosen terms the model has samples by itself.",
+        K.LATE_COMMANDS: "No thruster acts before its command: a logger stamps on arrival, or two clocks differ.",
         K.FORCE_ADDED: "Actuators of one force were also commanded against each other. No action is necessary.",
         K.THRUSTER_LAYOUT_SELECTED: "Dead zones act thruster by thruster, so that combined commands show the layout.",
     K.DEAD_ZONE_NOT_SOUGHT: "The vehicle file has generalised forces as inputs, so that no thruster has a curve.",
@@ -41,6 +44,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.UNEQUAL_THRUSTER_GAINS: "Different gains explain what the model counts as noise.",
     },
     "Estimate": {
+        K.CONTRADICTED: "A wrong sign, unit or order makes a model of another boat, which is fit for nothing.",
         K.SHORT_BLOCKS: "Standard errors may be too small.",
         K.AT_BOUND: "The likelihood rises beyond the range: the model lacks something, or the boat has no such stage.",
         K.MISSING_TERM: "The model has no such term, and the data show it.",
