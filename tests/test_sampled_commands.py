@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
 
-import seatrial
 from seatrial import load_vehicle
 from seatrial import read as read_recording
 from seatrial.boat.findings import FindingKind, finding_text
@@ -31,7 +30,6 @@ from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.util.errors import SeatrialError
 from seatrial.util.statistics import NORMAL_95
-from seatrial.workflow.next_step import after_identify
 from tests.boats import hulls
 from tests.boats.hulls import MIDDLE, driven
 
@@ -322,22 +320,3 @@ def test_a_model_of_terms_that_the_recordings_choose_says_so(boat):
     assert "'sampled: true'" in finding_text(finding)
     stated = choose_terms(recordings, vehicle.with_automatic_structure())
     assert not stated.findings
-
-
-def test_a_model_of_the_users_terms_says_so_and_has_no_doubt_where_the_recordings_show_it(boat):
-    vehicle, recordings = boat
-    looked_at = [replace(r, command_sampled=False) for r in recordings]
-    model = seatrial.identify(looked_at, vehicle)
-    (finding,) = model.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
-    assert finding.number("gain") > 100.0
-    assert not model.warnings
-    step = after_identify(model)
-    assert step.do.startswith("State 'sampled: true' under 'commands:'")
-    again = seatrial.identify(looked_at, vehicle.with_sampled_commands())
-    assert not again.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
-    assert not again.warnings
-    # changes at their rows
-    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
-    exact = seatrial.identify([replace(r, command_period=0.1) for r in changed], vehicle)
-    assert not exact.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
-    assert not exact.warnings

@@ -110,11 +110,6 @@ def identify_with_fit(
     vehicle = vehicle if choice is None else choice.vehicle
     # consistency of recordings and vehicle file, on another core
     check = beside(partial(check_each_recording, recordings, vehicle))
-    # whether the commands are samples, where nothing states it
-    stated, sampling = vehicle, tuple[Finding, ...]()
-    own_terms = choice is None or not choice.automatic
-    if method == OUTPUT_ERROR and own_terms and prior is None:
-        stated, sampling = stated_sampling(recordings, vehicle, effects)
     # the method
     solution = None
     with stage("", {OUTPUT_ERROR: 0.95, SMOOTHER: 0.7}.get(method, 0.3)):
@@ -125,6 +120,12 @@ def identify_with_fit(
         else:
             model = _by_regression(method, recordings, vehicle, roles, settings)
             model = model if choice is None else _with_findings(model, choice.findings)
+    # whether commands are samples, where nothing states it: a wrong structure would hide it
+    stated, sampling = vehicle, tuple[Finding, ...]()
+    own_terms = prior is None and (choice is None or not choice.automatic)
+    mismatch = model.findings_of(FindingKind.MODEL_MISMATCH)
+    if method == OUTPUT_ERROR and own_terms and not mismatch:
+        stated, sampling = stated_sampling(recordings, vehicle, effects)
     model = _with_findings(model, [*sampling, *late_command_findings(model)])
     # is it a boat?
     axis_physics(model)

@@ -61,13 +61,21 @@ def sampled_commands_of(
 def stated_sampling(
     recordings: Sequence[Recording], vehicle: Vehicle, effects: Sequence[str] = ()
 ) -> tuple[Vehicle, tuple[Finding, ...]]:
-    """A vehicle with terms of the user's that states it as far as the recordings show it, and the finding."""
+    """A vehicle with terms of the user's that states it as far as the recordings show it, and the finding.
+
+    Only where all latencies are free: half a row of time would stand for an error of a stated one.
+    """
     if not sampling_is_open(vehicle, recordings):
         return vehicle, ()
     try:
-        found = sampled_commands_of(first_maximum(recordings, vehicle, effects), vehicle, effects)
+        at = first_maximum(recordings, vehicle, effects)
     except IdentificationError:
         return vehicle, ()
+    problem = at.runs.problem
+    latencies = [i for i, n in enumerate(problem.names) if n.partition(".")[0] == "latency"]
+    if not latencies or not set(latencies) <= set(problem.free):
+        return vehicle, ()
+    found = sampled_commands_of(at, vehicle, effects)
     if found is None or found.sampled is None:
         return vehicle, ()
     seen = (found.finding(FindingKind.COMMANDS_LOOK_SAMPLED),) if found.sampled else ()
