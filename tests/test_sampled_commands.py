@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
 
-from seatrial import load_vehicle
+from seatrial import identify, load_vehicle
 from seatrial import read as read_recording
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import sampling_period
@@ -306,7 +306,7 @@ def test_a_model_of_commands_that_are_exact_has_no_doubt_of_them(boat):
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
     exact = [replace(r, command_period=0.1) for r in changed]
     assert sampling_doubt(exact[0])
-    model = seatrial.identify(exact, vehicle.with_automatic_structure())
+    model = identify(exact, vehicle.with_automatic_structure())
     assert model.vehicle.file.commands.sampled is False
     assert not any("rows of the commands" in warning for warning in model.warnings)
 
