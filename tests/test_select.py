@@ -59,6 +59,7 @@ from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.distributions import student_two_sided
+from seatrial.util.format import sensible
 from seatrial.util.errors import IdentificationError, SeatrialError, StructureError
 from seatrial.util.parallel import Farm, working_on
 
@@ -399,6 +400,11 @@ def test_why_a_term_of_the_model_goes(evidence, own, said):
 def test_why_a_candidate_stays_out(evidence, said):
     parts = [type("F", (), {"name": n})() for n in ("first", "second")]
     assert reason_out(evidence, 24, parts) == said
+
+
+def test_what_rounds_to_nothing_has_no_sign():
+    shown = [sensible(value) for value in (-0.04, 0.04, -9.96, -12.3, 650.2)]
+    assert shown == ["0.0", "0.0", "-10.0", "-12", "650"]
 
 
 def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupled):

@@ -57,3 +57,9 @@ def table(
         for i, column, width in zip(left, shown, widths, strict=True)
     ]
     return "\n".join("  " + "  ".join(row).rstrip() for row in zip(*padded, strict=True))
+
+
+def sensible(value: float) -> str:
+    """A percentage, or a value in standard errors, with sensible digits; what rounds to 0 has no sign."""
+    digits = 0 if abs(value) >= 10.0 else 1
+    return f"{round(value, digits) + 0.0:.{digits}f}"

@@ -12,8 +12,7 @@ from seatrial.identification.selection.terms.decisions import (
     TermEvidence,
     TermVerdict,
 )
-from seatrial.identification.selection.terms.explain import sensible
-from seatrial.util.format import plus_minus, table
+from seatrial.util.format import plus_minus, sensible, table
 from seatrial.util.frames import AXES, Axes
 
 SELECTION_FORMAT: Final = "selection 1"
@@ -61,14 +60,12 @@ def _numbers(row: Row) -> tuple[str, ...]:
     if found is None:
         return (row.term, *[""] * (len(HEAD) - 1))
     percent = found.change.percent
-    change = (
-        "inf" if np.isinf(percent) else f"{'-' if percent < 0 else ''}{sensible(abs(percent))} %"
-    )
+    change = "inf" if np.isinf(percent) else f"{sensible(percent)} %"
     estimate = found.estimate
     return (
         row.term,
         plus_minus(estimate.value, estimate.error),
-        f"{estimate.z:.1f}" if abs(estimate.z) < 100 else f"{estimate.z:.0f}",
+        sensible(estimate.z),
         f"{found.repeats.ratio:.1f}",
         change,
         f"{found.change.moves:.2g} %",

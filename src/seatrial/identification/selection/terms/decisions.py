@@ -29,6 +29,7 @@ from seatrial.identification.selection.terms.stepwise import (
     candidate_information,
 )
 from seatrial.identification.selection.terms.term_fit import TermFit
+from seatrial.util.format import sensible
 from seatrial.util.statistics import NORMAL_95
 
 WEAK_MOVE = 1.0  # [%] of a velocity's change over the horizon: a term that moves it by less is weak
@@ -224,7 +225,7 @@ def _too_weak(evidence: TermEvidence, doubt: float = DOUBTFUL_Z) -> str | None:
     if evidence.significant:
         return None
     weak, change = (
-        f"weak: not distinguishable from zero (z = {evidence.estimate.z:.1f})",
+        f"weak: not distinguishable from zero (z = {sensible(evidence.estimate.z)})",
         evidence.change,
     )
     if change.z < doubt:

@@ -15,6 +15,7 @@ from seatrial.identification.selection.terms.decisions import (
     repeats_text,
 )
 from seatrial.identification.selection.terms.held_out import Fold
+from seatrial.util.format import sensible
 from seatrial.util.frames import AXES
 
 
@@ -62,7 +63,7 @@ def reason_out(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str
     """Why a term that is not in the chosen structure is out; tests: how many such terms there are."""
     if not evidence.repeatable(tests):
         return f"not repeatable: {repeats_text(evidence.repeats, folds)}"
-    z = f"z = {evidence.estimate.z:.1f}"
+    z = f"z = {sensible(evidence.estimate.z)}"
     if evidence.significant:
         return f"{z}, but not enough for one of {tests} candidates, or left-out blocks are predicted no better"
     return f"not distinguishable from zero ({z})"
@@ -76,7 +77,7 @@ def _stays(evidence: TermEvidence, tests: int, folds: Sequence[Fold], term: Term
         )
     if not evidence.significant:
         text = (
-            f"weak: not distinguishable from zero (z = {evidence.estimate.z:.1f}), nor ruled out: it may move "
+            f"weak: not distinguishable from zero (z = {sensible(evidence.estimate.z)}), nor ruled out: it may move "
             f"{AXES[term.axis]}'s prediction by {evidence.reach:.2g} % of its change"
         )
     elif evidence.weak:
@@ -99,8 +100,3 @@ def _difference(evidence: TermEvidence, term: Term) -> str:
         return f"{axis} is predicted as well"
     size = "beyond bounds" if np.isinf(percent) else f"{sensible(abs(percent))} %"
     return f"{axis} is predicted {size} {'worse' if percent > 0 else 'better'}"
-
-
-def sensible(percent: float) -> str:
-    """A percentage with sensible digits."""
-    return f"{percent:.0f}" if percent >= 10 else f"{percent:.1f}"
