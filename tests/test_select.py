@@ -59,8 +59,8 @@ from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.distributions import student_two_sided
-from seatrial.util.format import sensible
 from seatrial.util.errors import IdentificationError, SeatrialError, StructureError
+from seatrial.util.format import sensible
 from seatrial.util.parallel import Farm, working_on
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")

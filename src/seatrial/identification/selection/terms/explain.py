@@ -77,8 +77,8 @@ def _stays(evidence: TermEvidence, tests: int, folds: Sequence[Fold], term: Term
         )
     if not evidence.significant:
         text = (
-            f"weak: not distinguishable from zero (z = {sensible(evidence.estimate.z)}), nor ruled out: it may move "
-            f"{AXES[term.axis]}'s prediction by {evidence.reach:.2g} % of its change"
+            f"weak: not distinguishable from zero (z = {sensible(evidence.estimate.z)}), nor ruled out: it may "
+            f"move {AXES[term.axis]}'s prediction by {evidence.reach:.2g} % of its change"
         )
     elif evidence.weak:
         text = f"weak: distinguishable from zero, but {_moves(evidence, term)}"
