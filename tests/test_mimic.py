@@ -12,6 +12,7 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial import _core
 from seatrial.commands.cli import main
+from seatrial.commands.mimic import LIMITS
 from seatrial.simulation.mimic import Carrier, Mimic, MimicHealth
 from seatrial.util.errors import MimicError, PredictorError
 from tests.boats.carrier import DT, driven, follow
@@ -249,3 +250,9 @@ def test_the_commands_refuse_an_unstable_model(mp, tmp_path, capsys, command):
     assert "unstable" in said.err
     assert said.err.count("\n") == 1
     assert said.out == ""
+
+
+def test_the_help_states_the_defaults_of_the_core():
+    for name, (_, text) in LIMITS.items():
+        (stated,) = re.findall(r"\(default: (.*)\)", text)
+        assert float(stated) == getattr(_core.Carrier(), name.replace("-", "_"))

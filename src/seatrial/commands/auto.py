@@ -28,8 +28,12 @@ def add(command: argparse.ArgumentParser) -> None:
         help="the log that tests the model (default: the last quarter of each log)",
     )  # fmt: skip
     command.add_argument("--name", help="the boat's name (default: that of DIR, else the log's)")
-    command.add_argument("--pose", metavar="TOPIC", help="where the poses are, as of init")
-    command.add_argument("--commands", metavar="TOPIC", help="where the commands are, as of init")
+    command.add_argument(
+        "--pose", metavar="TOPIC", help="topic, table or columns of the poses, as for init"
+    )
+    command.add_argument(
+        "--commands", metavar="TOPIC", help="topic, table or columns of the commands, as for init"
+    )
     add_places(command)
     command.add_argument(
         "--yes", action="store_true", help="ask nothing: decide, and state what is assumed"

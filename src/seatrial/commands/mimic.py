@@ -9,14 +9,18 @@ from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.printing import complain
 
+# the defaults are the core's
 LIMITS = {
-    "speed": ("M/S", "the carrier's highest, in any direction"),
-    "yaw-rate": ("RAD/S", "its highest"),
-    "acceleration": ("M/S2", "its highest"),
-    "yaw-acceleration": ("RAD/S2", "its highest"),
-    "lag": ("S", "its delay and time constant together, made up for ahead"),
-    "gain": ("1/S", "of the way back to the virtual boat's pose"),
-    "lost": ("M", "so far from the virtual boat it is stopped"),
+    "speed": ("M/S", "largest speed of the carrier, in any direction (default: 0.8)"),
+    "yaw-rate": ("RAD/S", "largest yaw rate of the carrier (default: 2)"),
+    "acceleration": ("M/S2", "largest acceleration of the carrier (default: 1.5)"),
+    "yaw-acceleration": ("RAD/S2", "largest yaw acceleration of the carrier (default: 6)"),
+    "lag": (
+        "S",
+        "delay plus time constant of the carrier, by which the velocity leads (default: 0.1)",
+    ),
+    "gain": ("1/S", "feedback gain on the pose error to the virtual boat (default: 2)"),
+    "lost": ("M", "distance from the virtual boat at which the carrier stops (default: 0.5)"),
 }
 
 

@@ -183,7 +183,6 @@ def add_recordings(
     command.add_argument(
         "--start", type=float, metavar="S", help="use each recording from this time on [s]"
     )
-    add_salvage(command)
     command.add_argument(
         "--end", type=float, metavar="S", help="use each recording up to this time [s]"
     )
@@ -192,6 +191,7 @@ def add_recordings(
         help="exclude an interval [s] of a recording, where something else moved the boat; either end may be "
         "omitted; repeatable",
     )  # fmt: skip
+    add_salvage(command)
 
 
 def add_horizon(command: argparse.ArgumentParser, text: str) -> None:
