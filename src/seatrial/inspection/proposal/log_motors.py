@@ -56,10 +56,9 @@ def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTo
         t for name in OUTPUTS for t in log.topics.values() if t.type == name and "@" not in t.name
     ]
     stated = [(t, m) for t in able for m in motors(log, t)]
-    first = (
-        stated[0][0].type[:3] if stated else ""
-    )  # RCOU and RCO2 are one, the motors and their outputs are not
     if stated:
+        # RCOU and RCO2 are one, the motors and their outputs are not
+        first = stated[0][0].type[:3]
         return [(t, m) for t, m in stated if t.type[:3] == first or t.type == "actuator_servos"]
     changing = {t.name: list(_changing(log, t)) for t in able}
     able = [t for t in able if changing[t.name]]
