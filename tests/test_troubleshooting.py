@@ -11,6 +11,7 @@ from test_docs import ROOT
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of, finding_text
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.onboard.predictor import Health
 from seatrial.recording.faults.pose_faults import FaultKind
 
@@ -91,6 +92,14 @@ def test_every_error_on_the_page_is_one_of_the_programs(group):
     for message, meaning, advice in troubleshooting.ERRORS[group]:
         assert message in known, message
         assert f"- `{message}`  \n  {meaning}  \n  **Do:** {advice}" in PAGE
+
+
+def test_every_contradiction_of_the_vehicle_file_is_on_the_page():
+    assert set(troubleshooting.CONTRADICTIONS) == set(InconsistencyKind)
+    for message, meaning, advice in troubleshooting.CONTRADICTIONS.values():
+        assert message in messages(), message
+        assert f"- `{message}`  \n  {meaning}  \n  **Do:** {advice}" in PAGE
+    assert "commands: inputs" in troubleshooting.found("swapped")
 
 
 def test_commands_and_extras_in_the_advice_exist():

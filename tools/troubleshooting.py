@@ -14,6 +14,7 @@ from collections.abc import Iterable, Mapping
 
 from seatrial import _core
 from seatrial.boat.finding_kinds import FindingKind
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.faults.pose_faults import FaultKind
 
 HEAD = """\
@@ -90,6 +91,30 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.THROUGH_WATER: "The current is the model's own, not the boat's motion.",
         K.SLOW_POSES: "Errors are partly those of the reference.",
     },
+}  # fmt: skip
+
+C = InconsistencyKind
+CONTRADICTIONS: Mapping[C, tuple[str, str, str]] = {  # message, meaning, what to do
+    C.CLOCK: ("poses and commands have different clocks", "Commands act seconds before or after their stamps.",
+              "Stamp both by one clock, or state `offset` at `commands: stamp`."),
+    C.LENGTH: ("in the unit that the vehicle file states the speed is", "The speed is not that of a small boat.",
+               "Set `unit` at `pose: x` and `y`."),
+    C.ANGLE: ("in this unit the heading agrees with the track", "Degrees are read as radians, or radians as degrees.",
+              "Set `unit` at `pose: psi`."),
+    C.MIRRORED: ("has the wrong sign: negated, the track agrees with the heading",
+                 "A coordinate or the heading counts in the other direction.", "Set its `sign`."),
+    C.EXCHANGED: ("x and y are exchanged: with their columns swapped the track agrees with the heading",
+                  "Each is in the place of the other.", "Exchange their entries under `pose`."),
+    C.HEADING: ("the heading …: with psi = … the track agrees with it",
+                "The heading counts from another direction, as that of a compass.", "Set `sign` and `offset` at `pose: psi`."),
+    C.HANDED: ("poses and commands have opposite axes", "One has y to port, the other to starboard.",
+               "Negate one of them, as the message states."),
+    C.NEGATED: ("opposite to the vehicle file; set sign: … at commands: inputs",
+                "A positive command moves the boat in the other direction.", "Set the `sign` of that input."),
+    C.PERMUTED: ("exchange their entries at commands: inputs", "Inputs are swapped: each moves the axis of another.",
+                 "Exchange their columns."),
+    C.STEERED: ("are swapped at chain: steered", "The angle moves the boat ahead, and the thrust does not.",
+                "Exchange the two in `of`."),
 }  # fmt: skip
 
 FAULTS: Mapping[FaultKind, tuple[str, str]] = {  # what it is, what to do
@@ -229,7 +254,11 @@ def page() -> str:
     lines.append("## Errors\n\nOne line, exit code 1.\n")
     for group, errors in ERRORS.items():
         lines += [f"### {group}\n", *(entry(*one) for one in errors), ""]
-    lines.append("## Faults of poses and commands\n\nOf `inspect`, and of `recording.faults`.\n")
+    lines.append(
+        "## Contradictions of the vehicle file\n\nOf `inspect`, `init`, `identify` and `validate`.\n"
+    )
+    lines += [entry(*CONTRADICTIONS[kind]) for kind in InconsistencyKind]
+    lines.append("\n## Faults of poses and commands\n\nOf `inspect`, and of `recording.faults`.\n")
     lines += [entry(kind.value, *FAULTS[kind]) for kind in FaultKind]
     lines.append(
         "\n## Findings\n\nOf `identify`, `validate` and the report; in `model.estimator.findings`.\n"
