@@ -9,6 +9,7 @@ from seatrial.boat.schema import TO_SI
 from seatrial.inspection.proposal.axes import FALLS, RISES, asked_axes, heading_seen
 from seatrial.inspection.proposal.columns.heading import READS
 from seatrial.inspection.proposal.columns.heading_sense import COMPASS, PLAIN
+from seatrial.inspection.proposal.columns.names import Named, read_name
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.util.frames import Axes
 
@@ -91,3 +92,18 @@ def test_a_heading_that_the_motion_does_not_show_is_asked_as_the_boat_points_eas
     }
     assert entry == sense[READS[answer]]
     assert found.notes["known axes"] == ["x is east and y is north"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "yaw [rad/s]", "yaw_rad_s", "yaw_rads", "yaw_rad_per_s", "yaw_rad_per_sec", "yawRadPerSec",
+        "yaw rad s-1",
+    ],
+)  # fmt: skip
+def test_a_unit_per_second_makes_a_rate_of_a_heading(name):
+    assert read_name(name) == Named(("yaw",), "rad", rate=True)
+
+
+def test_words_that_end_like_a_unit_per_second_are_whole():
+    assert read_name("flippers").words == ("flippers",)

@@ -40,8 +40,6 @@ def by_source(names: Sequence[str]) -> tuple[tuple[str, ...], ...]:
         of = [
             own for own, source in zip(found, (PILOT, AUTOPILOT), strict=True) if source & {*words}
         ]
-        if len(of) > 1:
-            return ()
         if of:
             of[0][tuple(w for w in words if w not in PILOT | AUTOPILOT)] = name
         else:

@@ -118,7 +118,9 @@ UNITS = {  # as they end a name, or stand in brackets
 }  # fmt: skip
 NANOSECOND_WORDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanos", "nanoseconds", "ns")
 PARTS = ("x", "y", "z", "w")  # in brackets
-PER_SECOND = re.compile(r"\s*(?:/\s*s(?:ec)?|\s+s\^?-?1|[_ ]per[_ ]s(?:ec)?)$", re.IGNORECASE)
+PER_SECOND = re.compile(
+    r"\s*(?:/\s*s(?:ec)?|\s+s\^?-?1|[_ ]per[_ ]s|[_ ]?per[_ ]?sec)$", re.IGNORECASE
+)
 BRACKET = re.compile(r"[\[({]\s*([^\[\](){}]*?)\s*[\])}]\s*$")
 CAMEL = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|[^\W\d_A-Za-z]+|\d+")
 
@@ -147,8 +149,6 @@ def read_name(name: str) -> Named:
     bare = PER_SECOND.sub("", text)
     rate, text = rate or bare != text, bare
     words = tuple(word.lower() for word in CAMEL.findall(text))
-    if not unit and words[-3:-1] in (("rad", "per"), ("deg", "per")):
-        words = words[:-2]
     if not unit and len(words) > 2 and words[-1] == "s" and words[-2] in ("rad", "deg", "m"):
         words, rate = words[:-1], True  # yaw_rate_deg_s
     if not unit and len(words) > 1 and words[-1] in UNITS:
