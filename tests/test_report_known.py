@@ -4,14 +4,18 @@
 import re
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
 import seatrial
 from seatrial.boat.schema import EnvelopeEntry
+from seatrial.evaluation.assessment import assess
 from seatrial.identification.uncertainty.identifiability import identifiability
 from seatrial.report import report
+from seatrial.report.evidence.advice import poor_axes
 from seatrial.report.evidence.model_evidence import Evidence, collect
+from seatrial.report.evidence.runs import gather
 from seatrial.report.sections import known
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
@@ -92,3 +96,25 @@ def test_of_a_given_model_it_is_said_that_nothing_is_known(evidence, model):
     assert "Nothing was estimated" in told.html
     assert not told.tables
     assert not told.figures
+
+
+def test_a_boat_that_changed_is_no_reason_to_drive_more(mp, paper_mp, paper_mp_model):
+    """A fifth of the thrust for the same commands, as of slower propellers."""
+    same, plan = paper_mp["S7"].recording, load_plan("paper-like")
+    slow = {
+        n: x * (0.2 if n in ("X_F", "Y_F", "N_F") else 1.0)
+        for n, x in plan.plant.coefficients.items()
+    }
+    plant = msgspec.structs.replace(plan.plant, coefficients=slow)
+    (drive,) = simulate(
+        msgspec.structs.replace(plan, plant=plant, trials={"S7": plan.trials["S7"]}), mp
+    )
+    weak = replace(drive.recording, name="weak")
+    trained = [paper_mp[name].recording for name in ("S1", "S2", "S3")]
+    for other, told in ((same, []), (weak, ["weak: surge, sway and yaw predictions"])):
+        runs = gather(paper_mp_model, assess(paper_mp_model, [other, *trained], 1.0))
+        found = poor_axes(paper_mp_model, runs)
+        assert [text.partition(" are hardly better")[0] for text in found] == told
+    # without the recordings that it is from, nothing tells the two apart
+    alone = poor_axes(paper_mp_model, runs[:1])
+    assert len(alone) == 3 and "drive one minute more of surge pulses" in alone[0]

@@ -16,6 +16,7 @@ from seatrial.report.text.numbers import (
     VERY_GOOD_RATIO,
     at_floor,
     insignificant,
+    names_of,
     ratio_word,
     resolved_ratio,
     rms_and_ratio,
@@ -36,7 +37,7 @@ def advice(evidence: Evidence) -> list[str]:
             "Do not use this model. Check the recordings and the vehicle file's signs with inspect, "
             "then identify again from driving at several speeds in every axis."
         ]
-    found = _poor_axes(model, runs)
+    found = poor_axes(model, runs)
     if not any(r.unseen for r in runs if r.tested):
         found.append(
             "Validate on a recording that the model has not seen: drive one more run, or identify "
@@ -79,12 +80,26 @@ def _insignificant(model: Model) -> list[str]:
     ]
 
 
-def _poor_axes(model: Model, runs: Sequence[Run]) -> list[str]:
+def poor_axes(model: Model, runs: Sequence[Run]) -> list[str]:
+    """Axes that are hardly predicted: of another boat or other conditions, or for want of data or of a term."""
     chosen = judged(runs)
     if not chosen:
         return []
     ratio, driven = resolved_ratio(chosen), _driven(model)
-    return [
+    poor = [axis for axis in range(3) if ratio[axis] > GOOD_RATIO]
+    # predicted where it was identified: more of the same driving does not help
+    seen = [r for r in runs if r.tested and not r.unseen]
+    known = resolved_ratio(seen) if seen and chosen[0].unseen else np.full(3, np.inf)
+    differing = [axis for axis in poor if known[axis] <= GOOD_RATIO]
+    found = []
+    if differing:
+        axes = joined([AXES[axis] for axis in differing])
+        found.append(
+            f"{names_of(chosen)}: {axes} predictions are hardly better than constant velocity, but good on the "
+            "identification data. Compare battery, propeller speed, payload, wind and speeds of both. Name a "
+            "signal that scales thrust under scales, or identify this recording alone and run 'seatrial compare'."
+        )
+    return found + [
         f"The {name} prediction is {ratio_word(ratio[axis])}: "
         + (
             f"drive one minute more of {name} pulses in both directions at several amplitudes. Then check "
@@ -94,7 +109,7 @@ def _poor_axes(model: Model, runs: Sequence[Run]) -> list[str]:
             "and current."
         )
         for axis, name in enumerate(AXES)
-        if ratio[axis] > GOOD_RATIO
+        if axis in poor and axis not in differing
     ]
 
 
