@@ -55,7 +55,9 @@ def test_what_tests_the_model_stays_out_of_the_next_command(tmp_path, monkeypatc
     logs = {one.sources: tmp_path / f"{one.sources[0]}.bag" for one in (drive, figures)}
     here = Task((*logs.values(),), tmp_path, None, lambda _: None, False, Steps(tmp_path))
     here.log_of |= logs
-    step = scores_and_report.report(here, model, [figures, drive], [drive], None)
+    step = scores_and_report.report(
+        here, model, [figures, drive], [drive], None, automatic=False, look=lambda: None
+    )
     words = shlex.split(step.do)
     assert words[:3] == ["seatrial", "select", str(tmp_path / "drive.bag")]
     assert words[3:] == [

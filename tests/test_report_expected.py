@@ -22,13 +22,15 @@ def said(rms, **effects):
 
 
 def test_a_cautious_model_is_told_so():
-    assert said(0.5).endswith("so that the model states larger errors than it makes")
+    assert said(0.5).endswith(
+        ": 0.50, 0.50 and 0.50: the model states larger errors than it makes."
+    )
 
 
 def test_an_estimated_current_explains_it():
     text = said(0.1, current_x=0.1, current_y=0.0, trim_u=0.01)
-    assert text.endswith("expected RMS, which allows for an unknown current and trim")
+    assert text.endswith("0.10, which allows for an unknown current and trim.")
 
 
 def test_errors_as_expected_need_no_words():
-    assert said(0.9, current_x=0.1).endswith("times the expected RMS")
+    assert said(0.9, current_x=0.1).endswith("expected RMS: 0.90, 0.90 and 0.90.")

@@ -112,8 +112,8 @@ def test_the_dials_say_in_text_what_they_draw(evidence):
     worst = found.worst
     assert found.still_over_floor[worst] > 1000.0 > found.over_floor[worst]
     assert (
-        f"%, less error beyond the noise floor than constant velocity; worst axis {AXES[worst]}: "
-        f"{found.over_floor[worst]:.2g} × floor against &gt; 1000 ×" in floor
+        f"%, less error beyond the noise floor than constant velocity; worst: {AXES[worst]}, "
+        f"{found.over_floor[worst]:.2g} against &gt; 1000 × floor" in floor
     )
     assert (
         'aria-label="What is known: 100 %, of 10 parameters are sharp (0) or usable (10)"' in known

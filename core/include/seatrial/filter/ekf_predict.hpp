@@ -70,7 +70,7 @@ void carry_columns(const MotionSlopes& f, const GaussMarkov<N>& others, int coun
   double gained[kStates][State::kColumns];
   for (int i = 0; i < kStates; ++i) gain(i, gained[i]);
   double slope[kStates][kMoving];
-  std::copy(&f[0][0], &f[0][0] + kStates * kMoving, &slope[0][0]);
+  for (int i = 0; i < kStates; ++i) std::copy(f[i], f[i] + kMoving, slope[i]);
   // column by column: all that F takes is read before its rows are written
   for (int c = 0; c < count; ++c) {
     double before[kMoving];

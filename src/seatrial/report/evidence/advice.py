@@ -96,8 +96,8 @@ def poor_axes(model: Model, runs: Sequence[Run]) -> list[str]:
         axes = joined([AXES[axis] for axis in differing])
         found.append(
             f"{names_of(chosen)}: {axes} predictions are hardly better than constant velocity, but good on the "
-            "identification data. Compare battery, propeller speed, payload, wind and speeds of both. Name a "
-            "signal that scales thrust under scales, or identify this recording alone and run 'seatrial compare'."
+            "identification data. Compare battery, propeller speed, payload and wind of both, or identify this "
+            "recording alone and run 'seatrial compare'."
         )
     return found + [
         f"The {name} prediction is {ratio_word(ratio[axis])}: "

@@ -106,13 +106,13 @@ def _floor_dial(evidence: Evidence) -> Dial:
     worst = found.worst
     over, still = found.over_floor[worst], found.still_over_floor[worst]
     meaning = "less error beyond the noise floor than constant velocity; "
-    meaning += f"worst axis {AXES[worst]}: {_times(over)} floor against {_times(still)}"
+    meaning += f"worst: {AXES[worst]}, {_number(over)} against {_number(still)} × floor"
     return share_dial("floor", title, float(found.share[worst]), meaning, FLOOR_LIMITS)
 
 
-def _times(value: float) -> str:
-    """`4.3 ×`; how far beyond `MUCH` does not matter."""
-    return f"{value:.2g} ×" if value < MUCH else f"> {MUCH:.0f} ×"
+def _number(value: float) -> str:
+    """Two digits; how far beyond `MUCH` does not matter."""
+    return f"{value:.2g}" if value < MUCH else f"> {MUCH:.0f}"
 
 
 def _uses(evidence: Evidence) -> str:
