@@ -50,13 +50,9 @@ def while_driven(here: Task, recording: Recording) -> Recording:
     for found in undriven_motion(recording):
         if log is not None:
             here.left_out.setdefault(log, []).append(found.span(recording))
-        which = (
-            "the first"
-            if found.first
-            else "the last"
-            if found.last
-            else f"from {found.start:.0f} s on,"
-        )
+        which = f"from {found.start:.0f} s on,"
+        if found.first or found.last:
+            which = "the first" if found.first else "the last"
         here.assumed.append(
             f"{which} {found.end - found.start:.0f} s of {recording.name} are left out: the boat moves "
             f"{found.moved:.0f} m there without a command (carried, towed or adrift)"

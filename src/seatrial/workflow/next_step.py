@@ -146,9 +146,8 @@ def asked_for(
     if puzzling and look is not None and _only_identifies(look(), recordings, vehicle):
         # inspect would send back to identify
         found = [f for f in found if f.kind not in LOOK_AT_RECORDINGS]
-    elif (
-        model.warnings
-    ):  # doubts on recordings and vehicle file come first: they may spoil all else
+    elif model.warnings:
+        # doubts on recordings and vehicle file come first: they may spoil all else
         return NextStep(command("inspect", *recordings, "--vehicle", vehicle), model.warnings[0])
     return _remedy(found[0], recordings, vehicle, out, options) if found else None
 

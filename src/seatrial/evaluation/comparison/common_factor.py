@@ -17,11 +17,7 @@ from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
 
 # of the search for the ratios; relative step that ends it
-ROUNDS, HALVINGS, SETTLED = (
-    50,
-    20,
-    1e-10,
-)
+ROUNDS, HALVINGS, SETTLED = 50, 20, 1e-10
 LEAST_SINGULAR_VALUE = 1e-9  # of the ratios' Jacobian, which has no information on their scale
 
 
