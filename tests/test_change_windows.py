@@ -34,12 +34,7 @@ from tests.boats.weather import towed
 
 model, drives = known_model, drives_by_cause
 # [s]: tests are at 16.3 s and 18.3 s
-TOWED_FROM, TOWED_TO, LONGER, SECONDS = (
-    16.4,
-    18.2,
-    25.0,
-    40.0,
-)
+TOWED_FROM, TOWED_TO, LONGER, SECONDS = 16.4, 18.2, 25.0, 40.0
 
 
 def split(rows, seconds):

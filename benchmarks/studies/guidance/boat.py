@@ -20,11 +20,7 @@ THRUST, ARM = 30.0, 0.35  # [N] of each thruster, [m] to the left and the right
 LINEAR = (8.0, 30.0, 9.0)  # [N s/m, N s/m, N m s]
 QUADRATIC = (12.0, 70.0, 8.0)
 # [kg/m, kg, kg m] of the skegs at speed: sway, against the Munk moment, yaw
-LIFT = (
-    35.0,
-    9.0,
-    8.0,
-)
+LIFT = (35.0, 9.0, 8.0)
 CHAIN = {"latency": 0.06, "lag": 0.2, "dead_zone": {"forward": 0.05, "reverse": 0.05}}
 TICK = 0.04  # [s] of the controller, and of the weather
 GNSS_PERIOD, GNSS_DELAY = 0.12, 0.2  # [s]; delay: from the stamp to the arrival

@@ -15,10 +15,7 @@ from seatrial.util.frames import Array, body_velocity
 NS = 1_000_000_000
 SMOOTHING = 0.4  # [s] of differenced poses
 # [s] of the course about the point passed last, in which the nearest is sought
-BACK, AHEAD = (
-    2.0,
-    4.0,
-)
+BACK, AHEAD = 2.0, 4.0
 TRACK_STEP = 0.05  # [s]
 INTEGRAL = 0.2  # [1/s] of the hand-tuned controllers, times their proportional gain
 

@@ -100,9 +100,8 @@ def filter_series(recording: Recording, errors: InputErrors | None = None) -> _c
     start[:3] = recording.eta[first]
     if moving.valid.any():
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
-        with suppress(
-            RecordingError
-        ):  # noise of the first poses only, so that the run stays causal
+        # noise of the first poses only, so that the run stays causal
+        with suppress(RecordingError):
             noise = pose_noise(recording, first=START_POSES)
             spread = np.hypot(spread, stencil_deviation(noise, recording, first=START_POSES))
     afresh = _restarts(recording, use, moving, start[3:], spread)

@@ -27,10 +27,7 @@ INSTALL = "pip install 'seatrial[fleet]'"
 LOCAL = "local"
 MOST_LOCAL_WORKERS = 1000
 # [s] until the scheduler answers, until it has a worker
-CONNECT_WITHIN, WORKERS_WITHIN = (
-    10.0,
-    30.0,
-)
+CONNECT_WITHIN, WORKERS_WITHIN = 10.0, 30.0
 LOST = (
     "the scheduler has ended, or is not reached any more: look at its log, start it again, and repeat the "
     "command; a fleet goes on where it was"

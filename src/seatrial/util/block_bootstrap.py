@@ -21,10 +21,7 @@ PREFERRED_BLOCKS = 10  # blocks; to have as many, blocks are shortened to the le
 MOST_BLOCKS = 40  # blocks; longer blocks lose less of the correlation
 SOKAL_WINDOW = 5.0  # autocorrelation times over which the autocorrelation is summed
 # in a block: leaves a few per cent of correlation between blocks
-OVERLAPS, CORRELATION_TIMES = (
-    2.0,
-    6.0,
-)
+OVERLAPS, CORRELATION_TIMES = 2.0, 6.0
 WIDEST_T = 6.0  # standard deviations, limit of a studentised value: few blocks may hold all errors
 LEAST_VARIANCE = 1e-12  # of the logarithm of a ratio
 

@@ -24,14 +24,7 @@ from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 
 # [s] tried from a command to its effect: the usual actuator delays
-DELAYS = (
-    -0.15,
-    0.0,
-    0.15,
-    0.3,
-    0.45,
-    0.6,
-)
+DELAYS = (-0.15, 0.0, 0.15, 0.3, 0.45, 0.6)
 UNEXPLAINED_BLOCK = 5.0  # [s] blocks for comparing the unexplained acceleration of two readings
 WHITE_SHRINKAGE = 0.3  # of the gains' covariance towards that of white residuals
 # of an axis' RMS acceleration that inputs may explain beyond the file's structure
