@@ -46,6 +46,15 @@ def test_a_latency_of_about_none_is_no_finding(drive, late):
     assert not model.findings_of(FindingKind.LATE_COMMANDS)
 
 
+def test_samples_of_a_logger_are_late_too(drive):
+    """As long as nobody states that they are none, the doubt of it stands for the finding."""
+    vehicle, recording = drive
+    rows = replace(stamped(recording, LATE), command_period=0.2)
+    model = seatrial.identify([rows], vehicle)
+    assert not model.findings_of(FindingKind.LATE_COMMANDS)
+    assert any("If a logger sampled them" in doubt for doubt in model.warnings)
+
+
 def test_with_the_offset_that_it_names_it_is_gone(drive, tmp_path):
     _, recording = drive
     late = stamped(recording, LATE).commands

@@ -302,9 +302,9 @@ class Vehicle:
         """The same vehicle with `structure: auto`."""
         return replace(self, file=msgspec.structs.replace(self.file, structure=AUTO))
 
-    def with_sampled_commands(self, *, sampled: bool = True) -> "Vehicle":
-        """The same vehicle with commands that are a logger's samples, or are not."""
-        commands = msgspec.structs.replace(self.file.commands, sampled=sampled)
+    def with_sampled_commands(self) -> "Vehicle":
+        """The same vehicle with commands that are a logger's samples."""
+        commands = msgspec.structs.replace(self.file.commands, sampled=True)
         return replace(self, file=msgspec.structs.replace(self.file, commands=commands))
 
     def with_lever(self, lever: tuple[float, float]) -> "Vehicle":

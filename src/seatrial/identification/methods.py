@@ -25,7 +25,7 @@ from seatrial.identification.regression.equation_error import (
 )
 from seatrial.identification.regression.smoother import SMOOTHER, smoother
 from seatrial.identification.regression.weak_form import WEAK_FORM, weak_form
-from seatrial.identification.selection.command_sampling import stated_sampling
+from seatrial.identification.selection.command_sampling import sampling_is_open, stated_sampling
 from seatrial.identification.selection.terms import missing_term_findings
 from seatrial.identification.selection.thruster_layout import contradicted_layout
 from seatrial.identification.solution import StartValues
@@ -126,7 +126,10 @@ def identify_with_fit(
     mismatch = model.findings_of(FindingKind.MODEL_MISMATCH)
     if method == OUTPUT_ERROR and own_terms and not mismatch:
         stated, sampling = stated_sampling(recordings, vehicle, effects)
-    model = _with_findings(model, [*sampling, *late_command_findings(model)])
+    # a logger's samples are stamped late, too, by up to their period
+    unsure = sampling or sampling_is_open(model.vehicle, recordings)
+    late = () if unsure else late_command_findings(model)
+    model = _with_findings(model, [*sampling, *late])
     # is it a boat?
     axis_physics(model)
     with stage("checking recordings and vehicle file"):

@@ -88,10 +88,9 @@ def choose_input(
     """
     findings: tuple[Finding, ...] = ()
     found = sampled_commands_of(at, with_usual_terms(vehicle), effects)
-    if found is not None and found.sampled is not None:
-        vehicle = vehicle.with_sampled_commands(sampled=found.sampled)
     if found is not None and found.sampled:
-        at, findings = found.at, (found.finding(FindingKind.COMMANDS_SAMPLED),)
+        at, vehicle = found.at, vehicle.with_sampled_commands()
+        findings = (found.finding(FindingKind.COMMANDS_SAMPLED),)
     layout = select_layout(at, with_usual_terms(vehicle), effects)
     if layout is not None:
         at, vehicle = layout.at, layout.given_to(vehicle)
