@@ -7,7 +7,7 @@ import pytest
 from survey_boat import boat, driven
 
 import seatrial
-from seatrial.boat.findings import FindingKind, finding_text
+from seatrial.boat.findings import FindingKind, finding_of, finding_text
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.validation import scores_of
 from seatrial.identification.console import summary
@@ -73,3 +73,12 @@ def test_a_wrong_clock_is_in_the_latency_alone(drives):
     model = seatrial.identify([late], boat())
     assert model.warnings[0].startswith("commands act about")
     assert not model.findings_of(FindingKind.CONTRADICTED)
+
+
+def test_its_constants_tell_nothing_of_the_commands(drives, monkeypatch):
+    late = finding_of(FindingKind.LATE_COMMANDS, "latency", lead=0.2, error=0.01)
+    monkeypatch.setattr("seatrial.identification.methods.late_command_findings", lambda _: [late])
+    spoilt = seatrial.identify(drives[:1], boat())
+    assert not spoilt.findings_of(FindingKind.LATE_COMMANDS)
+    vehicle, drive = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=150.0)
+    assert seatrial.identify([drive], vehicle).findings_of(FindingKind.LATE_COMMANDS)

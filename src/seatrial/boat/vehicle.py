@@ -123,11 +123,6 @@ class Vehicle:
         return self.inputs if direct else tuple(self.file.thrusters)
 
     @property
-    def knows_thrusters(self) -> bool:
-        """Whether actuators are thrusters, not generalised forces F_u, F_v, F_r that the boat allocates itself."""
-        return not set(self.actuators) <= set(WRENCH)
-
-    @property
     def scheme(self) -> Scheme:
         """Allocation scheme."""
         return Scheme(self.file.allocation.scheme)

@@ -120,29 +120,44 @@ def identify_with_fit(
         else:
             model = _by_regression(method, recordings, vehicle, roles, settings)
             model = model if choice is None else _with_findings(model, choice.findings)
-    # whether commands are samples, where nothing states it: a wrong structure would hide it
-    stated, sampling = vehicle, tuple[Finding, ...]()
-    own_terms = prior is None and (choice is None or not choice.automatic)
-    mismatch = model.findings_of(FindingKind.MODEL_MISMATCH)
-    if method == OUTPUT_ERROR and own_terms and not mismatch:
-        stated, sampling = stated_sampling(recordings, vehicle, effects)
-    # a logger's samples are stamped late, too, by up to their period
-    unsure = sampling or sampling_is_open(model.vehicle, recordings)
-    late = () if unsure else late_command_findings(model)
-    model = _with_findings(model, [*sampling, *late])
     # is it a boat?
     axis_physics(model)
+    # what contradicts the vehicle file; a wrong clock is in the latency alone
     with stage("checking recordings and vehicle file"):
         wrong = check().findings
-        contradictions = [finding.text for finding in wrong]
-        # a wrong clock is in the latency alone
-        others = [one.text for one in wrong if one.kind is not InconsistencyKind.CLOCK]
-        texts = [*others, *commands_beyond(recordings, vehicle)][:1]
-        spoilt = [finding_of(FindingKind.CONTRADICTED, text=text) for text in texts]
-        model = _with_findings(model, spoilt)
-        return replace(
-            model, warnings=_warnings(recordings, stated, model, contradictions)
-        ), solution
+    others = [one.text for one in wrong if one.kind is not InconsistencyKind.CLOCK]
+    spoilt = [*others, *commands_beyond(recordings, vehicle)][:1]
+    found = [finding_of(FindingKind.CONTRADICTED, text=text) for text in spoilt]
+    # the commands: coefficients that are not the boat's tell nothing of them
+    stated = vehicle
+    if not spoilt:
+        own_terms = prior is None and (choice is None or not choice.automatic)
+        asked = method == OUTPUT_ERROR and own_terms
+        stated, found = _commands(model, recordings, vehicle, effects, likelihood=asked)
+    model = _with_findings(model, found)
+    warnings = _warnings(recordings, stated, model, [finding.text for finding in wrong])
+    return replace(model, warnings=warnings), solution
+
+
+def _commands(
+    model: Model,
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    effects: Sequence[str],
+    *,
+    likelihood: bool,
+) -> tuple[Vehicle, list[Finding]]:
+    """The vehicle with what the recordings show of the commands, and the finding: samples of a logger, or late.
+
+    likelihood: whether to ask it for samples. Under model mismatch it does not tell.
+    """
+    if likelihood and not model.findings_of(FindingKind.MODEL_MISMATCH):
+        stated, sampling = stated_sampling(recordings, vehicle, effects)
+        if sampling:
+            return stated, [*sampling]
+    # a logger's samples are stamped late, too, by up to their period
+    unsure = sampling_is_open(model.vehicle, recordings)
+    return vehicle, [] if unsure else late_command_findings(model)
 
 
 def _by_regression(

@@ -10,6 +10,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
+from seatrial.boat.vehicle import WRENCH
 from seatrial.evaluation.comparison.parameters import thrust_and_drag
 from seatrial.util.frames import Array
 
@@ -202,7 +203,8 @@ def _thrusters(problem: Problem) -> list[Candidate]:
     """
     vehicle = problem.model.vehicle
     mix = np.asarray(vehicle.mix, dtype=float)  # (forces, actuators)
-    if mix.shape[1] < 2 or not vehicle.knows_thrusters:
+    forces_alone = set(vehicle.actuators) <= set(WRENCH)  # which the boat allocates itself
+    if mix.shape[1] < 2 or forces_alone:
         return []
     back = np.linalg.pinv(mix)
     prior = np.array([[TYPICAL_CHANGE**2]])
