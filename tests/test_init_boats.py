@@ -463,7 +463,7 @@ def test_a_rudder_is_no_stick_of_yaw(helm, tmp_path, propose):
     _, text = propose(log)
     (line,) = (line for line in text.splitlines() if f"column: {helm}" in line)
     assert (
-        "check: turns the boat by the thrust of throttle, hardly by itself: the angle of a rudder"
+        "check: turns the boat only with the thrust of throttle: is it the angle of a rudder"
         in line
     )
     assert text.count("Then write 'steered'") == 1

@@ -13,7 +13,7 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.recording.recording import Signal
 
-ANGLE = "the angle of a rudder or thruster? Then write 'steered' below chain"
+ANGLE = "is it the angle of a rudder or thruster? Then write 'steered' below chain"
 
 
 def sticks(names):
@@ -36,7 +36,7 @@ def said(recording, vehicle):
 def test_a_rudder_that_the_file_has_as_a_stick_is_named(seed):
     recording = steered_boat.driven(steered_boat.known(), seed=seed)
     (text,) = said(recording, sticks(("motor", "helm")))
-    assert text.startswith("helm: turns the boat by the thrust of motor, hardly by itself")
+    assert text.startswith("helm: turns the boat only with the thrust of motor: is it")
 
 
 def test_a_rudder_that_the_file_has_as_one_is_not():
@@ -72,4 +72,4 @@ def test_init_asks_of_a_rudder_without_a_telling_name(pulses, tmp_path):
         np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=head, comments="")
     (line,) = (text for text in seatrial.init(tmp_path).text.splitlines() if ANGLE in text)
     assert "column: ch3" in line
-    assert "turns the boat by the thrust of ch1" in line
+    assert "turns the boat only with the thrust of ch1" in line

@@ -23,10 +23,10 @@ COMMANDS_LOOK_SAMPLED = Spec(
     numbers={"gain": "-"},
 )
 LATE_COMMANDS = Spec(
-    "{parameter}: thrust changes {lead:.3f} ± {error:.1g} s before the stamps of its commands. So commands are "
-    "stamped late, or poses early. The model fits such logs; where stamps are right, its thrust is early by this",
-    "Stamp commands where they are sent, by the poses' clock; or correct the stamps by {lead:.2f} s or more (in "
-    "seconds, of a table: 'offset: {lead:.2f}' at commands: stamp)",
+    "{parameter}: thrust changes {lead:.3f} ± {error:.1g} s before the stamps of its commands. The commands are "
+    "stamped late, or the poses early. The model is right only for logs with this error",
+    "Stamp commands where they are sent, by the poses' clock. Or shift their stamps by {lead:.2f} s or more (of a "
+    "table in seconds: 'offset: {lead:.2f}' at commands: stamp)",
     {"parameter": ONE_NAME},
     {"lead": "s", "error": "s"},
 )

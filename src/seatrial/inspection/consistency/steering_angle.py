@@ -12,7 +12,9 @@ from seatrial.recording.recording import Signal
 from seatrial.util.frames import Array
 
 PRODUCT = "product"  # of an angle and a thrust
-STEERED = "the angle of a rudder or thruster? Then write 'steered' below chain (docs/vehicle.md)"
+STEERED = (
+    "is it the angle of a rudder or thruster? Then write 'steered' below chain (docs/vehicle.md)"
+)
 
 
 def steering_angles(runs: Sequence[Run], t: Array, *, mirrored: bool = False) -> dict[str, str]:
@@ -36,7 +38,7 @@ def steering_angles(runs: Sequence[Run], t: Array, *, mirrored: bool = False) ->
 
 def angle_text(thrust: str) -> str:
     """What was found of an input, and how to state it. thrust: the input that it seems to turn."""
-    return f"turns the boat by the thrust of {thrust}, hardly by itself: {STEERED}"
+    return f"turns the boat only with the thrust of {thrust}: {STEERED}"
 
 
 def _with_product(
