@@ -88,23 +88,35 @@ def driven(ros):
     return bag
 
 
-def assert_same(found, original):
-    """Every message, its header's stamp and its values, to the bit."""
-    assert np.array_equal(found.stamps, original.stamps)
-    assert np.array_equal(found.raw, original.raw)
-    assert np.array_equal(found.commands.stamps, original.commands.stamps)
-    assert np.array_equal(found.commands.values, original.commands.values)
+def assert_part(found, original, share):
+    """Messages of the original, in its order, to the bit: a starved recorder drops from its queue."""
+    for ours, theirs, values in (
+        (found, original, "raw"),
+        (found.commands, original.commands, "values"),
+    ):
+        kept = np.isin(theirs.stamps, ours.stamps)
+        assert np.array_equal(ours.stamps, theirs.stamps[kept])
+        assert np.array_equal(getattr(ours, values), getattr(theirs, values)[kept])
+        assert kept.mean() > share
 
 
 @pytest.mark.parametrize("name", ["plain", "bz2", "lz4", "split"])
-def test_what_rosbag_plays_and_records_comes_back_exactly(recorded, ours, mp, name):
+def test_what_rosbag_plays_and_records_comes_back_exactly(ros, recorded, ours, mp, name):
     original = seatrial.read(ours, mp)
     path = recorded / name if name == "split" else recorded / name / "run.bag"
+    bags = sorted(path.glob("*.bag")) if name == "split" else [path]
+    by_rosbag = [read_by_rosbag(ros, bag) for bag in bags]
     found = seatrial.read(path, mp)
-    assert_same(found, original)
+    assert_part(found, original, 0.95)
+    for topic, stamps in (("/slam/pose", found.stamps), ("/joy", found.commands.stamps)):
+        recorded_stamps = [row[1] for part in by_rosbag for row in part.get(topic, [])]
+        np.testing.assert_array_equal(stamps, recorded_stamps)
     assert [s.clock for s in found.streams] == [Clock.HEADER, Clock.HEADER]
     assert [s.source for s in found.streams] == list(TOPICS)
-    assert found.faults == original.faults
+    assert {f.kind for f in found.faults} <= {f.kind for f in original.faults} | {
+        FaultKind.GAP,  # where the recorder has dropped
+        FaultKind.SILENT,
+    }
     assert found.remarks == ()
     if name == "split":
         assert len(found.sources) >= 3
@@ -160,12 +172,7 @@ def test_a_recorder_that_was_killed_leaves_a_bag_for_salvage(recorded, ours, mp)
     assert "\n" not in str(refused.value)
     original = seatrial.read(ours, mp)
     found = seatrial.read(path, mp, salvage=True)
-    n, m = len(found.stamps), len(found.commands.stamps)
-    assert n > 0.9 * len(original.stamps)
-    assert np.array_equal(found.stamps, original.stamps[:n])
-    assert np.array_equal(found.raw, original.raw[:n])
-    assert np.array_equal(found.commands.stamps, original.commands.stamps[:m])
-    assert np.array_equal(found.commands.values, original.commands.values[:m])
+    assert_part(found, original, 0.9)
     assert found.remarks[0].startswith("salvaged")
 
 
@@ -173,14 +180,12 @@ def test_a_recorder_that_was_killed_before_its_first_chunk_was_full(recorded, ou
     """A chunk of the usual 768 KiB lasts a minute; `rosbag reindex` loses it, too."""
     original = seatrial.read(ours, mp)
     found = seatrial.read(recorded / "killed-young" / "run.bag.active", mp, salvage=True)
-    n = len(found.stamps)
-    assert n > 0.9 * len(original.stamps)
-    assert np.array_equal(found.raw, original.raw[:n])
+    assert_part(found, original, 0.9)
 
 
 def test_what_rosbag_records_is_followed_while_it_does(ros, trial, ours, mp):
     found: dict[str, list] = {name: [] for name in ("follow-plain", "follow-split")}
-    running = {}
+    running, paths = {}, {}
     counts = {"/slam/pose": len(trial.pose_stamps), "/joy": len(trial.command_stamps)}
     with ExitStack() as stack:
         for name, events in found.items():
@@ -188,7 +193,7 @@ def test_what_rosbag_records_is_followed_while_it_does(ros, trial, ours, mp):
             folder.mkdir()
             options = RECORDERS[name.partition("-")[2]]
             running[name] = ros.record("-O", folder / "run.bag", *options, topics=TOPICS)
-            path = folder if options else folder / "run.bag"
+            path = paths[name] = folder if options else folder / "run.bag"
             ros.until(lambda folder=folder: any(folder.iterdir()), "record")
             source = stack.enter_context(open_source(f"follow:{path}", mp))
             thread = Thread(target=lambda s=source, f=events: f.extend(s))
@@ -201,15 +206,23 @@ def test_what_rosbag_records_is_followed_while_it_does(ros, trial, ours, mp):
         ros.until(lambda: len(found["follow-plain"]) > 0.9 * whole, "follow an open chunk")
         for process in running.values():
             ros.finish(process, signal.SIGINT)
-        ros.until(lambda: all(len(e) > 0.95 * whole for e in found.values()), "follow to the end")
-    original = seatrial.read(ours, mp)
-    for events in found.values():
+        # a starved recorder drops from its queue: what it has written is what is to be followed
+        written = {name: seatrial.read(one, mp) for name, one in paths.items()}
+        ros.until(lambda: all(_heard(found[n], w) for n, w in written.items()), "follow to the end")
+    for name, events in found.items():
         poses = np.array([e.values for e in events if e.kind == "pose"])
-        assert len(poses) > len(original.raw) - 3  # before both topics had a message
-        np.testing.assert_array_equal(poses, original.raw[-len(poses) :])
+        assert len(poses) > 0.9 * counts["/slam/pose"]
+        assert len(poses) > len(written[name].raw) - 3  # before both topics had a message
+        np.testing.assert_array_equal(poses, written[name].raw[-len(poses) :])
         commands = [e.stamp for e in events if e.kind == "command"]
-        assert len(commands) > 0.95 * len(original.commands.stamps)
-        np.testing.assert_array_equal(commands, original.commands.stamps[-len(commands) :])
+        assert len(commands) > 0.9 * counts["/joy"]
+        np.testing.assert_array_equal(commands, written[name].commands.stamps[-len(commands) :])
+
+
+def _heard(events, written):
+    """Whether the last pose and the last command of a recording are among the events."""
+    last = {event.kind: event.stamp for event in list(events)}
+    return last["pose"] == written.stamps[-1] and last["command"] == written.commands.stamps[-1]
 
 
 POSES = {
