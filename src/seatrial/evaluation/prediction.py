@@ -167,6 +167,14 @@ class Lookahead:
             found[whole] = apart[whole]
         return found
 
+    def errors(self, horizon: float) -> tuple[Array, Array]:
+        """Times (m,) [s] and errors (m, 3) as of `predict`, without what they are expected to be."""
+        begin = self.reference
+        start, end = starts_and_ends(self.recording, begin, begin, horizon)
+        states, _ = self._run(begin, start, end)
+        self._check_states(states, horizon)
+        return self.recording.t[end], np.asarray(begin.nu[end] - states[:, 3:])
+
     def predict(
         self,
         horizon: float,

@@ -9,14 +9,21 @@ import numpy as np
 from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import SURELY, Model
-from seatrial.boat.noise_parameters import COLOUR, COLOUR_MEMORY, DISTURBANCES, PROCESS
+from seatrial.boat.noise_parameters import (
+    COLOUR,
+    COLOUR_MEMORY,
+    DISTURBANCES,
+    PROCESS,
+    noise_entry,
+)
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, predict
 from seatrial.identification.diagnostics.boat_changes import LEAST_CLOCK_OFFSET
-from seatrial.identification.likelihood.fit_horizon import ERROR_FLOOR, comparable, predicted_ahead
+from seatrial.identification.likelihood.fit_horizon import ERROR_FLOOR, comparable
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import at_bounds, far_from_poses
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import AT_LEAST, without_process_noise
-from seatrial.util.errors import IdentificationError, ModelError
+from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 from seatrial.util.frames import AXES, Array
 from seatrial.util.statistics import inverse_of
 
@@ -121,14 +128,14 @@ def _thrust_is_evident(at: Point, axis: int) -> bool:
 def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> _PredictionErrors | None:
     """Errors of the model with these parameters and this noise (11,); None where it diverges."""
     squares, floors, constant, zero = np.zeros((4, 3))
-    count = 0
+    count, model = 0, problem.model(theta, noise_entry(noise))
     for i in range(len(problem.recordings)):
         try:
-            found = predicted_ahead(problem, theta, noise, i)
+            found = predict(model, problem.origin_poses(i, theta), DEFAULT_HORIZON)
+        except RecordingError:  # too short
+            continue
         except ModelError:
             return None
-        if found is None:
-            continue
         squares += np.sum(found.errors**2, axis=0)
         floors += len(found.t) * found.floor**2
         constant += np.sum((found.measured - found.start) ** 2, axis=0)

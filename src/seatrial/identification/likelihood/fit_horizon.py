@@ -18,7 +18,7 @@ from seatrial.boat.noise_parameters import (
     noise_entry,
 )
 from seatrial.boat.noise_scoring import fitted_noise
-from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, Lookahead
 from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point, boxed_step
 from seatrial.identification.likelihood.noise_structures import (
@@ -34,7 +34,7 @@ from seatrial.identification.likelihood.whiteness import (
     without_process_noise,
 )
 from seatrial.recording.velocity import usual_velocities
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
 
@@ -94,11 +94,11 @@ def _best_predicting(at: Point, fits: Sequence[tuple[float, Point]]) -> tuple[fl
     """
     if not comparable(at.runs.problem) or without_process_noise(at):
         return None
-    chosen, least = None, _held_out_errors(at, at.noise)
+    chosen, least = None, held_out_errors(at)
     if least is None:
         return None
     for horizon, fitted in fits:
-        errors = _held_out_errors(fitted, at.noise)
+        errors = held_out_errors(fitted)
         if errors is None:
             continue
         worse, error = _worse(errors, least)
@@ -113,11 +113,11 @@ def _worse(ahead: Array, best: Array) -> tuple[float, float]:
     return float(apart.mean()), float(apart.std() / np.sqrt(len(apart)))
 
 
-def _held_out_errors(at: Point, noise: Array) -> Array | None:
+def held_out_errors(at: Point) -> Array | None:
     """Mean squared errors (blocks, 3) one second ahead, each fold by the parameters of the others.
 
-    The parameters without a fold are a Gauss-Newton step away: its scores are left out. noise: (11,) of the
-    starts' filter. None where a model diverges, or nothing can be predicted.
+    The parameters without a fold are a Gauss-Newton step away: its scores are left out. None where a model
+    diverges, or nothing can be predicted.
     """
     problem, scores = at.runs.problem, at.runs.scores
     fold = np.arange(len(scores)) * FOLDS // len(scores)
@@ -128,6 +128,7 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
         """Mean squared errors of a fold's blocks."""
         found = []
         theta = at.theta + boxed_step(at, scores[fold != k].sum(axis=0), information)
+        model = problem.model(theta, noise_entry(at.noise))
         for i, (recording, block) in enumerate(
             zip(problem.recordings, problem.blocks, strict=True)
         ):
@@ -136,23 +137,23 @@ def _held_out_errors(at: Point, noise: Array) -> Array | None:
             if poses.sum() < 2:
                 continue
             times = recording.t[poses]
-            ahead = predicted_ahead(problem, theta, noise, i, (times[0], times[-1]))
-            if ahead is not None:
-                found += _by_block(ahead, problem.block)
+            part = problem.origin_poses(i, theta, (times[0], times[-1]))
+            with suppress(RecordingError):  # too short
+                found += _by_block(*Lookahead(model, part).errors(DEFAULT_HORIZON), problem.block)
         return found
 
-    of_folds = spread(left_out, range(FOLDS))
+    try:
+        of_folds = spread(left_out, range(FOLDS))
+    except ModelError:
+        return None
     errors = np.array([block for fold in of_folds for block in fold]).reshape(-1, 3)
     return errors if len(errors) > 1 and np.isfinite(errors).all() else None
 
 
-def _by_block(ahead: Prediction, block: float) -> list[Array]:
-    """Mean squared errors (3,) of each block of time."""
-    numbers = (ahead.t // block).astype(int)
-    return [
-        np.mean(ahead.errors[numbers == n] ** 2, axis=0) + ERROR_FLOOR**2
-        for n in np.unique(numbers)
-    ]
+def _by_block(t: Array, errors: Array, block: float) -> list[Array]:
+    """Mean squared errors (3,) of each block of time, from times (m,) [s] and errors (m, 3)."""
+    numbers = (t // block).astype(int)
+    return [np.mean(errors[numbers == n] ** 2, axis=0) + ERROR_FLOOR**2 for n in np.unique(numbers)]
 
 
 def noise_floor(problem: Problem, horizon: float) -> Array:
@@ -183,23 +184,6 @@ def likelihood_noise(at: Point, noise: Array) -> Array:
         if runs.cost - cost < least_gain:
             break
     return noise
-
-
-def predicted_ahead(
-    problem: Problem,
-    theta: Array,
-    noise: Array,
-    recording: int,
-    span: tuple[float, float] | None = None,
-) -> Prediction | None:
-    """Prediction of a recording, or of a span [s] of it, by these parameters; starts by noise (11,).
-
-    None where it is too short. Raises ModelError where the model diverges.
-    """
-    model = problem.model(theta, noise_entry(noise))
-    with suppress(RecordingError):
-        return predict(model, problem.origin_poses(recording, theta, span), DEFAULT_HORIZON)
-    return None
 
 
 def comparable(problem: Problem) -> bool:
