@@ -31,7 +31,7 @@ from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import table
-from seatrial.util.parallel import spread
+from seatrial.util.parallel import beside, spread
 from seatrial.util.progress import over, stage
 
 PAPER = "equation-error"
@@ -59,9 +59,10 @@ Say = Callable[[str], None]
 def demo(out: Path, say: Say) -> None:
     """Identify, validate and report: a real model ship, then the paper's trials. `say` gets lines for the user."""
     with stage("model ship", SHIP_SHARE):
-        _ship(out / "cse1", say)
+        reported = _ship(out / "cse1", say)
     with stage("simulated trials"):
         _trials(out / "mallard", say)
+    reported()
     say(DEMO_LEGEND)
 
 
@@ -74,15 +75,16 @@ def bundled_data() -> Path:
     raise FileError(f"{installed}: the bundled recordings are missing; install seatrial again")
 
 
-def _ship(out: Path, say: Say) -> None:
-    """C/S Enterprise I: identified on two runs, tested on the third."""
+def _ship(out: Path, say: Say) -> Callable[[], None]:
+    """C/S Enterprise I: identified on two runs, tested on the third. What is returned ends its report."""
     data = bundled_data() / "cse1"
     say("Real recordings: C/S Enterprise I, a model ship, identified on two runs, tested on run1")
     bags = [data / "mcap" / f"{name}.mcap" for name in (*TRAINED_ON, TESTED_ON)]
     vehicles = {file: load_vehicle(data / file) for file, _, _ in SHIPS}
     with stage("reading", 0.03):
         runs = {file: [read(bag, v) for bag in bags] for file, v in vehicles.items()}
-    _inspect_and_init(bags, runs["vehicle.yaml"], vehicles["vehicle.yaml"], out, say)
+    _inspect(runs["vehicle.yaml"], vehicles["vehicle.yaml"], out, say)
+    proposed = beside(partial(_init, bags[:-1], out))
 
     def identified(ship: tuple[str, str, str]) -> _Identified:
         file, method, _ = ship
@@ -95,15 +97,21 @@ def _ship(out: Path, say: Say) -> None:
         _store(one.folder, model, one.scores)
         return one
 
-    with stage("identifying", 0.8):
+    with stage("identifying", 0.85):
         found = spread(identified, SHIPS, "identification")
+    say(proposed())
     say(_scores_table({label: one.scores for (*_, label), one in zip(SHIPS, found, strict=True)}))
     # the last one is shown
     shown, (*trained, _) = found[-1], runs[SHIPS[-1][0]]
-    _report(shown.folder, shown.model, [*shown.unseen, *_assessed(shown.model, trained)])
+
+    def report() -> None:
+        _report(shown.folder, shown.model, [*shown.unseen, *_assessed(shown.model, trained)])
+
+    reported = beside(report)
     (row,) = shown.scores.recordings
     say(f"  {row.predictions} predictions, {100 * row.usable:.1f} % of the poses used")
     _show_model(shown.model, shown.folder, say)
+    return reported
 
 
 @dataclass(frozen=True)
@@ -116,20 +124,21 @@ class _Identified:
     folder: Path
 
 
-def _inspect_and_init(
-    bags: Sequence[Path], runs: Sequence[Recording], vehicle: Vehicle, out: Path, say: Say
-) -> None:
-    """`inspect` and `init` on the bags."""
+def _inspect(runs: Sequence[Recording], vehicle: Vehicle, out: Path, say: Say) -> None:
+    """`inspect` on the bags."""
     with stage("inspect", 0.03):
         found = inspect(runs, vehicle)
     write_text(out / "inspect.txt", inspection_text(found) + "\n")
     findings = [finding.text for finding in found.signs.findings]
     for sentence in findings or ["consistent with the vehicle file's units, signs and order"]:
         say(f" inspect: {sentence}  -> {out / 'inspect.txt'}")
-    with stage("init", 0.05):
-        proposal = init(*bags[:-1], choices=Choices(name="cse1", axes="forward-right-down"))
+
+
+def _init(bags: Sequence[Path], out: Path) -> str:
+    """`init` on the bags; a text for the user."""
+    proposal = init(*bags, choices=Choices(name="cse1", axes="forward-right-down"))
     write_text(out / "proposed.yaml", proposal.text)
-    say(f" init: vehicle file proposed from the bags alone  -> {out / 'proposed.yaml'}\n")
+    return f" init: vehicle file proposed from the bags alone  -> {out / 'proposed.yaml'}\n"
 
 
 def _trials(out: Path, say: Say) -> None:
