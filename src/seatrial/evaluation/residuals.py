@@ -122,10 +122,10 @@ def _whitened(force: Array) -> Array:
 def in_words(correlation: Correlation) -> str:
     """The correlation as a message: value, cause."""
     axis = AXES[SYMBOLS.index(correlation.residual)]
-    size = f"{correlation.peak:+.2f}, chance {correlation.limit:.2f}"
+    size = f"{correlation.peak:+.2f} (95 % limit {correlation.limit:.2f})"
     if correlation.lag < 0:
         return (
-            f"{correlation.force} follows residuals in {axis} {-correlation.lag:.2f} s later: {size}: "
+            f"{correlation.force} follows residuals in {axis} after {-correlation.lag:.2f} s: correlation {size}: "
             "feedback by the operator, or a late clock of the commands"
         )
     own = correlation.force[-1] == correlation.residual
@@ -133,6 +133,6 @@ def in_words(correlation: Correlation) -> str:
         "a delay is wrong, or mass, thrust or drag has changed" if own else "or a delay is wrong"
     )
     return (
-        f"residuals in {axis} follow {correlation.force} {correlation.lag:.2f} s later: {size}: "
+        f"residuals in {axis} follow {correlation.force} after {correlation.lag:.2f} s: correlation {size}: "
         f"a term is missing, {or_else}"
     )
