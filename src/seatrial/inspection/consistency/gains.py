@@ -103,7 +103,7 @@ def gains(runs: Sequence[Run], *, mirrored: bool = False) -> tuple[Gains, Gains,
     """Gains of surge, sway and yaw (forward-left-up); mirrored: with y negated."""
     motion, inputs = without_drag(runs, mirrored=mirrored)
     block = blocks(runs)
-    surge, sway, yaw = (_gains(motion[:, axis], inputs, block) for axis in range(3))
+    surge, sway, yaw = (gains_of_axis(motion[:, axis], inputs, block) for axis in range(3))
     return surge, sway, yaw
 
 
@@ -176,7 +176,7 @@ def _normal(inputs: Array) -> Array:
     return np.asarray(normal + ridge * np.eye(len(normal)))
 
 
-def _gains(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
+def gains_of_axis(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
     """Least squares at the best delay; block jackknife covariance for correlated residuals."""
     fits = [(x, _solve(x, motion)) for x in inputs]
     x, values = min(fits, key=lambda f: float(np.sum((motion - f[0] @ f[1]) ** 2)))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.inspection.consistency.effects import CLEAR_T
-from seatrial.inspection.consistency.gains import Run, gains
+from seatrial.inspection.consistency.gains import Run, blocks, gains_of_axis, without_drag
 from seatrial.recording.recording import Signal
 from seatrial.util.frames import Array
 
@@ -45,10 +45,12 @@ def _with_product(
     runs: Sequence[Run], angle: int, thrust: int, *, mirrored: bool
 ) -> tuple[float, float]:
     """|t| of the yaw gains of an input and of its product with another one, beside all inputs."""
-    wider = []
+    products = []
     for run in runs:
         own = run.commands
-        values = np.column_stack([own.values, own.values[:, angle] * own.values[:, thrust]])
-        wider.append(replace(run, commands=Signal((*own.names, PRODUCT), own.stamps, values)))
-    t = np.abs(gains(wider, mirrored=mirrored)[2].t)
+        product = own.values[:, [angle]] * own.values[:, [thrust]]
+        products.append(replace(run, commands=Signal((PRODUCT,), own.stamps, product)))
+    wider = [np.dstack([run.inputs, more.inputs]) for run, more in zip(runs, products, strict=True)]
+    motion, inputs = without_drag(runs, np.concatenate(wider, axis=1), mirrored=mirrored)
+    t = np.abs(gains_of_axis(motion[:, 2], inputs, blocks(runs)).t)
     return float(t[angle]), float(t[-1])
