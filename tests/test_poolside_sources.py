@@ -388,15 +388,19 @@ def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path, monkeypatch)
     for place in lengths:
         content[place : place + 4] = bytes(4)
     seen: list[int] = []
+    path.write_bytes(b"")
 
     def write():
-        for cut in (begin, begin + (end - begin) // 3, begin + (end - begin) // 2, end):
-            path.write_bytes(content[:cut])
-            settled(found)
-            seen.append(len(found))
-        for place, value in zip(lengths, known, strict=True):
-            content[place : place + 4] = value
-        path.write_bytes(content)
+        with path.open("r+b", buffering=0) as bag:
+            for cut in (begin, begin + (end - begin) // 3, begin + (end - begin) // 2, end):
+                bag.write(content[bag.tell() : cut])
+                settled(found)
+                seen.append(len(found))
+            for place, value in zip(lengths, known, strict=True):
+                bag.seek(place)
+                bag.write(value)
+            bag.seek(end)
+            bag.write(content[end:])
         path.rename(tmp_path / "run.bag")
 
     found: list[object] = []
