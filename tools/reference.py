@@ -22,14 +22,13 @@ TERMINAL = """\
 ## On a terminal
 
 - A command that takes longer than half a second shows one line: its stage, the share done and the time left.
-  `--quiet` hides it; a pipe never gets it. In Python: `with seatrial.show_progress():`, or with your own function.
-- Colours depend on the terminal. `NO_COLOR=1` leaves them out, `FORCE_COLOR=1` writes them to a pipe, too.
-- Lines and tables fit the terminal. A wide table continues below with its first column again. A pipe gets whole
-  lines.
+  `--quiet` hides it, as a pipe does. In Python: `with seatrial.show_progress():`, or with your own function.
+- `NO_COLOR=1` leaves colours out, `FORCE_COLOR=1` writes them to a pipe, too.
+- A wide table continues below with its first column again. A pipe gets whole lines.
 - The shell completes commands, options, choices and files after `source <(seatrial completion bash)` in
   `~/.bashrc`; for zsh `seatrial completion zsh > DIR/_seatrial`, where DIR is one of `$fpath`; for tcsh
   `seatrial completion tcsh`.
-- `--help` of every command ends with examples. Every command writes its [result as JSON](json.md).
+- Every command writes its [result as JSON](json.md).
 """
 SHARED = 3  # commands from which on an option is explained once for all of them
 
@@ -102,7 +101,10 @@ def names() -> list[str]:
     chosen = next(a for a in make_parser()._actions if isinstance(a, argparse._SubParsersAction))
     rows = [f"- `{action.dest}`: {action.help}" for action in chosen._choices_actions]
     library = ", ".join(f"`{name}`" for name in seatrial.__all__)
-    text = f"`import seatrial`, then `help(seatrial.NAME)`: {library}."
+    text = (
+        "`import seatrial`, then `help(seatrial.NAME)`; `print` shows a model, scores, an inspection, "
+        f"comparison or tuning as its command does: {library}."
+    )
     lines = [
         "## Commands",
         "",

@@ -34,6 +34,7 @@ _MODULES = {
     "Vehicle": "boat.vehicle",
     "World": "simulation",
     "auto": "guide",
+    "compare": "evaluation.comparison.compare",
     "convert": "io.convert",
     "identify": "identification.methods",
     "init": "inspection.proposal.propose",
@@ -62,6 +63,7 @@ if TYPE_CHECKING:  # the same for type checkers and editors; a test compares the
     from seatrial.control import Tuning as Tuning
     from seatrial.control import tune as tune
     from seatrial.control.allocation import Allocator as Allocator
+    from seatrial.evaluation.comparison.compare import compare as compare
     from seatrial.evaluation.prediction import Prediction as Prediction
     from seatrial.evaluation.prediction import predict as predict
     from seatrial.evaluation.scores import Scores as Scores

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The identified model: coefficients with covariance, thrusters, provenance."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,6 +22,7 @@ from seatrial.boat.schema import (
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import SAME_POINT, Vehicle
 from seatrial.util.above import above
+from seatrial.util.arguments import expect
 from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array, Stamps, frozen_array
@@ -58,7 +61,7 @@ class Driven(Protocol):
     def seconds(self, stamps: Stamps) -> Array: ...  # noqa: D102
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model(ByFields):
     """A boat in forward-left-up axes, per unit mass and inertia."""
 
@@ -110,6 +113,17 @@ class Model(ByFields):
         return dict(zip(self.structure.coefficients, self.coefficients.tolist(), strict=True))
 
     @cached_property
+    def parameter_values(self) -> dict[str, float]:
+        """Coefficients and constants of the actuator chain by name, as `standard_errors` has their errors."""
+        values = [*self.coefficients.tolist(), *self.constants.tolist()]
+        return dict(zip(self.parameters, values, strict=True))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """SI unit of each parameter by name; "-" for a number."""
+        return self.vehicle.units
+
+    @cached_property
     def standard_errors(self) -> dict[str, float]:
         """Standard errors of coefficients and constants by name; 0 where a value was given."""
         errors = np.sqrt(np.diag(self.covariance)).tolist()
@@ -144,7 +158,7 @@ class Model(ByFields):
         other = same and vehicle.lever != self.vehicle.lever
         return vehicle.with_lever(self.vehicle.lever) if other else vehicle
 
-    def same_origin(self, other: "Model") -> bool:
+    def same_origin(self, other: Model) -> bool:
         """Whether the two are about one point of the boat, as far as it is known."""
         apart = np.abs(np.subtract(self.vehicle.lever, other.vehicle.lever))
         errors = np.hypot(self.lever_errors, other.lever_errors)
@@ -176,12 +190,13 @@ class Model(ByFields):
             initial=initial, coefficients=coefficients, tangents=tangents,
         )  # fmt: skip
 
-    def with_vehicle(self, vehicle: Vehicle) -> "Model":
+    def with_vehicle(self, vehicle: Vehicle) -> Model:
         """The same boat and actuator chain with another vehicle's signals and allocation.
 
         Where that vehicle states no lever arm, or that which this model's was sought from, the poses' point
         is still the model's.
         """
+        expect(vehicle, Vehicle, "vehicle")
         if vehicle.automatic:
             vehicle = vehicle.with_terms(self.structure.terms)
         own, new = self.structure, vehicle.structure
@@ -201,7 +216,7 @@ class Model(ByFields):
             covariance=self.covariance[np.ix_(places, places)],
         )
 
-    def plot(self, figure: "Figure | None" = None) -> "Figure":
+    def plot(self, figure: Figure | None = None) -> Figure:
         """Relative 95 % intervals of the parameters, thrust curves and step responses, with Matplotlib.
 
         Draws on `figure` where one is given. Raises SeatrialError where Matplotlib is not installed.
@@ -209,11 +224,19 @@ class Model(ByFields):
         drawn: Figure = above("display.model_plot", "plot_model")(self, figure)
         return drawn
 
+    def __repr__(self) -> str:
+        made = ", ".join([self.estimator.method, *(one.name for one in self.recordings)])
+        return f"<Model {self.name}: {len(self.parameters)} parameters; {made}>"
+
+    def __str__(self) -> str:
+        text: str = above("identification.console", "summary")(self)
+        return text
+
     def _repr_html_(self) -> str:
         shown: str = above("display.tables", "model_html")(self)
         return shown
 
-    def same_signals(self, other: "Model") -> None:
+    def same_signals(self, other: Model) -> None:
         """Raises ModelError where another model has other inputs or scales."""
         for what in ("inputs", "scales"):
             own, new = getattr(self.vehicle, what), getattr(other.vehicle, what)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A model's file: written in the axes of its vehicle file, read into forward-left-up axes, and checked."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
@@ -19,6 +21,7 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.util.arguments import expect
 from seatrial.util.errors import ModelError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
 from seatrial.util.frames import SYMBOLS, Array, Axes
@@ -30,6 +33,7 @@ ROUNDED = 1e-6  # share of a variance that numbers in a file may be off by
 
 def save(model: Model, path: str | Path) -> None:
     """Write `model.yaml` in the vehicle's own axes, whole or not at all."""
+    expect(model, Model, "model")
     write_text(Path(path), dump_yaml(_content_of(model)))
 
 
@@ -42,17 +46,17 @@ def load(path: str | Path) -> Model:
     return _from_file(convert(content, ModelFile, path), str(path))
 
 
+def model_of(model: Model | str | Path) -> Model:
+    """A model as given, or that of a file. Raises SeatrialError."""
+    expect(model, (Model, str, Path), "model")
+    return model if isinstance(model, Model) else load(model)
+
+
 def _signs(vehicle: Vehicle) -> Array:
     """What turns coefficients and constants from one kind of axes into the other."""
     flipped = vehicle.structure.flipped_coefficients
     names = (*vehicle.structure.coefficients, *vehicle.constants.names)
     return np.array([-1.0 if name in flipped else 1.0 for name in names])
-
-
-def _units(structure: Structure, vehicle: Vehicle) -> dict[str, str]:
-    """Units of coefficients and constants by name."""
-    constants = vehicle.constants
-    return {**structure.units, **{name: constants.unit(name) for name in constants.names}}
 
 
 def _content_of(model: Model) -> dict[str, Any]:
@@ -61,9 +65,8 @@ def _content_of(model: Model) -> dict[str, Any]:
     sign = _signs(model.vehicle) if frd else np.ones(len(model.parameters))
     values = (np.concatenate([model.coefficients, model.constants]) * sign).tolist()
     covariance = (model.covariance * np.outer(sign, sign)).tolist()
-    units = _units(structure, vehicle)
     entries = [
-        CoefficientEntry(value, float(f"{model.standard_errors[name]:.6g}"), units[name])
+        CoefficientEntry(value, float(f"{model.standard_errors[name]:.6g}"), vehicle.units[name])
         for name, value in zip(model.parameters, values, strict=True)
     ]
     size = len(structure.coefficients)
@@ -138,7 +141,7 @@ def _covariance_of(covariance: Sequence[Sequence[float]], n: int, path: str) -> 
 
 def _check_constants(path: str, file: ModelFile, vehicle: Vehicle) -> None:
     """Raise ModelError for a parameter in another unit, or a constant out of its range."""
-    units = _units(vehicle.structure, vehicle)
+    units = vehicle.units
     for name, entry in {**file.coefficients, **file.constants}.items():
         if entry.unit and entry.unit != units[name]:
             raise ModelError(f"{path}: {name} is in '{entry.unit}'; it must be in '{units[name]}'")

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The vehicle: its signals, thrusters, allocation and model structure."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -47,6 +49,9 @@ class Vehicle:
     def __reduce__(self) -> tuple[Any, ...]:
         """Copies and pickles are made of the file's content."""
         return vehicle_from, (self.to_mapping(), self.source)
+
+    def __repr__(self) -> str:
+        return f"<Vehicle {self.name}: {self.axes.value}, inputs {', '.join(self.inputs)}>"
 
     @property
     def name(self) -> str:
@@ -111,7 +116,7 @@ class Vehicle:
             return None
         return ", ".join(f"{delay + 0.0:g}" for delay in self.delays)
 
-    def same_origin(self, other: "Vehicle") -> bool:
+    def same_origin(self, other: Vehicle) -> bool:
         """Whether both have the same origin."""
         pairs = zip(self.lever, other.lever, strict=True)
         return all(abs(own - its) < SAME_POINT for own, its in pairs)
@@ -138,7 +143,7 @@ class Vehicle:
         """Signs (actuators,): -1 where the command is negated to forward-left-up."""
         return np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
 
-    def check_sides(self, other: "Vehicle") -> None:
+    def check_sides(self, other: Vehicle) -> None:
         """Raise VehicleError where the edges of a dead zone exchange in another vehicle's axes.
 
         The same force has opposite signs in forward-left-up and forward-right-down axes.
@@ -215,6 +220,12 @@ class Vehicle:
         return self.file.structure == AUTO
 
     @cached_property
+    def units(self) -> dict[str, str]:
+        """SI unit of each coefficient, and of each constant of the actuator chain."""
+        constants = self.constants
+        return {**self.structure.units, **{n: constants.unit(n) for n in constants.names}}
+
+    @cached_property
     def structure(self) -> Structure:
         """Model structure in forward-left-up axes; of `structure: auto` the terms that the choice begins with."""
         if self.automatic:
@@ -282,41 +293,41 @@ class Vehicle:
             np.ascontiguousarray(self.deflection),
         )
 
-    def with_chain(self, groups: list[ChainGroup]) -> "Vehicle":
+    def with_chain(self, groups: list[ChainGroup]) -> Vehicle:
         """The same vehicle with another actuator chain."""
         return replace(self, file=msgspec.structs.replace(self.file, chain=groups))
 
-    def with_terms(self, terms: Sequence[Term]) -> "Vehicle":
+    def with_terms(self, terms: Sequence[Term]) -> Vehicle:
         """The same vehicle with other terms, given forward-left-up, written in the axes of its file."""
         ordered = sorted(terms, key=lambda term: term.axis)
         found = Structure(self.structure.name, tuple(ordered), self.forces)
         lines = (found.flipped() if self.axes is Axes.FRD else found).lines()
         return replace(self, file=msgspec.structs.replace(self.file, structure=lines))
 
-    def with_automatic_structure(self) -> "Vehicle":
+    def with_automatic_structure(self) -> Vehicle:
         """The same vehicle with `structure: auto`."""
         return replace(self, file=msgspec.structs.replace(self.file, structure=AUTO))
 
-    def with_sampled_commands(self) -> "Vehicle":
+    def with_sampled_commands(self) -> Vehicle:
         """The same vehicle with commands that are a logger's samples."""
         commands = msgspec.structs.replace(self.file.commands, sampled=True)
         return replace(self, file=msgspec.structs.replace(self.file, commands=commands))
 
-    def with_lever(self, lever: tuple[float, float]) -> "Vehicle":
+    def with_lever(self, lever: tuple[float, float]) -> Vehicle:
         """The same vehicle with this lever arm, ahead of the origin and to port [m]."""
         ahead, left = lever
         own = (ahead, self.axes.lateral_sign * left)
         pose = msgspec.structs.replace(self.file.pose, lever=own)
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
 
-    def with_delays(self, position: float, heading: float) -> "Vehicle":
+    def with_delays(self, position: float, heading: float) -> Vehicle:
         """The same vehicle with these delays [s] of position and heading."""
         if (position, heading) == self.delays and not any(self.estimated_delays):
             return self
         pose = msgspec.structs.replace(self.file.pose, delay=position, heading_delay=heading)
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
 
-    def with_stated(self, values: Mapping[str, float]) -> "Vehicle":
+    def with_stated(self, values: Mapping[str, float]) -> Vehicle:
         """The same vehicle with these values of constants, by name."""
         return self.with_chain(stated(self.file.chain, values))
 

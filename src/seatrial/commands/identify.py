@@ -143,7 +143,7 @@ def _identify(
     from seatrial.workflow.next_step import after_identify
 
     reasons, choice = _terms(args, recordings, vehicle, prior)
-    settings = EquationErrorSettings(literal=args.literal)
+    settings = EquationErrorSettings(literal=True) if args.literal else None
     roles = _roles(args.role)
     tables = bool(args.minutes or args.profile or args.bootstrap)
     with stage("identifying", 0.4 if tables else None):

@@ -40,8 +40,6 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.findings import FindingKind
     from seatrial.boat.model_file import load
     from seatrial.boat.physics import model_concerns
-    from seatrial.evaluation.console import LEGEND, horizons_text, scores_text
-    from seatrial.evaluation.head_to_head import head_to_head_text
     from seatrial.evaluation.scores import SCORES_FORMAT, scores_json
     from seatrial.evaluation.validation import validate
     from seatrial.inspection.consistency.between_recordings import contradictions
@@ -58,9 +56,7 @@ def run(args: argparse.Namespace) -> None:
             model, recordings, horizon_of(args), other=other, reference=args.reference
         )
     write_json(args, SCORES_FORMAT, scores_json(scores))
-    say(f"{scores_text(scores)}\n{LEGEND}\n{horizons_text(scores)}")
-    if scores.against is not None:
-        say(head_to_head_text(scores.against))
+    say(str(scores))
     wrong = contradictions(recordings, model.vehicle)
     found = [(recording, one) for recording in recordings for one in undriven_motion(recording)]
     moves = [f"{recording.name}: {one.text(recording)}" for recording, one in found]

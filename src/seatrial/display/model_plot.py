@@ -60,9 +60,8 @@ Row = tuple[str, float, float, int]  # name with value, half-width over the valu
 def _intervals(model: Model) -> list[Row]:
     """The parameters that have standard errors, in the order of the equations."""
     groups = {t.coefficient: t.axis for t in reversed(model.structure.terms) if t.coefficient}
-    values = [*model.coefficients.tolist(), *model.constants.tolist()]
     rows = []
-    for name, value in zip(model.parameters, values, strict=True):
+    for name, value in model.parameter_values.items():
         error = model.standard_errors[name]
         if error > 0.0:
             share = NORMAL_95 * error / abs(value) if value else np.inf

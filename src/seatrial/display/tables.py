@@ -23,13 +23,10 @@ MOST_SYMBOL = 60  # [characters] of a coefficient's name
 def model_html(model: Model) -> str:
     """Coefficients and constants with standard errors, and the findings, folded."""
     errors = model.standard_errors
-    values = [*model.coefficients.tolist(), *model.constants.tolist()]
-    chain = model.vehicle.constants
     rows = []
-    for name, value in zip(model.parameters, values, strict=True):
-        own = model.structure.units.get(name) or chain.unit(name)
+    for name, value in model.parameter_values.items():
         text = true_minus(plus_minus(value, errors[name]))
-        rows.append((_symbol(name), text, unit(own), _relative(model, name, value)))
+        rows.append((_symbol(name), text, unit(model.units[name]), _relative(model, name, value)))
     found = [finding_text(one) for one in model.estimator.findings]
     sentences = [*found, *model.warnings]
     caption = f"<b>{plain(model.name)}</b>: {_origin(model)}, {Axes.FLU.value} axes"

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import get_args
 
 import msgspec
 import numpy as np
@@ -31,6 +32,7 @@ from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.recording.excitation import refuse_no_commands
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import SLOW, Motion
+from seatrial.util.arguments import expect, expect_each
 from seatrial.util.errors import ModelError, RecordingError, SeatrialError
 from seatrial.util.frames import Array
 from seatrial.util.parallel import spread
@@ -78,6 +80,12 @@ def assess(
     short for it to settle, the stencil's velocities are starts and reference. What fails for one recording is its
     `failure`, and does not stop the others. Raises RecordingError where there is none, or where commands are none.
     """
+    expect(model, Model, "model")
+    expect_each(recordings, Recording, "recordings")
+    if reference not in get_args(Reference):
+        raise RecordingError(
+            f"reference {reference!r}: expected one of {', '.join(get_args(Reference))}"
+        )
     if not recordings:
         raise RecordingError("no recording given; pass at least one")
     check_horizon(horizon)

@@ -6,6 +6,7 @@ from itertools import product
 from typing import get_args
 
 from seatrial.boat.findings import finding_text
+from seatrial.evaluation.head_to_head import head_to_head_text
 from seatrial.evaluation.residuals import in_words
 from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scores, Start
 from seatrial.util.frames import AXES, SYMBOLS
@@ -17,6 +18,12 @@ STARTS: dict[Start, str] = {
     "odometry": "as filter; the disturbance force that it estimates goes on and fades, as on board without poses",
 }
 MOST_CORRELATIONS = 2  # of the residuals of a recording with forces, shown
+
+
+def validation_text(scores: Scores) -> str:
+    """All tables of `validate`, with their legend."""
+    beside = [] if scores.against is None else [head_to_head_text(scores.against)]
+    return "\n".join([scores_text(scores), LEGEND, horizons_text(scores), *beside])
 
 
 def scores_text(scores: Scores) -> str:

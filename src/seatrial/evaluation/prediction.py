@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Velocity some time ahead, from every instant of a recording."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,6 +17,7 @@ from seatrial.evaluation.starts_and_ends import starts_and_ends
 from seatrial.recording.recording import Recording
 from seatrial.recording.stencil_noise import StencilNoise
 from seatrial.recording.velocity import Motion, five_point_stencil, motion
+from seatrial.util.arguments import expect
 from seatrial.util.errors import ModelError
 from seatrial.util.frames import Array, Stamps, body_velocity
 from seatrial.util.parallel import cores
@@ -23,7 +26,7 @@ DEFAULT_HORIZON = 1.0  # [s] the paper's 15 steps at 15 Hz
 FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """Velocities predicted `horizon` ahead, at the instants of the prediction."""
 
@@ -95,6 +98,8 @@ def predict(
     Raises RecordingError where no interval is as long as the horizon, and ModelError where the
     model diverges.
     """
+    expect(model, Model, "model")
+    expect(recording, Recording, "recording")
     return Lookahead(model, recording, velocities).predict(horizon, every, starts)
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Scores as values, and their file: what `validate` writes and `report` reads."""
 
+from __future__ import annotations
+
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
@@ -150,7 +152,7 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         "stencil"  # the chosen one; a recording without a filter has the stencil's
     )
 
-    def plot(self, figure: "Figure | None" = None) -> "Figure":
+    def plot(self, figure: Figure | None = None) -> Figure:
         """Error over horizon of each velocity, with Matplotlib, beside what it must be compared with.
 
         That is the noise floor, the error that the model expects, and the error of constant velocity. Draws on
@@ -158,6 +160,10 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         """
         drawn: Figure = above("display.scores_plot", "plot_scores")(self, figure)
         return drawn
+
+    def __str__(self) -> str:
+        text: str = above("evaluation.console", "validation_text")(self)
+        return text
 
     def _repr_html_(self) -> str:
         shown: str = above("display.tables", "scores_html")(self)

@@ -26,6 +26,8 @@ def starts_and_ends(
     short.
     """
     check_horizon(horizon)
+    if not (every >= 1 and every % 1 == 0):
+        raise RecordingError(f"every {every}: expected a whole number of poses from 1 on")
     if round(horizon / recording.period) < 1:
         raise RecordingError(
             f"{recording.name}: horizon {horizon:g} s is shorter than the time between poses, "

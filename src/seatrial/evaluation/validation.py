@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """How well a model predicts recordings: scores beside noise floor, expected error and constant velocity."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 from seatrial.boat.model import Model
@@ -12,6 +14,7 @@ from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores, fingerprint
 from seatrial.recording.recording import Recording
+from seatrial.util.arguments import expect
 
 
 def validate(
@@ -28,6 +31,9 @@ def validate(
     predicted from the stencil's, as in the paper. With an `other` model also the table of `against`, relative to
     the stencil's. Refuses an unstable model, and one that diverges within `horizon`.
     """
+    expect(model, Model, "model")
+    if other is not None:
+        expect(other, Model, "other")
     axis_physics(model)
     found = assess(model, recordings, horizon, reference)
     for one in found:

@@ -70,8 +70,7 @@ class Content:
     @cached_property
     def units(self) -> dict[str, str]:
         """SI unit of every value."""
-        constants = self.model.vehicle.constants
-        return {**self.structure.units, **{name: constants.unit(name) for name in constants.names}}
+        return self.model.units
 
     @property
     def errors(self) -> dict[str, float]:

@@ -8,6 +8,7 @@ from seatrial.boat.physics import axis_physics
 from seatrial.export.content import Content
 from seatrial.export.formats import Request, format_of
 from seatrial.export.hull import Hull
+from seatrial.util.arguments import expect
 from seatrial.util.errors import ExportError
 from seatrial.util.files import write_bytes
 
@@ -27,6 +28,7 @@ def export(
     for sdf. `model_path`: of the model's file, for ros. Raises ExportError for a model that a format
     can't represent, and ModelError for an unstable one.
     """
+    expect(model, Model, "model")
     chosen, path = format_of(to), Path(out)
     if path.suffix != chosen.suffix:
         raise ExportError(f"{path}: expected a name that ends in {chosen.suffix}: {chosen.about}")

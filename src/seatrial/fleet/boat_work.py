@@ -10,7 +10,6 @@ from pathlib import Path
 from platform import node
 
 import msgspec
-import numpy as np
 
 from seatrial.boat.finding_kinds import ASK_FOR_ACTION
 from seatrial.boat.findings import finding_text, most_important, of_kinds
@@ -193,13 +192,10 @@ def _structure(model: Model) -> str:
 
 
 def _parameters(model: Model) -> dict[str, Estimate]:
-    values = np.concatenate([model.coefficients, model.constants]).tolist()
-    constants = model.vehicle.constants
-    units = {**model.structure.units, **{n: constants.unit(n) for n in constants.names}}
-    errors = model.standard_errors
+    units, errors = model.units, model.standard_errors
     return {
         name: Estimate(value, errors[name], units[name])
-        for name, value in zip(model.parameters, values, strict=True)
+        for name, value in model.parameter_values.items()
         if errors[name] > 0.0
     }
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`auto`: vehicle file, inspection, model, validation on what was held out, report."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -16,6 +18,7 @@ from seatrial.guide.steps import Say, Steps, Task
 from seatrial.guide.vehicle_file import vehicle_of
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.inspection.proposal.sources import Choices
+from seatrial.util.arguments import expect_each
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.progress import stage
 from seatrial.util.questions import Questions
@@ -86,6 +89,7 @@ def auto(
 
 def _checked(logs: Sequence[str | Path], folder: Path, test: str | Path | None) -> tuple[Path, ...]:
     """The logs. Raises RecordingError or FileError where the inputs can't be those of a path."""
+    expect_each(logs, (str, Path), "logs")
     paths = tuple(Path(log) for log in logs)
     if not paths:
         raise RecordingError("no log given; pass at least one")

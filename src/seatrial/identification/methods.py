@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """From recordings to a model, by one of four methods."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -36,6 +38,7 @@ from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.undriven import undriven_motion
+from seatrial.util.arguments import expect, expect_each
 from seatrial.util.errors import IdentificationError
 from seatrial.util.parallel import beside
 from seatrial.util.progress import stage
@@ -102,6 +105,7 @@ def identify_with_fit(
     a finding names the most significant missing one.
     """
     # refuse what no model can come from, and options of another method
+    expect(vehicle, Vehicle, "vehicle")
     _check_options(method, roles, settings, prior, effects)
     check_recordings(recordings)
     # the terms, where the recordings or the prior choose them
@@ -194,11 +198,17 @@ def _check_options(
     effects: Sequence[str],
 ) -> None:
     """Raises IdentificationError for an option that belongs to another method."""
+    if prior is not None:
+        expect(prior, Model, "prior")
+    if settings is not None:
+        expect(settings, EquationErrorSettings, "settings")
+    expect_each(effects, str, "effects")
     if method not in METHODS:
         raise IdentificationError(f"no method '{method}'; there are {', '.join(METHODS)}")
-    if method != EQUATION_ERROR and settings is not None and settings.literal:
+    if method != EQUATION_ERROR and settings is not None:
         raise IdentificationError(
-            f"Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; add --method {EQUATION_ERROR}"
+            f"a setting like Eq. (17) as printed belongs to {EQUATION_ERROR}, not to {method}; "
+            f"add --method {EQUATION_ERROR}"
         )
     if prior is not None and method != OUTPUT_ERROR:
         raise IdentificationError(

@@ -12,6 +12,7 @@ from seatrial.inspection.consistency.between_recordings import contradictions
 from seatrial.inspection.overview import implausible_values
 from seatrial.recording.excitation import beyond_full, refuse_no_commands
 from seatrial.recording.recording import Recording
+from seatrial.util.arguments import expect_each
 from seatrial.util.errors import IdentificationError, RecordingError
 
 SHORTEST_TOTAL = 10.0  # [s] of all recordings: less can not identify any axis
@@ -20,6 +21,7 @@ SHARED_POSES = 0.5  # of the shorter recording: two that share more poses are on
 
 def check_recordings(recordings: Sequence[Recording]) -> None:
     """Refuses recordings that can not identify a model: none, one twice, too short, implausible."""
+    expect_each(recordings, Recording, "recordings")
     if not recordings:
         raise IdentificationError("no recording given; pass at least one")
     names = [r.name for r in recordings]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`inspect`: contents of recordings, their faults, and consistency with the vehicle file."""
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Sequence, Set
 from dataclasses import dataclass
@@ -19,6 +21,8 @@ from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Stream
 from seatrial.recording.undriven import undriven_motion
+from seatrial.util.above import above
+from seatrial.util.arguments import expect, expect_each
 from seatrial.util.errors import RecordingError
 from seatrial.util.progress import over, stage
 
@@ -65,9 +69,17 @@ class Inspection:
     signs: ConsistencyReport
     undriven: tuple[str, ...] = ()  # NAME=FROM-TO of motion without commands, as --without has it
 
+    def __str__(self) -> str:
+        text: str = above("inspection.console", "inspection_text")(self)
+        return text
+
 
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     """Rates, gaps, faults, clocks, excitation; consistency of units, signs and order."""
+    expect(vehicle, Vehicle, "vehicle")
+    expect_each(recordings, Recording, "recordings")
+    if not recordings:
+        raise RecordingError("no recording given; pass at least one")
     # 1. Values of every input; an input that moves in one recording may rest in another.
     uses = [input_use(vehicle, recording) for recording in recordings]
     moves = {use.name for own in uses for use in own if not use.never_moves}

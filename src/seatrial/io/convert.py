@@ -5,6 +5,8 @@ Numbers stay as they were logged, each signal at its own stamps; signs, scales a
 file, so that the new recording is the old one.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
@@ -25,6 +27,7 @@ from seatrial.io.reader import open_signals, recording_name
 from seatrial.io.signals import Request, Rows
 from seatrial.recording.sampled_commands import sampled_commands
 from seatrial.recording.timing import Clock
+from seatrial.util.arguments import expect
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import dump_yaml, write_chunks, write_text
 from seatrial.util.frames import NS_PER_S, Array, Stamps
@@ -66,6 +69,7 @@ def convert(
                 "topics as tables"
             )
         return _all_topics(path, out)
+    expect(vehicle, Vehicle, "vehicle")
     # 1. The signals of the vehicle file, as logged.
     with open_signals(path, vehicle, salvage=salvage) as signals, stage("reading", 0.5):
         request = requests(signals, vehicle)

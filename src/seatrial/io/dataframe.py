@@ -11,6 +11,7 @@ from seatrial.io.tables.frame_table import FrameTable, pandas_for
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.velocity import motion
+from seatrial.util.arguments import expect
 from seatrial.util.frames import POSE, POSE_UNITS, SPEED_UNITS, SYMBOLS, Array, Axes
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ VALID, TIME = "valid", "t"
 
 def recording_from(frame: "DataFrame", vehicle: Vehicle, name: str) -> Recording:
     """A recording of the columns that the vehicle file names. Raises RecordingError."""
+    expect(vehicle, Vehicle, "vehicle")
     pandas_for(name)
     return assemble(TableSignals(FrameTable(frame, name), vehicle), vehicle, name)
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A recording from any log: a bag, a log of an autopilot, or tables."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,6 +18,7 @@ from seatrial.io.log_signals import LogSignals
 from seatrial.io.signals import Signals
 from seatrial.io.tables.signals import TableSignals
 from seatrial.recording.recording import Recording
+from seatrial.util.arguments import expect
 from seatrial.util.progress import over, stage
 
 OPENED = 0.4  # of the time of reading an autopilot's log: its messages are counted
@@ -26,6 +29,7 @@ def read(path: str | Path, vehicle: Vehicle, *, salvage: bool = False) -> Record
 
     Raises RecordingError, FileError.
     """
+    expect(vehicle, Vehicle, "vehicle")
     path = Path(path)
     with open_signals(path, vehicle, salvage=salvage) as signals:
         return assemble(signals, vehicle, recording_name(path))

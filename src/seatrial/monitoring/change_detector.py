@@ -10,6 +10,8 @@ Three steps, from cheap to thorough: filters that go on with the drive (`running
 evidence by their sums; the search of each change (`change_test`), in the few windows where these show one.
 """
 
+from __future__ import annotations
+
 import math
 from collections import deque
 from collections.abc import Sequence
@@ -37,7 +39,8 @@ from seatrial.monitoring.recent_log import RecentLog
 from seatrial.monitoring.running_likelihood import RunningLikelihood, RunningWindow
 from seatrial.monitoring.window_likelihood import noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
-from seatrial.util.errors import RecordingError
+from seatrial.util.arguments import expect
+from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.frames import NS_PER_S
 
 WINDOWS = (10.0, 20.0, 40.0)  # [s]
@@ -68,6 +71,12 @@ class ChangeDetector:
         every: float = EVERY,
         false_alarms: float = FALSE_ALARMS,
     ) -> None:
+        expect(model, Model, "model")
+        if not (lengths and min(lengths) > 0.0 and every > 0.0 and false_alarms > 0.0):
+            raise ModelError(
+                f"lengths {tuple(lengths)} s, every {every} s, false_alarms {false_alarms}: expected numbers "
+                "above 0"
+            )
         self.threshold = math.log(len(lengths) * 3600.0 / every / false_alarms)
         self._lengths, self._every = tuple(sorted(lengths)), round(NS_PER_S * every)
         self._suspicious = self.threshold - LINEAR_ERROR  # log ratio of linear changes

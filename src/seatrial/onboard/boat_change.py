@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A change of the boat against its model, as a detector reports it."""
 
+from __future__ import annotations
+
 import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field

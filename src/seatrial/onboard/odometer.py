@@ -5,8 +5,11 @@ In `odom` the pose integrates the filtered velocity: continuous, with drift. In 
 Computed in the core (`core/include/seatrial/onboard/odometer.hpp`), for Python and the ROS nodes alike.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import index
 from pathlib import Path
 from typing import Literal
 
@@ -15,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.model_file import load
+from seatrial.boat.model_file import model_of
 from seatrial.onboard.predictor import (
     HEADING,
     POSITION,
@@ -35,7 +38,7 @@ from seatrial.util.rows import finite_row
 FARTHEST_STAMP = 2**63 - 1  # [ns] of the core
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Odometry:
     """Motion at one stamp, forward-left-up."""
 
@@ -68,7 +71,7 @@ class Odometer(Running):
         window: float = 0.5,
         lever: Sequence[float] | None = None,
     ) -> None:
-        self.model = model if isinstance(model, Model) else load(model)
+        self.model = model_of(model)
         self._settings = disturbance, current, window
         self._lever = (
             None
@@ -118,7 +121,7 @@ class Odometer(Running):
 
     def reload(self, model: Model | str | Path) -> None:
         """Replace the model by another of the same inputs. Raises ModelError without any change."""
-        new = model if isinstance(model, Model) else load(model)
+        new = model_of(model)
         self.model.same_signals(new)
         self._core.reload(self._onboard(new), self._arm(new))
         self.model = new
@@ -141,5 +144,10 @@ class Odometer(Running):
 
 
 def _within(stamp: int) -> int:
-    """The stamp, or the nearest of 64 bits, which the core refuses as well."""
-    return min(max(stamp, -FARTHEST_STAMP), FARTHEST_STAMP)
+    """The stamp, or the nearest of 64 bits, which the core refuses as well. Raises PredictorError."""
+    try:
+        return min(max(index(stamp), -FARTHEST_STAMP), FARTHEST_STAMP)
+    except TypeError:
+        raise PredictorError(
+            f"stamp {stamp!r}: expected whole nanoseconds; a Predictor has seconds"
+        ) from None

@@ -4,6 +4,8 @@
 An extended Kalman filter in the core (`core/include/seatrial/onboard/predictor.hpp`), here as a class.
 """
 
+from __future__ import annotations
+
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.model_file import load
+from seatrial.boat.model_file import model_of
 from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
 from seatrial.util import rows
@@ -67,7 +69,7 @@ class Taken(enum.IntEnum):
     NO_ROOM = 5  # the buffer of the window is full
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Estimate:
     """Motion at one time, forward-left-up."""
 
@@ -84,7 +86,7 @@ class Estimate:
             object.__setattr__(self, name, frozen_array(getattr(self, name)))
 
     @classmethod
-    def of(cls, answer: Answer) -> "Estimate":
+    def of(cls, answer: Answer) -> Estimate:
         """From the core's answer."""
         time, pose, velocity, covariance, disturbance, last, flags = answer
         seen = last if last > UNBOUNDED[0] else -np.inf
@@ -170,7 +172,7 @@ class Predictor(Running):
         current: Sequence[float] = (0.0, 0.0),
         window: float = 0.5,
     ) -> None:
-        self.model = model if isinstance(model, Model) else load(model)
+        self.model = model_of(model)
         self._core: _core.Predictor = _core.Predictor(
             onboard_model(self.model, disturbance=disturbance, current=current, window=window)
         )

@@ -100,7 +100,7 @@ def needs_of(model: Model, uses: Sequence[Use]) -> list[Need]:
 
 def parameter_states(model: Model, needs: Sequence[Need]) -> tuple[ParameterState, ...]:
     """Every estimated parameter, with the half-width that the needs it takes part in leave it."""
-    names, chain = model.parameters, model.vehicle.constants
+    names = model.parameters
     values = np.concatenate([model.coefficients, model.constants])
     widths = NORMAL_95 * np.sqrt(np.maximum(np.diag(model.covariance), 0.0))
     rooms = [_room(need, model.covariance, widths) for need in needs]
@@ -108,7 +108,7 @@ def parameter_states(model: Model, needs: Sequence[Need]) -> tuple[ParameterStat
     found = []
     for i in np.flatnonzero(widths > 0.0).tolist():
         name, error = names[i], model.standard_errors[names[i]]
-        unit = chain.unit(name) if name in chain.names else model.structure.units[name]
+        unit = model.units[name]
         room = float(needed[i]) if np.isfinite(needed[i]) else None
         known = bool(widths[i] <= needed[i])
         found.append(ParameterState(name, unit, float(values[i]), error, room, known))

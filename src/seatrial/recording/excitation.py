@@ -9,6 +9,7 @@ import numpy as np
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import Recording
+from seatrial.util.arguments import expect_each
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array
 
@@ -151,6 +152,10 @@ def find_roles(
     """
     found = [excitation(vehicle, r) for r in recordings]
     names = [r.name for r in recordings]
+    if odd := set(given or ()) - set(AXES):
+        raise RecordingError(f"no role {', '.join(map(str, odd))}; there are {', '.join(AXES)}")
+    for label, chosen_names in (given or {}).items():
+        expect_each(chosen_names, str, f"role {label}")
     roles: list[tuple[int, ...]] = []
     for axis, label in enumerate(AXES):
         chosen = [

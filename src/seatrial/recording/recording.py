@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A recording in memory: raw, unsynchronised, in forward-left-up axes, with its faults masked."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -35,7 +37,7 @@ LEAST_OF_MEAN = 0.5
 RESTING_COMMAND = 0.05  # of an input's largest command, below which the boat rests
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Signal:
     """Rows of values with integer stamps, zero-order hold."""
 
@@ -54,7 +56,7 @@ class Signal:
         if np.any(np.diff(self.stamps) <= 0):
             raise RecordingError(f"signal {', '.join(self.names)}: stamps must rise")
 
-    def cut(self, start: int, end: int) -> "Signal":
+    def cut(self, start: int, end: int) -> Signal:
         """Rows in [start, end) [ns], with `KEPT_BEFORE` and `KEPT_AFTER` around it.
 
         The row that holds where they begin moves there.
@@ -87,7 +89,7 @@ class Source:
         return sha256(self.path)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Recording:
     """Poses and commands as recorded, in forward-left-up axes and SI units."""
 
@@ -178,7 +180,7 @@ class Recording:
         """Stamps [ns] as seconds from the recording's start."""
         return (stamps - self.origin).astype(np.float64) * 1e-9
 
-    def on_clock_of(self, other: "Recording") -> "Recording":
+    def on_clock_of(self, other: Recording) -> Recording:
         """The recording with its seconds from the start of another, whose continuation it is."""
         later = float(self.origin - other.origin) * 1e-9
         moved = tuple(replace(f, start=f.start + later, end=f.end + later) for f in self.faults)
@@ -199,7 +201,7 @@ class Recording:
             found.insert(0, (-np.inf, float(self.seconds(self.commands.stamps[:1])[0])))
         return tuple(found)
 
-    def cut(self, start: float | None = None, end: float | None = None) -> "Recording":
+    def cut(self, start: float | None = None, end: float | None = None) -> Recording:
         """The part from `start` to `end` [s] from the recording's start."""
         for value in (start, end):
             if value is not None and not np.isfinite(value):
@@ -240,11 +242,13 @@ class Recording:
             offset=self.offset + float(shift),
         )
 
-    def thinned(self, rate: float) -> "Recording":
+    def thinned(self, rate: float) -> Recording:
         """The recording with about `rate` [Hz] of its usable poses, or itself where it has hardly more.
 
         Commands stay. Poses that are measured in parts stay, too.
         """
+        if not rate > 0.0:
+            raise RecordingError(f"{self.name}: rate {rate} Hz: expected a number above 0")
         used = np.flatnonzero(self.valid)
         steps = np.diff(self.t[used])
         period = max(float(np.median(steps)), LEAST_OF_MEAN * float(steps.mean()))
@@ -254,7 +258,7 @@ class Recording:
         kept = np.union1d(0, used[::every])  # the first pose is the zero of time
         return self if int(self.valid[kept].sum()) < 2 else self._with_poses(kept)
 
-    def _with_poses(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> "Recording":
+    def _with_poses(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Recording:
         """The recording with some of its poses: a mask (n,), or their places."""
         return replace(
             self,
@@ -266,7 +270,7 @@ class Recording:
             parts=None if self.parts is None else self.parts[kept],
         )
 
-    def to_dataframe(self, *, velocities: bool = False) -> "DataFrame":
+    def to_dataframe(self, *, velocities: bool = False) -> DataFrame:
         """Poses as a DataFrame of pandas: a row a pose, index `t` [s], forward-left-up, in SI.
 
         Columns x, y, psi (unwrapped), with `velocities` u, v, r of the five-point stencil, each command and
@@ -278,9 +282,7 @@ class Recording:
         return frame
 
     @staticmethod
-    def from_dataframe(
-        frame: "DataFrame", vehicle: "Vehicle", name: str = "dataframe"
-    ) -> "Recording":
+    def from_dataframe(frame: DataFrame, vehicle: Vehicle, name: str = "dataframe") -> Recording:
         """A recording of a DataFrame whose columns the vehicle file names, read as a CSV table is.
 
         The index is a column, too, where it has a name or holds times; then it is called `index` without one.
@@ -289,7 +291,7 @@ class Recording:
         recording: Recording = above("io.dataframe", "recording_from")(frame, vehicle, name)
         return recording
 
-    def plot(self, figure: "Figure | None" = None) -> "Figure":
+    def plot(self, figure: Figure | None = None) -> Figure:
         """Track, velocities, commands, and what is left out, with Matplotlib.
 
         Velocities are those of the five-point stencil, which differentiates the poses. Draws on `figure` where
@@ -298,11 +300,14 @@ class Recording:
         drawn: Figure = above("display.recording_plot", "plot_recording")(self, figure)
         return drawn
 
+    def __repr__(self) -> str:
+        return f"<Recording {self.name}: {self.duration:.1f} s, {len(self.t)} poses>"
+
     def _repr_html_(self) -> str:
         shown: str = above("display.tables", "recording_html")(self)
         return shown
 
-    def without(self, start: float, end: float) -> "Recording":
+    def without(self, start: float, end: float) -> Recording:
         """The recording without the poses from `start` to `end` [s] from its start.
 
         For intervals with an external disturbance (a touched boat). The velocity after it is unknown.

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Velocity from poses: differentiation schemes, one function each."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
+from seatrial.util.arguments import expect
 from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
@@ -22,7 +25,7 @@ EVEN_WEIGHTS = np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0  # times 1/dt, at ev
 STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130])  # by shared poses
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Motion:
     """Poses with velocities at the same instants. NaN where not valid."""
 
@@ -40,6 +43,7 @@ class Motion:
 
 def motion(recording: Recording) -> Motion:
     """The paper's velocities: five-point stencil in earth axes, then Eq. (1) into body axes."""
+    expect(recording, Recording, "recording")
     whole = at_one_time(recording)
     eta_dot, valid = five_point_stencil(whole)
     nu = body_velocity(whole.eta[:, 2], eta_dot)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The plan of simulated trials: plant, sensor, operator and trials in one file."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterator, Sequence
 from importlib import resources
@@ -139,8 +141,8 @@ def with_seed(plan: PlanFile, seed: int) -> PlanFile:
 
 
 def seeded(
-    plan: PlanFile, vehicles: Sequence["Vehicle"], count: int, out: Path
-) -> Iterator[tuple[PlanFile, "Vehicle", Path]]:
+    plan: PlanFile, vehicles: Sequence[Vehicle], count: int, out: Path
+) -> Iterator[tuple[PlanFile, Vehicle, Path]]:
     """The plan with `count` seeds from its own on, each with its vehicle and folder. Raises FileError."""
     if not 1 <= count <= MOST_SEEDS:
         raise FileError(f"--seeds {count}: expected 1 to {MOST_SEEDS}")
@@ -181,7 +183,7 @@ def _on_base(content: dict[str, Any], path: str | Path) -> dict[str, Any]:
     return _merged(_on_base(read_yaml(_bundled(base)), base), content)
 
 
-def _bundled(name: str) -> "Traversable":
+def _bundled(name: str) -> Traversable:
     return resources.files("seatrial") / "data" / "plans" / f"{name}.yaml"
 
 

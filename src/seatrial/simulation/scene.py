@@ -4,6 +4,8 @@
 Earth-fixed axes of REP-103: x, y [m], angles counter-clockwise from above.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

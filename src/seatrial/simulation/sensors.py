@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Settings of simulated sensors; defaults are the core's (`core/.../sensors.hpp`)."""
 
+from __future__ import annotations
+
 from typing import Annotated, TypeVar
 
 import msgspec
@@ -33,7 +35,7 @@ class PoseSettings(Strict, frozen=True):
     jump_samples: Count | None = None  # poses in a row at most
 
     @classmethod
-    def of_plan(cls, sensor: PoseSensor, delay: float = 0.0) -> "PoseSettings":
+    def of_plan(cls, sensor: PoseSensor, delay: float = 0.0) -> PoseSettings:
         """The pose sensor of a plan's recorded trials, with a delay [s]."""
         drop_outs, jumps = sensor.drop_outs, sensor.jumps
         return cls(

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Simulated trials like the paper's S1-S7: an operator, a boat, a SLAM, two clocks."""
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,6 +21,7 @@ from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.velocity import Motion
 from seatrial.simulation.pilots import make_operator
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, PoseSensor, TrialEntry
+from seatrial.util.arguments import expect
 from seatrial.util.errors import ModelError, VehicleError
 from seatrial.util.frames import Array, Mask, Stamps, body_velocity
 
@@ -29,7 +32,7 @@ OUTSIDE_POOL = 0.3  # [m] beyond the wall: the trial is refused
 DISTURBANCE_STEP = 0.01  # [s] of the disturbance force
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Trial:
     """One simulated trial: the recording, and the truth at every pose tick."""
 
@@ -69,6 +72,8 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
     The truth is the plan's plant, or `model` if given. The same plan, vehicle and seed give the
     same trials; each trial has its own stream of random numbers.
     """
+    expect(plan, PlanFile, "plan")
+    expect(vehicle, Vehicle, "vehicle")
     if set(vehicle.inputs) != set(WRENCH):
         raise VehicleError(
             f"{vehicle.source}: the simulated operator commands {', '.join(WRENCH)}; "

@@ -6,6 +6,8 @@ velocity is reflected with a coefficient of restitution, without friction. The L
 as their discs.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -15,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.model_file import load
+from seatrial.boat.model_file import model_of
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan, reading_of
 from seatrial.simulation.scene import Scene, SceneFile, load_scene
 from seatrial.simulation.sensors import Sensors, check, core_imu, core_lidar, core_pose
@@ -61,7 +63,7 @@ class World:
         radius: float | None = None,
         sensors: Sensors | None = None,
         lever: Sequence[float] | None = None,
-    ) -> "SimulatedBoat":
+    ) -> SimulatedBoat:
         """One more boat, before the first step; see `Simulator`. Raises SimulatorError."""
         return SimulatedBoat(
             self, model, name=name, start=start, radius=radius, sensors=sensors, lever=lever
@@ -103,7 +105,7 @@ class SimulatedBoat:
         sensors: Sensors | None = None,
         lever: Sequence[float] | None = None,
     ) -> None:
-        self.model = model if isinstance(model, Model) else load(model)
+        self.model = model_of(model)
         self.world, self._core, self._place = world, world._core, len(world.boats)
         entries = world.file.boats
         entry = entries[self._place] if self._place < len(entries) else None

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Errors of input: one line with what was found, what was expected, what to do."""
 
+from __future__ import annotations
+
 LONGEST_MESSAGE = 2000  # [characters]
 LAYOUT = "\n\t"  # the control characters that seatrial itself prints
 

@@ -6,6 +6,8 @@ line (console/progress_line.py), or calls a function. Without that nothing happe
 A thread reports to its own listener only.
 """
 
+from __future__ import annotations
+
 import sys
 import threading
 import time
@@ -33,7 +35,7 @@ Report = Callable[[Status], None]
 class _Work:
     """All the work: who listens, since when, how far it is."""
 
-    def __init__(self, report: Report, line: "ProgressLine | None" = None) -> None:
+    def __init__(self, report: Report, line: ProgressLine | None = None) -> None:
         self.report, self.line = report, line
         self.begun: float | None = None  # when the first stage began, after what it imports
         self.share = 0.0
@@ -70,7 +72,7 @@ class _Part:
         self.done, self.steps = 0.0, 0.0
         self.begin, self.end = 0.0, 1.0  # done before and after the step at hand
 
-    def part(self, name: str, share: float | None) -> "_Part":
+    def part(self, name: str, share: float | None) -> _Part:
         left = self.end - self.done
         claim = left if share is None else min(share * (self.end - self.begin), left)
         return _Part(self.work, self._named(name), self.width * claim, claim)
@@ -80,7 +82,7 @@ class _Part:
         """Share of the step at hand that is not done."""
         return (self.end - self.done) / max(self.end - self.begin, 1e-12)  # after very many steps
 
-    def finish(self, part: "_Part") -> None:
+    def finish(self, part: _Part) -> None:
         with self.work.lock:
             self.done = min(self.done + part.claim, 1.0)
         self.work.add((1.0 - part.done) * part.width, self._named(""))

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Wrenches to thruster commands, for any geometry: the core's on-board allocator, set up by name."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from enum import Enum
 from typing import Final
@@ -333,7 +335,12 @@ def _not_negative(name: str, value: float | None, default: float = 0.0) -> float
 
 def _as_rows(values: ArrayLike, width: int, what: str) -> tuple[Array, bool]:
     """(m, width) contiguous, and whether a single row was given."""
-    array = np.array(values, dtype=float, order="C")
+    try:
+        array = np.array(values, dtype=float, order="C")
+    except (TypeError, ValueError):
+        raise AllocationError(
+            f"{what} {values!r}; expected ({width},) or (m, {width}) numbers"
+        ) from None
     if array.ndim not in (1, 2) or array.shape[-1] != width:
         raise AllocationError(f"{what} of shape {array.shape}; expected ({width},) or (m, {width})")
     if not np.isfinite(array).all():

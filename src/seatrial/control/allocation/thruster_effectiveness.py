@@ -11,6 +11,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.steering import refuse_angles
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.recording import Recording
+from seatrial.util.arguments import expect
 from seatrial.util.errors import AllocationError
 from seatrial.util.frames import AXES, Array
 
@@ -65,6 +66,7 @@ def effectiveness(boat: Model | Vehicle) -> Effectiveness:
     coefficients, and a vehicle must have one force on each axis. A boat whose thrusters do not actuate sway
     independently is allocated in surge and yaw.
     """
+    expect(boat, (Model, Vehicle), "boat")
     vehicle = boat.vehicle if isinstance(boat, Model) else boat
     refuse_angles(vehicle.file.chain, vehicle.source, AllocationError, "the allocator")
     constants = boat.constants if isinstance(boat, Model) else _stated(vehicle)

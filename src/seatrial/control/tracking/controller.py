@@ -4,6 +4,8 @@
 The core (`core/include/seatrial/control/tracking.hpp`) computes it, here and on board.
 """
 
+from __future__ import annotations
+
 import enum
 from pathlib import Path
 
@@ -12,15 +14,16 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.model_file import load
+from seatrial.boat.model_file import model_of
 from seatrial.control.allocation.steered import steering_of
 from seatrial.control.gains_file import GainsFile, gains_of, guidance_numbers, load_gains
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.linear import linearise
 from seatrial.onboard.predictor import row_of
+from seatrial.util.arguments import expect
 from seatrial.util.errors import ControlError
-from seatrial.util.frames import Array
+from seatrial.util.frames import POSE, SYMBOLS, Array
 
 SAME_AUTHORITY = 1e-6  # relative difference of two authorities that counts as equal
 
@@ -59,7 +62,7 @@ class TrackingController:
         else:
             chosen = model
             self.gains = gains if isinstance(gains, GainsFile) else load_gains(gains)
-        self.model = chosen if isinstance(chosen, Model) else load(chosen)
+        self.model = model_of(chosen)
         self._check()
         g = self.gains
         self._core = _core.Tracker(
@@ -87,8 +90,10 @@ class TrackingController:
         """
         dt = 0.0 if self._last is None else t - self._last
         later = reference if ahead is None else ahead
+        expect(reference, Reference, "reference")
+        expect(later, Reference, "ahead")
         values, code = self._core.command(
-            len(self.gains.inputs), dt, row_of(eta, "eta", "xyp"), row_of(nu, "nu", "uvr"),
+            len(self.gains.inputs), dt, row_of(eta, "eta", POSE), row_of(nu, "nu", SYMBOLS),
             reference.rows, later.rows,
         )  # fmt: skip
         self.outcome = Tracked(code)

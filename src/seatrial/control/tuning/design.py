@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Gains by internal model control, with margins about steady motions and over the covariance."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
@@ -22,6 +24,8 @@ from seatrial.control.tuning.linear import LinearBoat, linearise
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_of, worst_of
 from seatrial.control.tuning.rules import NO_GAINS, Gains, pd_gains, pid_gains
+from seatrial.util.above import above
+from seatrial.util.arguments import expect
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.progress import stage
@@ -39,7 +43,7 @@ LEAST_KNOB_SHARE = 0.5  # of the largest delay: the search of the smallest knob 
 WORST_DRAWS = 8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tuning:
     """Gains for one model, and their stability margins."""
 
@@ -56,6 +60,13 @@ class Tuning:
     seed: int
     allocator: Allocator | None = None  # None: the boat's own allocation
     guidance: Guidance | None = None  # of a boat without sway thrust
+
+    def __repr__(self) -> str:
+        return f"<Tuning of {self.model.name}: {self.action}, knob {self.knob:g} s>"
+
+    def __str__(self) -> str:
+        text: str = above("control.tuning.console", "tuning_text")(self)
+        return text
 
     @property
     def loops(self) -> tuple[str, ...]:
@@ -112,7 +123,8 @@ def tune(
     permit the knob; the message states the smallest that it permits. AllocationError as the Allocator.
     """
     # The request and the thrusters
-    _check_request(knob, rate, extra)
+    expect(model, Model, "model")
+    _check_request(knob, rate, extra, action, draws)
     allocator = allocator_for(model, allocation)
     # Linear plant about rest and the fastest steady motions
     boat = _plant(model)
@@ -176,7 +188,7 @@ def permitted(found: Margins) -> bool:
     return bool(found.stable.all() and (found.sensitivity <= SENSITIVITY_LIMIT).all())
 
 
-def _check_request(knob: float, rate: float, extra: float) -> None:
+def _check_request(knob: float, rate: float, extra: float, action: Action, draws: int) -> None:
     if not 0.0 < knob <= LARGEST_KNOB:
         raise ControlError(
             f"knob {knob:g} s: expected a time constant above 0 s, up to {LARGEST_KNOB:g} s"
@@ -185,6 +197,10 @@ def _check_request(knob: float, rate: float, extra: float) -> None:
         raise ControlError(f"rate {rate:g} Hz: expected 0.1 to 10000 Hz")
     if not 0.0 <= extra <= LARGEST_KNOB:
         raise ControlError(f"delay {extra:g} s: expected 0 to {LARGEST_KNOB:g} s")
+    if action not in get_args(Action):
+        raise ControlError(f"action {action!r}: expected one of {', '.join(get_args(Action))}")
+    if draws < 0:
+        raise ControlError(f"draws {draws}: expected 0 or more")
 
 
 def _check_drag(model: Model, boat: LinearBoat) -> None:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`compare`: which parameters of two models differ, and whether that affects prediction."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 
@@ -34,6 +36,8 @@ from seatrial.evaluation.comparison.prediction import (
 from seatrial.evaluation.comparison.significance import same_boat_errors
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.recording.recording import Recording
+from seatrial.util.above import above
+from seatrial.util.arguments import expect, expect_each
 from seatrial.util.errors import ModelError
 
 COMPARISON_FORMAT = "comparison 1"
@@ -70,6 +74,10 @@ class Comparison(msgspec.Struct, frozen=True):
         Cause
     ] = []  # the most probable first; none where both are from the same recordings
 
+    def __str__(self) -> str:
+        text: str = above("evaluation.comparison.console", "comparison_text")(self)
+        return text
+
     @property
     def changed(self) -> list[Pair]:
         """Parameters that differ significantly."""
@@ -98,6 +106,9 @@ def compare(
     ModelError where no coefficient is comparable or a model is unstable, RecordingError for a recording
     that is too short.
     """
+    expect(a, Model, "a")
+    expect(b, Model, "b")
+    expect_each(recordings, Recording, "recordings")
     # 1. Parameters that both models have, in comparable terms; Wald tests with Holm's correction.
     odd = not_comparable(a, b)
     seen = views(a, b)

@@ -102,11 +102,7 @@ def _view(model: Model, other: Model) -> View:
     With always-forward allocation thrust is (f - e) / (1 - e), and e cancels in T f: a model without a
     dead zone has X_F / (1 - e).
     """
-    values = dict(
-        zip(
-            model.parameters, [*model.coefficients.tolist(), *model.constants.tolist()], strict=True
-        )
-    )
+    values = dict(model.parameter_values)
     if not _has_edge(model) or _has_edges(other) or other.vehicle.scheme is not Scheme.AF:
         return View(values, model.covariance, np.eye(len(values)))
     edge = values[EDGES[0]]
@@ -146,7 +142,7 @@ def _is_gain(model: Model, name: str) -> bool:
 
 def pairs(a: Model, b: Model, seen: tuple[View, View], odd: dict[str, str]) -> list[Pair]:
     """All parameters that both have, in A's order."""
-    units = _units(a)
+    units = a.units
     names = [n for n in a.parameters if n in b.parameters and n not in odd]
     (first, own), (second, other) = (view.of(names) for view in seen)
     errors = np.sqrt(np.diag(own)), np.sqrt(np.diag(other))
@@ -167,18 +163,13 @@ def pairs(a: Model, b: Model, seen: tuple[View, View], odd: dict[str, str]) -> l
 
 def unmatched(model: Model, other: Model, odd: dict[str, str]) -> list[OneSided]:
     """Parameters without a counterpart."""
-    units = _units(model)
-    values = [*model.coefficients.tolist(), *model.constants.tolist()]
     return [
-        OneSided(n, units[n], value, model.standard_errors[n], odd.get(n, ""), n in model.at_bounds)
-        for n, value in zip(model.parameters, values, strict=True)
+        OneSided(
+            n, model.units[n], value, model.standard_errors[n], odd.get(n, ""), n in model.at_bounds
+        )
+        for n, value in model.parameter_values.items()
         if n not in other.parameters or n in odd
     ]
-
-
-def _units(model: Model) -> dict[str, str]:
-    constants = model.vehicle.constants
-    return {**model.structure.units, **{n: constants.unit(n) for n in constants.names}}
 
 
 def joint(found: list[Pair], seen: tuple[View, View]) -> Joint | None:

@@ -5,6 +5,8 @@ Pose noise biases it (errors in variables), and it takes dead zone, latency and 
 `docs/derivations.md` says how much that matters.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -34,6 +36,10 @@ class EquationErrorSettings:
 
     literal: bool = False  # Eq. (17) as printed: surge acceleration one step late
     correlation: float = 1.0  # [s] >= 0, correlation time of residuals, for standard errors
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.correlation < np.inf:
+            raise IdentificationError(f"correlation {self.correlation} s: expected 0 or more")
 
 
 @dataclass(frozen=True)

@@ -77,10 +77,11 @@ def parameter_accuracy(
     model: Model, name: str, estimated: Sequence[str], correlation: Array
 ) -> ParameterAccuracy:
     """Accuracy of one parameter; correlation: (p, p) of the p estimated ones."""
-    chain, error = model.vehicle.constants, model.standard_errors[name]
-    given = zip(chain.names, model.constants.tolist(), strict=True)
-    value = {**model.values, **dict(given)}[name]
-    unit = chain.unit(name) if name in chain.names else model.structure.units[name]
+    value, error, unit = (
+        model.parameter_values[name],
+        model.standard_errors[name],
+        model.units[name],
+    )
     share, axis = _thrust_share(model, name)
     verdict, relative = verdict_of(name, value, error, (share or 0.0) * error)
     if verdict is ParameterVerdict.GIVEN and name in model.at_bounds:

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """`init`: a vehicle file to start from, proposed from recordings."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -37,6 +39,9 @@ class Proposal:
     sources: Sources
     drive: Drive
     text: str
+
+    def __str__(self) -> str:
+        return self.text
 
 
 def init(

@@ -4,6 +4,8 @@
 The core (`core/include/seatrial/simulation/mimic.hpp`) computes it, here and in the ROS nodes.
 """
 
+from __future__ import annotations
+
 import enum
 import math
 from dataclasses import dataclass
@@ -14,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.model_file import load
+from seatrial.boat.model_file import model_of
 from seatrial.boat.schema import NotNegative, Positive, Strict
 from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import MimicError
@@ -93,7 +95,7 @@ class Mimic:
     """
 
     def __init__(self, model: Model | str | Path, carrier: Carrier | None = None) -> None:
-        self.model = model if isinstance(model, Model) else load(model)
+        self.model = model_of(model)
         timeout = self.model.vehicle.file.command_timeout
         self._core = _core.Mimic(
             self.model.boat, self.model.vehicle.chain, self.model.constants,
