@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 import yaml
-from cli_tools import run
+from cli_tools import main, run
 from conftest import CSE1
 
 from seatrial.boat.model_file import load
@@ -213,3 +213,17 @@ def test_the_papers_misprint_is_not_asked_of_another_method(pool, tmp_path, caps
     )  # fmt: skip
     assert code == 1
     assert "belongs to equation-error" in err
+
+
+def test_a_recording_in_place_of_a_model_is_said_to_be_a_folder(pool, capsys):
+    code, _, err = run(capsys, "validate", pool / "S1-AF", pool / "vehicle-AF.yaml")
+    assert (code, "S1-AF: is a folder; expected a YAML file: is it a recording?" in err) == (
+        1,
+        True,
+    )
+
+
+def test_recordings_that_may_be_left_out_are_not_required(capsys):
+    with pytest.raises(SystemExit):
+        main(["compare", "old.yaml"])
+    assert "the following arguments are required: B;" in capsys.readouterr().err

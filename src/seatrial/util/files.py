@@ -42,6 +42,8 @@ def yaml_text(path: "Path | Traversable") -> str:
         raise FileError(f"{path}: no such file") from None
     except UnicodeDecodeError:
         raise FileError(f"{path}: is not text; expected a YAML file: is it a recording?") from None
+    except IsADirectoryError:
+        raise FileError(f"{path}: is a folder; expected a YAML file: is it a recording?") from None
     except OSError as error:
         raise FileError(f"{path}: can't be read ({error.strerror})") from None
     with suppress(yaml.YAMLError):  # which its reader raises

@@ -176,7 +176,8 @@ def add_recordings(
     command: argparse.ArgumentParser, *, vehicle: str | None = OTHER_VEHICLE, count: str = "+"
 ) -> None:
     """Recordings, and how they are read. `vehicle`: what --vehicle is; None: it must be given."""
-    command.add_argument("recordings", nargs=count, type=Path, metavar="RECORDING")
+    # with a default, argparse does not list it among the required ones where it may be left out
+    command.add_argument("recordings", nargs=count, default=[], type=Path, metavar="RECORDING")
     command.add_argument(
         "--vehicle", required=vehicle is None, metavar="V", help=vehicle or "vehicle file"
     )
