@@ -21,11 +21,11 @@ from seatrial.boat.schema import (
 )
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import SAME_POINT, Vehicle
-from seatrial.util.above import above
+from seatrial.util.above import above, text_by
 from seatrial.util.arguments import expect
 from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import ModelError
-from seatrial.util.frames import Array, Stamps, frozen_array
+from seatrial.util.frames import Array, Stamps, freeze
 
 if TYPE_CHECKING:
     from seatrial.util.above import Figure
@@ -80,8 +80,7 @@ class Model(ByFields):
         n, m = len(self.structure.coefficients), len(self.vehicle.constants.names)
         if self.covariance.shape == (n, n):
             object.__setattr__(self, "covariance", np.pad(self.covariance, (0, m)))
-        for name in ("coefficients", "covariance", "constants"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "coefficients", "covariance", "constants")
         if self.coefficients.shape != (n,) or self.covariance.shape != (n + m, n + m):
             raise ModelError(
                 f"{n} coefficients expected, got {self.coefficients.shape} and covariance "
@@ -228,13 +227,8 @@ class Model(ByFields):
         made = ", ".join([self.estimator.method, *(one.name for one in self.recordings)])
         return f"<Model {self.name}: {len(self.parameters)} parameters; {made}>"
 
-    def __str__(self) -> str:
-        text: str = above("identification.console", "summary")(self)
-        return text
-
-    def _repr_html_(self) -> str:
-        shown: str = above("display.tables", "model_html")(self)
-        return shown
+    __str__ = text_by("identification.console", "summary")
+    _repr_html_ = text_by("display.tables", "model_html")
 
     def same_signals(self, other: Model) -> None:
         """Raises ModelError where another model has other inputs or scales."""

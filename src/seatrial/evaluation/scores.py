@@ -18,7 +18,7 @@ from seatrial.boat.older_files.notes import with_findings
 from seatrial.evaluation.head_to_head import HeadToHead
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
-from seatrial.util.above import above
+from seatrial.util.above import above, text_by
 from seatrial.util.files import convert, expect_format, finite_or_none, read_json
 
 if TYPE_CHECKING:
@@ -161,13 +161,8 @@ class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         drawn: Figure = above("display.scores_plot", "plot_scores")(self, figure)
         return drawn
 
-    def __str__(self) -> str:
-        text: str = above("evaluation.console", "validation_text")(self)
-        return text
-
-    def _repr_html_(self) -> str:
-        shown: str = above("display.tables", "scores_html")(self)
-        return shown
+    __str__ = text_by("evaluation.console", "validation_text")
+    _repr_html_ = text_by("display.tables", "scores_html")
 
 
 class Scored(Protocol):

@@ -21,7 +21,7 @@ from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Stream
 from seatrial.recording.undriven import undriven_motion
-from seatrial.util.above import above
+from seatrial.util.above import text_by
 from seatrial.util.arguments import expect, expect_each
 from seatrial.util.errors import RecordingError
 from seatrial.util.progress import over, stage
@@ -69,9 +69,7 @@ class Inspection:
     signs: ConsistencyReport
     undriven: tuple[str, ...] = ()  # NAME=FROM-TO of motion without commands, as --without has it
 
-    def __str__(self) -> str:
-        text: str = above("inspection.console", "inspection_text")(self)
-        return text
+    __str__ = text_by("inspection.console", "inspection_text")
 
 
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:

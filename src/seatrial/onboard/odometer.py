@@ -32,7 +32,7 @@ from seatrial.onboard.predictor import (
     row_of,
 )
 from seatrial.util.errors import PredictorError
-from seatrial.util.frames import POSE, Array, frozen_array
+from seatrial.util.frames import POSE, Array, freeze
 from seatrial.util.rows import finite_row
 
 FARTHEST_STAMP = 2**63 - 1  # [ns] of the core
@@ -50,8 +50,7 @@ class Odometry:
     motion: Estimate  # pose in map, body velocity, their covariance, health
 
     def __post_init__(self) -> None:
-        for name in ("pose", "covariance", "map_to_odom"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "pose", "covariance", "map_to_odom")
 
 
 class Odometer(Running):

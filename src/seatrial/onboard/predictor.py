@@ -22,7 +22,7 @@ from seatrial.evaluation.filtering import START_VELOCITY_DEVIATION
 from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
 from seatrial.util import rows
 from seatrial.util.errors import ModelError, PredictorError
-from seatrial.util.frames import POSE, SYMBOLS, Array, frozen_array
+from seatrial.util.frames import POSE, SYMBOLS, Array, freeze
 
 R = TypeVar("R", bound="Running")
 Answer = tuple[float, Array, Array, Array, Array, float, int]
@@ -82,8 +82,7 @@ class Estimate:
     health: Health
 
     def __post_init__(self) -> None:
-        for name in ("pose", "velocity", "covariance", "disturbance"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "pose", "velocity", "covariance", "disturbance")
 
     @classmethod
     def of(cls, answer: Answer) -> Estimate:

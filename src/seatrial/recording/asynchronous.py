@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.recording.faults.frozen_poses import poses_held
-from seatrial.util.frames import Array, Mask, Stamps, frozen_array
+from seatrial.util.frames import Array, Mask, Stamps, freeze
 
 # of the rows with half a pose, above which position and heading have two rates
 TWO_RATES_SHARE = 0.2
@@ -32,8 +32,9 @@ class Asynchronous:
     rate_deviation: float = 0.0  # [rad/s] standard deviation of the yaw rates' white noise
 
     def __post_init__(self) -> None:
-        for name, dtype in (("stamps", np.int64), ("parts", np.int8), ("values", np.float64)):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), dtype))
+        freeze(self, "values")
+        freeze(self, "stamps", dtype=np.int64)
+        freeze(self, "parts", dtype=np.int8)
 
     def kept(self, keep: Mask) -> "Asynchronous":
         """Those of a mask (m,)."""

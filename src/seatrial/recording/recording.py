@@ -20,10 +20,10 @@ from seatrial.recording.faults.pose_faults import (
     usual_step,
 )
 from seatrial.recording.timing import Stream
-from seatrial.util.above import above
+from seatrial.util.above import above, text_by
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import sha256
-from seatrial.util.frames import Array, Mask, Stamps, frozen_array
+from seatrial.util.frames import Array, Mask, Stamps, freeze
 
 if TYPE_CHECKING:
     from seatrial.boat.vehicle import Vehicle
@@ -46,8 +46,8 @@ class Signal:
     values: Array  # (n, names)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "stamps", frozen_array(self.stamps, np.int64))
-        object.__setattr__(self, "values", frozen_array(self.values))
+        freeze(self, "stamps", dtype=np.int64)
+        freeze(self, "values")
         if self.values.shape != (len(self.stamps), len(self.names)):
             raise RecordingError(
                 f"signal {', '.join(self.names)}: {len(self.stamps)} stamps but values of shape "
@@ -114,14 +114,9 @@ class Recording:
     command_sampled: bool = False  # whether they are, if the vehicle file does not state it
 
     def __post_init__(self) -> None:
-        for name, dtype in (
-            ("stamps", np.int64),
-            ("eta", np.float64),
-            ("raw", np.float64),
-            ("valid", np.bool_),
-            ("segment", np.int64),
-        ):
-            object.__setattr__(self, name, frozen_array(getattr(self, name), dtype))
+        freeze(self, "eta", "raw")
+        freeze(self, "stamps", "segment", dtype=np.int64)
+        freeze(self, "valid", dtype=np.bool_)
         if int(self.valid.sum()) < 2:
             raise RecordingError(
                 f"{self.name}: {int(self.valid.sum())} usable poses of {len(self.stamps)}; "
@@ -303,9 +298,7 @@ class Recording:
     def __repr__(self) -> str:
         return f"<Recording {self.name}: {self.duration:.1f} s, {len(self.t)} poses>"
 
-    def _repr_html_(self) -> str:
-        shown: str = above("display.tables", "recording_html")(self)
-        return shown
+    _repr_html_ = text_by("display.tables", "recording_html")
 
     def without(self, start: float, end: float) -> Recording:
         """The recording without the poses from `start` to `end` [s] from its start.

@@ -13,7 +13,7 @@ from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.arguments import expect
-from seatrial.util.frames import Array, Mask, body_velocity, frozen_array
+from seatrial.util.frames import Array, Mask, body_velocity, freeze
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
 NOISIER_WINDOW = 3.0  # times the usual noise; a window of closer poses is not differentiated
@@ -36,9 +36,9 @@ class Motion:
     deviation: Array | None = None  # (n, 3) standard deviation of nu, from a filter
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nu", frozen_array(self.nu))
+        freeze(self, "nu")
         if self.deviation is not None:
-            object.__setattr__(self, "deviation", frozen_array(self.deviation))
+            freeze(self, "deviation")
 
 
 def motion(recording: Recording) -> Motion:

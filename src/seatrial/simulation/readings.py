@@ -4,7 +4,7 @@
 from dataclasses import dataclass
 
 from seatrial import _core
-from seatrial.util.frames import Array, frozen_array
+from seatrial.util.frames import Array, freeze, frozen_array
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Reading:
     values: Array
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", frozen_array(self.values))
+        freeze(self, "values")
 
 
 @dataclass(frozen=True)

@@ -57,3 +57,9 @@ def frozen_array(values: ArrayLike, dtype: DTypeLike = np.float64) -> NDArray[An
     array: NDArray[Any] = np.array(values, dtype=dtype, order="C")
     array.setflags(write=False)
     return array
+
+
+def freeze(data: object, *fields: str, dtype: DTypeLike = np.float64) -> None:
+    """Replace array fields of frozen data by read-only copies; for its `__post_init__`."""
+    for name in fields:
+        object.__setattr__(data, name, frozen_array(getattr(data, name), dtype))

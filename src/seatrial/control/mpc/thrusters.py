@@ -14,7 +14,7 @@ from seatrial.boat.schema import AllocationEntry
 from seatrial.control.allocation import Allocator
 from seatrial.control.allocation.steered import steering_of
 from seatrial.util.errors import ControlError
-from seatrial.util.frames import Array, frozen_array
+from seatrial.util.frames import Array, freeze
 
 SWAY = 1  # axis
 
@@ -38,8 +38,7 @@ class Thrusters:
     invert: Callable[[Array], Array]  # commands (n,) whose steady thrusts these are
 
     def __post_init__(self) -> None:
-        for name in ("lowest", "highest", "idle", "unit", "lag", "rate"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "lowest", "highest", "idle", "unit", "lag", "rate")
 
     @property
     def limited(self) -> list[int]:

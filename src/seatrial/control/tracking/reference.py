@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.util.frames import Array, body_velocity, frozen_array
+from seatrial.util.frames import Array, body_velocity, freeze
 
 
 @dataclass(frozen=True)
@@ -17,8 +17,7 @@ class Reference:
     acceleration: Array  # (3,) [m/s^2, m/s^2, rad/s^2]
 
     def __post_init__(self) -> None:
-        for name in ("eta", "rate", "acceleration"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "eta", "rate", "acceleration")
 
     @classmethod
     def still(cls, eta: Array) -> "Reference":

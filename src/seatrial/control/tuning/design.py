@@ -24,7 +24,7 @@ from seatrial.control.tuning.linear import LinearBoat, linearise
 from seatrial.control.tuning.loops import Feedback, Margins, frequencies, margins
 from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_of, worst_of
 from seatrial.control.tuning.rules import NO_GAINS, Gains, pd_gains, pid_gains
-from seatrial.util.above import above
+from seatrial.util.above import text_by
 from seatrial.util.arguments import expect
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import AXES, SYMBOLS, Array
@@ -64,9 +64,7 @@ class Tuning:
     def __repr__(self) -> str:
         return f"<Tuning of {self.model.name}: {self.action}, knob {self.knob:g} s>"
 
-    def __str__(self) -> str:
-        text: str = above("control.tuning.console", "tuning_text")(self)
-        return text
+    __str__ = text_by("control.tuning.console", "tuning_text")
 
     @property
     def loops(self) -> tuple[str, ...]:

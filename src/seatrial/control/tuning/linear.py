@@ -18,7 +18,7 @@ from seatrial.control.tuning.steered import (
     steered_push,
 )
 from seatrial.util.errors import ControlError, ModelError
-from seatrial.util.frames import AXES, SYMBOLS, Array, frozen_array
+from seatrial.util.frames import AXES, SYMBOLS, Array, freeze
 
 Complex = NDArray[np.complex128]
 SMALL_COMMAND = 1e-3  # of a command, to linearise the allocation: within every limit
@@ -38,8 +38,7 @@ class Actuators:
     lag: Array  # (actuators,) [s]
 
     def __post_init__(self) -> None:
-        for name in ("push", "share", "latency", "lag"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "push", "share", "latency", "lag")
 
     def response(self, omega: Array) -> Complex:
         """Accelerations (n, 3, 3) per axis command at angular frequencies (n,) [rad/s]: exact delays."""
@@ -71,8 +70,7 @@ class LinearBoat:
     steepest: float  # largest slope of a thruster's curve, over its chord
 
     def __post_init__(self) -> None:
-        for name in ("mix", "authority", "speeds", "slopes"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "mix", "authority", "speeds", "slopes")
 
     @property
     def driven(self) -> tuple[int, ...]:

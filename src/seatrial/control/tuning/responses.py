@@ -10,7 +10,7 @@ from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.linear import Complex, LinearBoat
 from seatrial.control.tuning.loops import Feedback, frequencies, single_loops
 from seatrial.control.tuning.robustness import draws_of
-from seatrial.util.frames import Array, frozen_array
+from seatrial.util.frames import Array, freeze
 
 RESPONSE_DRAWS = 40  # draws in a band
 BODE_FREQUENCIES = 160  # frequencies of a Bode plot
@@ -31,8 +31,7 @@ class Curves:
     high: Array
 
     def __post_init__(self) -> None:
-        for name in ("x", "y", "low", "high"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "x", "y", "low", "high")
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,7 @@ from seatrial.evaluation.comparison.prediction import (
 from seatrial.evaluation.comparison.significance import same_boat_errors
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.recording.recording import Recording
-from seatrial.util.above import above
+from seatrial.util.above import text_by
 from seatrial.util.arguments import expect, expect_each
 from seatrial.util.errors import ModelError
 
@@ -74,9 +74,7 @@ class Comparison(msgspec.Struct, frozen=True):
         Cause
     ] = []  # the most probable first; none where both are from the same recordings
 
-    def __str__(self) -> str:
-        text: str = above("evaluation.comparison.console", "comparison_text")(self)
-        return text
+    __str__ = text_by("evaluation.comparison.console", "comparison_text")
 
     @property
     def changed(self) -> list[Pair]:

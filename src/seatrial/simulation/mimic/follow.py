@@ -20,7 +20,7 @@ from seatrial.boat.model_file import model_of
 from seatrial.boat.schema import NotNegative, Positive, Strict
 from seatrial.onboard.predictor import row_of
 from seatrial.util.errors import MimicError
-from seatrial.util.frames import POSE, Array, frozen_array
+from seatrial.util.frames import POSE, Array, freeze
 
 
 class MimicHealth(enum.Flag):
@@ -82,8 +82,7 @@ class Motion:
     health: MimicHealth
 
     def __post_init__(self) -> None:
-        for name in ("velocity", "asked", "pose", "nu", "mismatch"):
-            object.__setattr__(self, name, frozen_array(getattr(self, name)))
+        freeze(self, "velocity", "asked", "pose", "nu", "mismatch")
 
 
 class Mimic:
