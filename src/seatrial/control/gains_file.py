@@ -23,7 +23,6 @@ from seatrial.control.tuning.design import Tuning
 from seatrial.control.tuning.loops import Margins
 from seatrial.util.errors import ControlError
 from seatrial.util.files import convert, dump_yaml, expect_format, read_yaml, write_text
-from seatrial.util.frames import Array
 
 GAINS_FORMAT: Final = "gains 1"
 TRACKING_NODE: Final = "seatrial_tracking"
@@ -86,7 +85,7 @@ def gains_of(tuning: Tuning) -> GainsFile:
     return GainsFile(
         model.name, "forward-left-up", list(model.vehicle.inputs), tuning.knob, tuning.action, tuning.rate,
         three(table[:, 0]), three(table[:, 1]), three(table[:, 2]),
-        three(boat.authority), [three(row) for row in _clean(boat.mix)],
+        three(boat.authority), [three(row) for row in np.where(np.abs(boat.mix) < MIX_ROUNDING, 0.0, boat.mix)],
         float(tuning.delay[list(boat.driven)].mean()), 1.0 if limit is None else min(limit, 1.0),
         three(tuning.delay), three(dead_zone(model, boat, tuning.allocator)),
         _margins(tuning.nominal, tuning.loops), _margins(tuning.worst, tuning.loops),
@@ -171,8 +170,3 @@ def _margins(found: Margins, loops: Sequence[str]) -> dict[str, AxisMargins]:
         )
         for i, axis in enumerate(loops)
     }  # fmt: skip
-
-
-def _clean(mix: Array) -> Array:
-    """Rounding errors set to 0."""
-    return np.asarray(np.where(np.abs(mix) < MIX_ROUNDING, 0.0, mix))

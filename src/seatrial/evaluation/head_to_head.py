@@ -6,6 +6,7 @@ both models; a filter's starts depend on the model that it runs on.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -18,7 +19,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
 from seatrial.util.errors import ModelError
-from seatrial.util.frames import SYMBOLS, Array, Mask
+from seatrial.util.frames import SYMBOLS, Array
 
 CELLS = ("model, stencil", "model, filter", "other, stencil", "other, filter")
 PAIRS = {  # cells that are compared: (over, under)
@@ -97,7 +98,7 @@ def head_to_head(
         truth = known.get(recording.name)
         both = stencil.valid & filters[0].valid & filters[1].valid
         ahead = [
-            predict(one, recording, horizon, velocities=truth, starts=_restricted_to(start, both))
+            predict(one, recording, horizon, velocities=truth, starts=replace(start, valid=both))
             for one, filtered in zip((model, other), filters, strict=True)
             for start in (stencil, filtered)
         ]
@@ -128,10 +129,6 @@ def _check_commands(model: Model, recordings: Sequence[Recording]) -> None:
                 f"{model.name} is driven by {', '.join(model.vehicle.inputs)}: only models of one "
                 "boat and its commands can be compared"
             )
-
-
-def _restricted_to(start: Motion, valid: Mask) -> Motion:
-    return Motion(start.t, start.eta, start.nu, valid, start.deviation)
 
 
 def _tables(recording: Recording, ahead: Sequence[Prediction]) -> list[HeadToHeadTable]:

@@ -104,7 +104,7 @@ def _numbers(content: Content, parameters: tuple[str, ...], names: Names) -> lis
                 f"[{content.units[p]}] */",
             )
         )
-    return aligned(rows, " ")
+    return aligned(rows)
 
 
 def _constants(content: Content, names: Names) -> str:

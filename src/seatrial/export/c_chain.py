@@ -64,7 +64,7 @@ def _named(content: Content, values: list[str]) -> list[str]:
         (f"f[{k}] = {v};", f"/* {c_comment(a.name)} */")
         for k, (v, a) in enumerate(zip(values, content.actuators, strict=True))
     ]
-    return aligned(rows, " ")
+    return aligned(rows)
 
 
 def curves(content: Content, names: Names) -> list[str]:
@@ -74,7 +74,7 @@ def curves(content: Content, names: Names) -> list[str]:
         (f"target[{k}] = {c.text(curve)};", f"/* {c_comment(curve.actuator)} */")
         for k, curve in enumerate(content.curves)
     ]
-    return aligned(rows, " ")
+    return aligned(rows)
 
 
 def table_words(content: Content) -> dict[str, str]:
@@ -102,7 +102,7 @@ def mix(content: Content) -> list[str]:
         weights = [(w, given[k]) for k, w in enumerate(row)]
         weights += [(w, sines[k]) for k, w in enumerate(sine)]
         sums.append((f"F[{j}] = {signed_sum(weights)};", f"/* {c_comment(force)} */"))
-    return [*lines, *_unused(content, sums), *aligned(sums, " ")]
+    return [*lines, *_unused(content, sums), *aligned(sums)]
 
 
 def _unused(content: Content, sums: list[tuple[str, str]]) -> list[str]:

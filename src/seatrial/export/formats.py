@@ -36,7 +36,7 @@ class Format:
     suffix: str  # of its files
     begins: str  # first characters of its files, so that no other file is overwritten
     runs: bool  # it simulates a boat: an unstable model is refused
-    write: Callable[[Request], bytes]
+    write: Callable[[Request], bytes | str]
     lacks: Callable[[], str] = str  # what a file that is made here lacks, and why
 
     @property
@@ -45,59 +45,45 @@ class Format:
         return "; ".join(filter(None, (self.about, self.lacks())))
 
 
-def _c(request: Request) -> bytes:
-    return c.header(request.content, request.name).encode()
-
-
-def _octave(request: Request) -> bytes:
+def _octave(request: Request) -> str:
     name = octave.function_name(request.name)
     if request.out.stem != name:
         raise ExportError(
             f"{request.out}: MATLAB and Octave call a function by its file's name; name it {name}.m"
         )
-    return octave.function(request.content, name).encode()
-
-
-def _fmu(request: Request) -> bytes:
-    return fmu.unit(request.content, request.name)
-
-
-def _sdf(request: Request) -> bytes:
-    return sdf.text(request.content.model, request.name, request.hull)
-
-
-def _casadi(request: Request) -> bytes:
-    return casadi.write(request.content)
-
-
-def _ros(request: Request) -> bytes:
-    return ros.text(request.content, request.model_path, request.ros).encode()
-
-
-def _latex(request: Request) -> bytes:
-    return latex.text(request.content).encode()
-
-
-def _json(request: Request) -> bytes:
-    return json.text(request.content).encode()
+    return octave.function(request.content, name)
 
 
 FORMATS = {
-    "c": Format("self-contained C99 header", ".h", "/* ", True, _c),
+    "c": Format(
+        "self-contained C99 header", ".h", "/* ", True, lambda r: c.header(r.content, r.name)
+    ),
     "octave": Format("MATLAB and Octave function", ".m", "function", True, _octave),
     "fmu": Format(
         "Functional Mock-up Unit, FMI 2.0 for co-simulation",
         ".fmu",
         "PK",
         True,
-        _fmu,
+        lambda r: fmu.unit(r.content, r.name),
         fmu.sources_only,
     ),
-    "sdf": Format("Gazebo model", ".sdf", "<?xml", True, _sdf),
-    "casadi": Format("serialized CasADi functions", ".casadi", "jhpnn", True, _casadi),
-    "ros": Format("ROS parameters", ".yaml", "# ROS", False, _ros),
-    "latex": Format("LaTeX equations and table", ".tex", "%", False, _latex),
-    "json": Format("JSON, the whole model", ".json", "{", False, _json),
+    "sdf": Format(
+        "Gazebo model", ".sdf", "<?xml", True, lambda r: sdf.text(r.content.model, r.name, r.hull)
+    ),
+    "casadi": Format(
+        "serialized CasADi functions", ".casadi", "jhpnn", True, lambda r: casadi.write(r.content)
+    ),
+    "ros": Format(
+        "ROS parameters",
+        ".yaml",
+        "# ROS",
+        False,
+        lambda r: ros.text(r.content, r.model_path, r.ros),
+    ),
+    "latex": Format(
+        "LaTeX equations and table", ".tex", "%", False, lambda r: latex.text(r.content)
+    ),
+    "json": Format("JSON, the whole model", ".json", "{", False, lambda r: json.text(r.content)),
 }
 
 

@@ -93,7 +93,7 @@ def _parameters(content: Content) -> list[str]:
                 f"[{content.units[name]}]",
             )
         )
-    return aligned(rows, " ")
+    return aligned(rows)
 
 
 def _matrix(values: Array) -> str:
@@ -125,7 +125,7 @@ def _curves(content: Content) -> list[str]:
         for k, curve in enumerate(content.curves, start=1)
         if not curve.plain
     ]
-    return aligned(rows, " ")
+    return aligned(rows)
 
 
 def _turned(content: Content) -> list[str]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from seatrial.export.content import Content
-from seatrial.export.spelling import identifiers, yaml_comment
+from seatrial.export.spelling import identifiers, line
 from seatrial.util.errors import ExportError
 from seatrial.util.files import dump_yaml
 
@@ -22,7 +22,7 @@ def text(content: Content, model_path: Path | None, ros: int) -> str:
         raise ExportError("the node reads model.yaml: give its path (model_path)")
     parameters: dict[str, Any] = {"model": str(model_path.resolve()), "boat": _boat(content)}
     file = {ODOMETRY_NODE: parameters if ros == 1 else {"ros__parameters": parameters}}
-    about = yaml_comment(f"{content.vehicle_name} by {content.source}")
+    about = line(f"{content.vehicle_name} by {content.source}")
     head = f"# ROS {ros} parameters of {about}: {USAGE[ros]}\n"
     units = (
         "# boat: axes as stated, SI; coefficients per unit mass and inertia; matrices row by row\n"

@@ -80,11 +80,6 @@ def xml_comment(text: str) -> str:
     return re.sub(r"-(?=-)", "- ", line(text)).rstrip("-")
 
 
-def yaml_comment(text: str) -> str:
-    """For a comment after # in YAML."""
-    return line(text)
-
-
 def _ascii(name: str) -> str:
     """ASCII letters, digits and _; letters without their accents."""
     plain = "".join(c for c in unicodedata.normalize("NFKD", name) if not unicodedata.combining(c))

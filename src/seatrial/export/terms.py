@@ -34,11 +34,11 @@ def product(term: Term, spell: Spell) -> tuple[str, str]:
     return "-" if term.number < 0 else "+", " * ".join([*head, *parts])
 
 
-def aligned(rows: Iterable[tuple[str, ...]], between: str = "  ") -> list[str]:
+def aligned(rows: Iterable[tuple[str, ...]]) -> list[str]:
     """Rows of words as aligned columns; the last one is not padded."""
     rows = list(rows)
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)][:-1] if rows else []
     return [
-        between.join([*(w.ljust(n) for w, n in zip(row, widths, strict=False)), row[-1]]).rstrip()
+        " ".join([*(w.ljust(n) for w, n in zip(row, widths, strict=False)), row[-1]]).rstrip()
         for row in rows
     ]

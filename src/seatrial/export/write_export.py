@@ -35,4 +35,5 @@ def export(
     if chosen.runs:
         axis_physics(model)
     source = None if model_path is None else Path(model_path)
-    write_bytes(path, chosen.write(Request(Content(model), path, source, hull, ros)))
+    made = chosen.write(Request(Content(model), path, source, hull, ros))
+    write_bytes(path, made.encode() if isinstance(made, str) else made)

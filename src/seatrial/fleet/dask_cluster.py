@@ -140,15 +140,10 @@ def _check_versions(client: "Client") -> None:
         found["the scheduler"] = error
     for place, there in found.items():
         if there != version("seatrial"):
-            raise _other_version(
-                place, "no seatrial" if isinstance(there, Exception) else f"seatrial {there}"
+            other = "no seatrial" if isinstance(there, Exception) else f"seatrial {there}"
+            raise FleetError(
+                f"{place} has {other}, here it is {version('seatrial')}: install the same version on all computers"
             )
-
-
-def _other_version(place: str, there: str) -> FleetError:
-    return FleetError(
-        f"{place} has {there}, here it is {version('seatrial')}: install the same version on all computers"
-    )
 
 
 def _address_in(path: Path) -> str:

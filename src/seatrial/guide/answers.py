@@ -151,11 +151,6 @@ def effect_answered(finding: Finding, ask: Questions) -> bool:
     return ask.choose(question, (ESTIMATE, LEAVE)) == ESTIMATE
 
 
-def test_of(names: Sequence[str], ask: Questions) -> str:
-    """The recording that tests the model, or the last quarter of each."""
-    return ask.choose(TEST_QUESTION, (LAST_QUARTER, *names))
-
-
 def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions | None) -> list[str]:
     """What is assumed where the user gives no answer."""
     found = []

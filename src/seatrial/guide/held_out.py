@@ -8,7 +8,7 @@ from pathlib import Path
 from seatrial.boat.vehicle import Vehicle
 from seatrial.guide.answers import (
     LAST_QUARTER,
-    test_of,
+    TEST_QUESTION,
 )
 from seatrial.guide.steps import Task
 from seatrial.io.reader import recording_names
@@ -68,7 +68,7 @@ def _answered_test(here: Task, names: Sequence[str]) -> str:
         return str(before)
     if here.ask is None or len(names) < 2:
         return LAST_QUARTER
-    answer = test_of(names, here.ask)
+    answer = here.ask.choose(TEST_QUESTION, (LAST_QUARTER, *names))
     here.steps.keep_answer("test", answer)
     here.steps.keep_answer("of", of)
     return answer

@@ -19,6 +19,7 @@ from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.selection.thruster_layout import (
     forces_alone,
     select_layout,
+    with_layout,
     with_thrusters_of,
 )
 from seatrial.identification.selection.unnamed_forces import (
@@ -65,18 +66,13 @@ def choose_terms(
     named, vehicle = vehicle, with_unnamed_forces(vehicle, recordings)
     at: Point | None = None
     findings = added_forces(named, vehicle)
-    if effects or input_is_open(vehicle, recordings):
+    if effects or forces_alone(vehicle) or sampling_is_open(vehicle, recordings):
         with stage("effects", 0.4), explained(recordings, vehicle):
             at = first_maximum(recordings, with_usual_terms(vehicle), effects)
             at, vehicle, chosen = choose_input(at, vehicle, effects)
             findings += chosen
     choice = choose_terms_from(at if effects else None, recordings, vehicle)
     return replace(choice, findings=findings)
-
-
-def input_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
-    """Whether the vehicle file leaves open which thrusters the commands drive, or when they change."""
-    return forces_alone(vehicle) or sampling_is_open(vehicle, recordings)
 
 
 def choose_input(
@@ -93,7 +89,7 @@ def choose_input(
         findings = (found.finding(FindingKind.COMMANDS_SAMPLED),)
     layout = select_layout(at, with_usual_terms(vehicle), effects)
     if layout is not None:
-        at, vehicle = layout.at, layout.given_to(vehicle)
+        at, vehicle = layout.at, with_layout(vehicle, layout.layout)
         findings = (*findings, layout.finding)
     return at, vehicle, findings
 

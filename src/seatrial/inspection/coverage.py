@@ -61,7 +61,7 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     t = _with_poses(recording, times)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     shares = forces / list(full_forces(vehicle).values())  # of full command
-    signs = np.array([vehicle_sign(vehicle, axis) for axis in range(3)])
+    signs = (1.0, vehicle.axes.lateral_sign, vehicle.axes.lateral_sign)
     axes = []
     for axis, name in enumerate(AXES):
         mine = shares[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
@@ -87,11 +87,6 @@ def _with_poses(recording: Recording, t: Array) -> Array:
     after = np.searchsorted(good, t, side="right").clip(1, len(good) - 1)
     inside = (t >= good[0]) & (good[after] - good[after - 1] <= GAP_FACTOR * recording.usual_step)
     return np.asarray(t[inside])
-
-
-def vehicle_sign(vehicle: Vehicle, axis: int) -> float:
-    """1, or -1 where the vehicle file's axis is opposite to forward-left-up."""
-    return -1.0 if vehicle.axes.value == "forward-right-down" and axis > 0 else 1.0
 
 
 def input_use(vehicle: Vehicle, recording: Recording) -> list[InputUse]:

@@ -118,11 +118,7 @@ def _requested_poses(signals: Signals, vehicle: Vehicle) -> list[Request]:
             f"{vehicle.source}: pose: {first.names[0]} is from {first.place} and {more[0].names[0]} from "
             f"{more[0].place}; name one place for both"
         )
-    return [first, _in_role(more[0], "headings")]
-
-
-def _in_role(request: Request, role: str) -> Request:
-    return replace(request, role=role)
+    return [first, replace(more[0], role="headings")]
 
 
 def _requested_rates(signals: Signals, vehicle: Vehicle) -> list[Request]:

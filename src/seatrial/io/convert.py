@@ -148,7 +148,8 @@ def _tables(found: Sequence[_Signal], *, all_driven: bool = False) -> dict[str, 
     for signal in found:
         poses = tables.get("poses", [])
         beside = signal.request.role == "commands" and any(
-            _together(s, signal) and (not all_driven or _all_in(s.rows.stamps, signal.rows.stamps))
+            _together(s, signal)
+            and (not all_driven or np.isin(s.rows.stamps, signal.rows.stamps).all())
             for s in poses
         )
         tables.setdefault("poses" if beside else signal.name, []).append(signal)
@@ -164,10 +165,6 @@ def _together(poses: _Signal, commands: _Signal) -> bool:
         and (rising or np.array_equal(own.stamps, its.stamps))
         and not set(poses.request.names) & set(commands.request.names)
     )
-
-
-def _all_in(some: Stamps, others: Stamps) -> bool:
-    return bool(np.isin(some, others).all())
 
 
 def _in_rows(signals: Sequence[tuple[Stamps, Array]]) -> tuple[Stamps, list[Array]]:

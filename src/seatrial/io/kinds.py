@@ -43,9 +43,7 @@ def refused(path: Path) -> SeatrialError | None:
 def recordings_in(folder: Path) -> Iterator[Path]:
     """Recordings one level down, by their names and first bytes."""
     for path in sorted(folder.iterdir()):
-        if not path.name.startswith(".") and (is_bag(path) or is_log(path) or _has_tables(path)):
+        if not path.name.startswith(".") and (
+            is_bag(path) or is_log(path) or (path.is_dir() and is_table(path))
+        ):
             yield path
-
-
-def _has_tables(path: Path) -> bool:
-    return path.is_dir() and is_table(path)

@@ -85,27 +85,23 @@ def core_pose(
 
     delays: [s] by which position and heading are older than their stamp.
     """
-    sensor = _filled(_core.PoseSensor(), settings)
+    sensor = filled(_core.PoseSensor(), settings)
     if sensor is not None:
         sensor.set_lever(np.array(lever, dtype=float))
         sensor.position_delay, sensor.heading_delay = delays
     return sensor
 
 
-def core_imu(settings: ImuSettings | None) -> _core.Imu | None:
-    """The core's inertial unit."""
-    return _filled(_core.Imu(), settings)
-
-
 def core_lidar(settings: LidarSettings | None) -> _core.Lidar | None:
     """The core's LiDAR."""
-    sensor = _filled(_core.Lidar(), settings)
+    sensor = filled(_core.Lidar(), settings)
     if sensor is not None and settings is not None and settings.mount is not None:
         sensor.set_mount(np.array(settings.mount, dtype=float))
     return sensor
 
 
-def _filled(sensor: S, settings: msgspec.Struct | None) -> S | None:
+def filled(sensor: S, settings: msgspec.Struct | None) -> S | None:
+    """The core's sensor with these settings; None: there is none."""
     if settings is None:
         return None
     for name, value in msgspec.structs.asdict(settings).items():

@@ -20,7 +20,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.model_file import model_of
 from seatrial.simulation.readings import ImuReading, PoseReading, Reading, Scan, reading_of
 from seatrial.simulation.scene import Scene, SceneFile, load_scene
-from seatrial.simulation.sensors import Sensors, check, core_imu, core_lidar, core_pose
+from seatrial.simulation.sensors import Sensors, check, core_lidar, core_pose, filled
 from seatrial.util.errors import ModelError, SimulatorError
 from seatrial.util.frames import Array
 from seatrial.util.rows import finite_row, row_of
@@ -136,7 +136,7 @@ class SimulatedBoat:
             "lever", ("forward [m]", "left [m]"), SimulatorError,
         )  # fmt: skip
         pose = core_pose(sensors.pose, (float(arm[0]), float(arm[1])), vehicle.delays)
-        imu = core_imu(sensors.imu)
+        imu = filled(_core.Imu(), sensors.imu)
         self.lidar = core_lidar(sensors.lidar)
         check(pose, imu, self.lidar)
         if self.world.time > 0.0:

@@ -4,7 +4,6 @@
 The core (`core/include/seatrial/control/steering.hpp`) inverts their curves at the boat's speed.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -59,11 +58,6 @@ class SteeredRow:
     yaw_held: tuple[float, float]  # [rad/s^2] at the thrust that holds the speed
 
 
-def steered_rows(model: Model, steering: _core.Steering, fastest: float) -> Sequence[SteeredRow]:
-    """Authority at rest, at half and at the fastest speed [m/s]."""
-    return [_row(model, steering, share * fastest) for share in SPEED_SHARES]
-
-
 def _row(model: Model, steering: _core.Steering, speed: float) -> SteeredRow:
     nu = np.array([speed, 0.0, 0.0])
     along, _, across, flow, _, _ = steering.effect(nu)
@@ -90,7 +84,8 @@ def steered_text(model: Model, steering: _core.Steering, fastest: float) -> str:
         "  speed   surge astern, ahead   yaw at full thrust: right, left   at the thrust that holds the speed",
         "  [m/s]   [m/s^2]               [rad/s^2]",
     ]
-    for row in steered_rows(model, steering, fastest):
+    for share in SPEED_SHARES:
+        row = _row(model, steering, share * fastest)
         pairs = [
             f"{a + 0.0:.3g}, {b + 0.0:.3g}" for a, b in (row.surge, row.yaw_full, row.yaw_held)
         ]

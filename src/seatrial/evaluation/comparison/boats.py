@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 
 from seatrial.boat.model import Model
-from seatrial.boat.physics import AxisPhysics, axis_physics, largest_forces
+from seatrial.boat.physics import axis_physics, largest_forces
 from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry, as_column
 from seatrial.evaluation.comparison.comparability import fixed_terms
 from seatrial.evaluation.comparison.parameters import View
@@ -38,8 +38,15 @@ def axis_meanings(a: Model, b: Model) -> list[AxisMeaning]:
             )
         except ModelError as error:
             raise ModelError(f"{label}: {error}") from None
-    found = [(x, y) for x in both[0] for y in both[1] if x.axis == y.axis]
-    return [_side_by_side(x, y) for x, y in found]
+    return [
+        AxisMeaning(
+            AXES[x.axis], x.command,
+            (x.top_speed, y.top_speed), (x.rise_time, y.rise_time), (x.coast, y.coast),
+        )
+        for x in both[0]
+        for y in both[1]
+        if x.axis == y.axis
+    ]  # fmt: skip
 
 
 def _common_forces(a: Model, b: Model) -> dict[str, tuple[float, float]]:
@@ -49,16 +56,6 @@ def _common_forces(a: Model, b: Model) -> dict[str, tuple[float, float]]:
         force: min(own[force] for own in both if force in own) for force in {*both[0], *both[1]}
     }
     return {force: (-size, size) for force, size in sizes.items()}
-
-
-def _side_by_side(x: AxisPhysics, y: AxisPhysics) -> AxisMeaning:
-    return AxisMeaning(
-        AXES[x.axis],
-        x.command,
-        (x.top_speed, y.top_speed),
-        (x.rise_time, y.rise_time),
-        (x.coast, y.coast),
-    )
 
 
 def shared(a: Model, b: Model) -> list[str]:

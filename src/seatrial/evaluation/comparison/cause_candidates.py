@@ -168,7 +168,7 @@ def _masses(problem: Problem) -> list[Candidate]:
 
 def _battery(problem: Problem) -> list[Candidate]:
     """All thrust by one factor; drag and masses stay."""
-    thrust = _of_kind(problem, "thrust")
+    thrust = _of_thrust(problem)
     if not thrust.any():
         return []
     return [
@@ -187,7 +187,7 @@ def _current(problem: Problem) -> list[Candidate]:
     quadratic drag shrinks, and Coriolis terms take a part of the current.
     """
     axis_of = _axes(problem)
-    own = (axis_of[0] | axis_of[1]) & np.logical_not(axis_of[2] | _of_kind(problem, "thrust"))
+    own = (axis_of[0] | axis_of[1]) & np.logical_not(axis_of[2] | _of_thrust(problem))
     places = np.flatnonzero(own)
     if not len(places):
         return []
@@ -208,7 +208,7 @@ def _thrusters(problem: Problem) -> list[Candidate]:
         return []
     back = np.linalg.pinv(mix)
     prior = np.array([[TYPICAL_CHANGE**2]])
-    all_alike = np.diag(_of_kind(problem, "thrust").astype(float))
+    all_alike = np.diag(_of_thrust(problem).astype(float))
     found = []
     for k, name in enumerate(vehicle.actuators):
         slopes = _force_map(problem, np.outer(mix[:, k], back[k]))
@@ -255,9 +255,9 @@ def _axes(problem: Problem) -> Array:
     return out
 
 
-def _of_kind(problem: Problem, kind: str) -> Array:
-    """(n,) whether a coefficient is of thrust, or of drag."""
-    own = set().union(*(thrust_and_drag(problem.model, axis)[kind] for axis in range(3)))
+def _of_thrust(problem: Problem) -> Array:
+    """(n,) whether a coefficient is of thrust."""
+    own = set().union(*(thrust_and_drag(problem.model, axis)["thrust"] for axis in range(3)))
     return np.array([name in own for name in problem.names])
 
 

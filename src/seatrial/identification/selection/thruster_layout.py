@@ -66,10 +66,6 @@ class LayoutChoice:
     at: Point
     finding: Finding
 
-    def given_to(self, vehicle: Vehicle) -> Vehicle:
-        """The vehicle with this layout."""
-        return with_layout(vehicle, self.layout)
-
 
 def select_layout(
     at: Point, vehicle: Vehicle, effects: Sequence[str] = (), least: float = -np.inf

@@ -185,14 +185,9 @@ def _empty(
             count = lengths.get(here, 0) if is_sequence else fixed
             inner, primitive = described(element)
             is_number = inner == "base" and primitive != "string"
-            values.append(np.zeros(count, dtype=_numpy(primitive)) if is_number else [])
+            dtype = "uint8" if primitive in ("octet", "byte", "char") else primitive
+            values.append(np.zeros(count, dtype=dtype) if is_number else [])
     return store.types[name](*values)
-
-
-def _numpy(primitive: str) -> str:
-    return {"bool": "bool", "octet": "uint8", "byte": "uint8", "char": "uint8"}.get(
-        primitive, primitive
-    )
 
 
 def _store(*, ros1: bool) -> "Typestore":

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from time import monotonic, sleep, time_ns
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.onboard.live.endpoints import LOOPBACK, Arrived, Datagrams, Pipes, Source
+from seatrial.onboard.live.endpoints import LOOPBACK, Arrived, Datagrams, Source
 from seatrial.onboard.live.protocol import Reader
 from seatrial.poolside.sources.source import (
     EVENT_KINDS,
@@ -85,11 +85,6 @@ class LineSource(EventSource):
             return None
         stamp = arrival if found.stamp is None else found.stamp
         return SourceEvent(found.kind, stamp, found.values, arrival, found.covariance)
-
-
-def standard_input(vehicle: Vehicle) -> LineSource:
-    """Lines of standard input."""
-    return LineSource("-", vehicle, Pipes())
 
 
 def datagrams(text: str, vehicle: Vehicle) -> LineSource:

@@ -4,9 +4,10 @@
 from pathlib import Path
 
 from seatrial.boat.vehicle import Vehicle
+from seatrial.onboard.live.endpoints import Pipes
 from seatrial.poolside.sources.follow import FollowSource
 from seatrial.poolside.sources.follow_bag import FollowBag, growing_bag
-from seatrial.poolside.sources.lines import datagrams, standard_input
+from seatrial.poolside.sources.lines import LineSource, datagrams
 from seatrial.poolside.sources.replay import ReplaySource
 from seatrial.poolside.sources.source import EventSource
 from seatrial.poolside.sources.telemetry import telemetry
@@ -30,7 +31,7 @@ def open_source(
     if live and salvage:
         raise LiveError(f"--salvage: {text} is no damaged bag; the option is for a replay")
     if text == "-":
-        return standard_input(vehicle)
+        return LineSource("-", vehicle, Pipes())
     if text.startswith("udp:"):
         return datagrams(text, vehicle)
     if text.startswith("mavlink:"):

@@ -191,12 +191,12 @@ def velocity(model: Model, runs: tuple[Run, Run], axis: int) -> Figure:
     return above_commands(traces, model, run, axis, COMMAND_COLOURS)
 
 
-def overlaid(figures: Sequence[Figure], keep: str) -> Figure:
-    """The same plot of both models in one: of each the trace of that name, and A's bands."""
+def overlaid(figures: Sequence[Figure]) -> Figure:
+    """The same plot of both models in one: of each the trace `errors`, and A's bands."""
     traces: list[Figure] = []
     for i, (one, letter) in enumerate(zip(figures, LETTERS, strict=False)):
         for trace in one["data"]:
-            own = trace["name"] == keep
+            own = trace["name"] == "errors"
             if own:
                 look = {"color": MODEL_COLOURS[i], "width": 2.0, "dash": MODEL_DASHES[i]}
                 more = {"type": "scatter", "mode": "lines", "name": letter, "line": look}

@@ -39,8 +39,8 @@ def _figures(a: Run, b: Run) -> dict[str, Figure]:
     for axis, symbol in enumerate(SYMBOLS):
         outlines = [draw_errors.outline(run, axis) for run in (a, b)]
         correlated = [draw_errors.correlation(run, axis) for run in (a, b)]
-        found[f"histogram-{symbol}"] = draw.overlaid(outlines, "errors")
-        found[f"autocorrelation-{symbol}"] = draw.overlaid(correlated, "errors")
+        found[f"histogram-{symbol}"] = draw.overlaid(outlines)
+        found[f"autocorrelation-{symbol}"] = draw.overlaid(correlated)
     return found
 
 

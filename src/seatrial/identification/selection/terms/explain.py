@@ -37,7 +37,8 @@ def rows_of(
     for term in sorted(everything, key=lambda t: t.axis):
         name, was = str(term.coefficient), term in own
         if name in made:
-            verdict, reason = TermVerdict.ALIASED, _aliased(made[name])
+            verdict = TermVerdict.ALIASED
+            reason = f"an exact combination of {', '.join(made[name].made_by)}, for any data"
         elif name in fit.values:
             verdict = TermVerdict.STAYS if was else TermVerdict.COMES
             reason = (
@@ -53,10 +54,6 @@ def rows_of(
         evidence = kept.get(name, others.get(name))
         rows.append(Row(term.text(), name, term.axis, term.unit(), verdict, reason, evidence))
     return tuple(rows)
-
-
-def _aliased(alias: Alias) -> str:
-    return f"an exact combination of {', '.join(alias.made_by)}, for any data"
 
 
 def reason_out(evidence: TermEvidence, tests: int, folds: Sequence[Fold]) -> str:
