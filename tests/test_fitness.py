@@ -141,6 +141,31 @@ def test_odometry_needs_a_filter_that_is_consistent(good, ratio, level):
     assert one.reason.limit == (1.25 if one.reason.criterion is Criterion.CONSISTENCY else 0.8)
 
 
+@pytest.mark.parametrize(
+    ("interval", "parameters", "level"),
+    [
+        (
+            (0.006, 0.05),
+            0.0,
+            Level.FIT,
+        ),  # few blocks have the error: by chance it may be the expected one
+        ((0.015, 0.05), 0.0, Level.NOT_FIT),
+        (
+            (0.015, 0.05),
+            0.012,
+            Level.FIT,
+        ),  # coefficients that are off by two standard errors explain it
+    ],
+)
+def test_an_error_that_may_be_the_expected_one_does_not_contradict_a_filter(
+    good, interval, parameters, level
+):
+    row = msgspec.structs.replace(
+        axis(0.2, expected=2.5), rms_interval=interval, parameter_rms=parameters
+    )
+    assert of(Use.ODOMETRY, good, scores(near={"r": row})).level is level
+
+
 def test_odometry_is_judged_by_predictions_with_the_disturbance(good):
     found = scores(near={"r": axis(0.2, expected=2.5)})
     with_disturbance = [
