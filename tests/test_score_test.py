@@ -90,11 +90,37 @@ def test_gain_and_step_are_those_of_the_regression_with_it(regression):
         assert found.freedom == 1
 
 
-def test_both_statistics_are_chi_square_where_nothing_is_missing():
+def test_a_plain_effect_that_few_blocks_have_is_no_scatter_after_its_step(regression):
+    """As a boat's current, whose score is large only where the boat is fast and turns."""
+    rows, best, _ = regression
+    rng = np.random.default_rng(8)
+    sizes = np.full(BLOCKS, 0.1)
+    sizes[::10] = 3.0
+    lacking = rng.normal(size=(BLOCKS, ROWS)) * sizes[:, None]
+    y = rows @ best + 2.0 * lacking + rng.normal(size=(BLOCKS, ROWS))
+    flat = rows.reshape(-1, 3)
+    without = np.linalg.lstsq(flat, y.ravel(), rcond=None)[0]
+    whole = np.concatenate([rows, lacking[:, :, None]], axis=2)
+    known = information_of(whole, np.append(without, 0.0), y - rows @ without)
+    plain, after = (score_test(known, [3], after_step=option) for option in (False, True))
+    assert (after.gain, after.step[0]) == pytest.approx((plain.gain, plain.step[0]))
+    assert not plain.likely
+    assert after.likely
+    # the scatter is that of the residuals of the regression with it
+    every = whole.reshape(-1, 4)
+    theta = np.linalg.lstsq(every, y.ravel(), rcond=None)[0]
+    along = lacking - rows @ np.linalg.lstsq(flat, lacking.ravel(), rcond=None)[0]
+    left = np.sum(along * (y - whole @ theta), axis=1)
+    total = float(np.sum(along * (y - rows @ without)))
+    expected = (BLOCKS - 1.5) * np.log1p(total**2 / float(left @ left) / BLOCKS)
+    assert after.statistic == pytest.approx(expected)
+
+
+def test_all_statistics_are_chi_square_where_nothing_is_missing():
     """Of 400 regressions with 80 blocks; beyond the 5 % quantile are 5 %."""
     rng = np.random.default_rng(3)
     course = np.linspace(-1.0, 1.0, 80)[:, None]
-    beyond = np.zeros(2)
+    beyond = np.zeros(3)
     for _ in range(400):
         rows, noise = rng.normal(size=(80, 4, 1)), rng.normal(size=(80, 4))
         best = float(np.sum(rows[:, :, 0] * noise) / np.sum(rows**2))
@@ -105,6 +131,11 @@ def test_both_statistics_are_chi_square_where_nothing_is_missing():
             ("a",), np.ones(1), (-free, free), shares.sum(axis=0)[None], scores.sum(axis=0)[None], scores, shares,
             np.zeros(80, dtype=int),
         ).with_courses(np.ones(1), course)  # fmt: skip
-        for i, found in enumerate((score_test(known, [1]), score_test_after_step(known, 1))):
+        tests = (
+            score_test(known, [1]),
+            score_test(known, [1], after_step=True),
+            score_test_after_step(known, 1),
+        )
+        for i, found in enumerate(tests):
             beyond[i] += found.statistic > stats.chi2.isf(0.05, 1)
     assert (np.abs(beyond / 400 - 0.05) < 0.03).all()

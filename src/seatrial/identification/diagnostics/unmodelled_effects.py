@@ -102,13 +102,12 @@ def _effects(at: Point, kinds: Sequence[str]) -> list[Held]:
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
     if not new:
         return []
-    runs = filter_along(
-        replace(problem, free=(*problem.free, *sum(new.values(), ()))), at.theta, at.noise
-    )
+    wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
+    runs = filter_along(wider, at.theta, at.noise, shares=True)
     candidates = []
     for kind, own in new.items():
         with_it = replace(problem, free=(*problem.free, *own))
-        test = held_test(runs, problem, with_it)
+        test = held_test(runs, problem, with_it, after_step=True)
         if not _significant(test):
             continue
         if kind == "delay" and np.abs(test.step).max() < LEAST_DELAY:
@@ -129,8 +128,8 @@ def _unequal_gains(at: Point) -> list[Held]:
     wider = with_gains(at.runs.problem, at.theta)
     if wider is None:
         return []
-    runs = filter_along(wider.problem, wider.theta, at.noise)
-    test = held_test(runs, at.runs.problem, wider.problem)
+    runs = filter_along(wider.problem, wider.theta, at.noise, shares=True)
+    test = held_test(runs, at.runs.problem, wider.problem, after_step=True)
     if not _significant(test):
         return []
     return [Held(test, wider.problem, wider.theta, wider.findings, runs)]

@@ -128,6 +128,19 @@ class FilterRuns:
             found.append(out)
         return np.concatenate(found)
 
+    @cached_property
+    def shares(self) -> Array:
+        """Information (blocks, p, p) in every block of all recordings; of a pass with `shares`."""
+        p, found = len(self.problem.free), []
+        for i, run in enumerate(self.by_recording):
+            to = self.problem.free_columns(i)
+            use = to >= 0
+            own = run.share.reshape(-1, len(to), len(to))
+            out = np.zeros((len(own), p, p))
+            out[np.ix_(np.arange(len(own)), to[use], to[use])] = own[:, use][:, :, use]
+            found.append(out)
+        return np.concatenate(found)
+
 
 def filter_along(
     problem: Problem,

@@ -26,11 +26,14 @@ class Held:
     kind: str = ""  # of `EFFECT_KINDS`; empty: no effect
 
 
-def held_test(runs: FilterRuns, problem: Problem, wider: Problem) -> ScoreTest:
+def held_test(
+    runs: FilterRuns, problem: Problem, wider: Problem, *, after_step: bool = False
+) -> ScoreTest:
     """The test of parameters that are free in a wider problem and held in `problem`, whose solution `runs` is.
 
     runs: at the neutral values, of the wider problem or of one that is wider still. A constant that is one for
-    each group of actuators in the wider problem is tested by the differences between groups.
+    each group of actuators in the wider problem is tested by the differences between groups. `after_step`: see
+    `score_test`.
     """
     before = {problem.names[i] for i in problem.free}
     after = {wider.names[i] for i in wider.free}
@@ -38,4 +41,6 @@ def held_test(runs: FilterRuns, problem: Problem, wider: Problem) -> ScoreTest:
     neutral = [k for k, name in enumerate(names) if name not in after]
     new = [k for k, name in enumerate(names) if name in after - before]
     split = [k for k in new if names[k].partition(".")[0] in before - after]
-    return score_test(runs, [k for k in new if k not in split[:1]], split, neutral)
+    return score_test(
+        runs, [k for k in new if k not in split[:1]], split, neutral, after_step=after_step
+    )

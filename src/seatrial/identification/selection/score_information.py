@@ -107,22 +107,12 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
     runs = filter_along(problem, theta, noise, repeatable=False, shares=True)
     if not np.isfinite(runs.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
-    free, p = list(problem.free), len(problem.free)
-    information, gradient, shares, owner = [], [], [], []
-    for i, run in enumerate(runs.by_recording):
-        to = problem.free_columns(i)
-        use = to >= 0
-        own = run.share.reshape(-1, len(to), len(to))
-        blocks = np.zeros((len(own), p, p))
-        blocks[np.ix_(np.arange(len(own)), to[use], to[use])] = own[:, use][:, :, use]
-        information.append(runs.information_of(i))
-        gradient.append(runs.gradient_of(i))
-        shares.append(blocks)
-        owner.append(np.full(len(own), i))
+    free, places = list(problem.free), range(len(runs.by_recording))
+    owner = [np.full(len(run.score), i) for i, run in enumerate(runs.by_recording)]
     return ScoreInformation(
         tuple(problem.names[i] for i in free), theta[free], problem.bounds,
-        np.array(information), np.array(gradient), runs.scores,
-        np.concatenate(shares), np.concatenate(owner),
+        np.array([runs.information_of(i) for i in places]), np.array([runs.gradient_of(i) for i in places]),
+        runs.scores, runs.shares, np.concatenate(owner),
     )  # fmt: skip
 
 

@@ -55,11 +55,14 @@ def score_test(
     tested: list[int],
     together: list[int] | None = None,
     neutral: Sequence[int] = (),
+    *,
+    after_step: bool = False,
 ) -> ScoreTest:
     """The test of the free parameters with indices `tested`, the others being at the likelihood's maximum.
 
     `together`: parameters that had one common value; the first stands for it, the others, which are among those
-    tested, for their differences from it. `neutral`: parameters that are neither free nor tested.
+    tested, for their differences from it. `neutral`: parameters that are neither free nor tested. `after_step`:
+    the scatter is that after the step, as a plain effect's scores differ by the information in the blocks.
     """
     # differences from a common value as parameters of their own
     p = len(runs.information)
@@ -77,10 +80,18 @@ def score_test(
     left = information[np.ix_(tested, tested)] - through @ information[np.ix_(rest, tested)]
     inverse = np.linalg.pinv(left, hermitian=True)
     # chi-square by the scatter over blocks; gain and step by the information
+    step = inverse @ total
+    if after_step:
+        direction = np.zeros((p, len(tested)))  # the free parameters follow
+        direction[tested], direction[rest] = np.eye(len(tested)), -through.T
+        direction = change @ direction
+        efficient = efficient - (runs.shares @ (direction @ step)) @ direction
     scatter = efficient.T @ efficient
     raw = float(total @ np.linalg.pinv(scatter, hermitian=True) @ total)
+    if after_step:  # without the mean of the scores
+        raw /= 1.0 + raw / len(sums)
     statistic = _as_chi_square(raw, len(sums), len(tested))
-    return ScoreTest(statistic, len(tested), float(total @ inverse @ total), inverse @ total)
+    return ScoreTest(statistic, len(tested), float(total @ step), step)
 
 
 def score_test_after_step(runs: ScoreInformation, tested: int) -> ScoreTest:
