@@ -26,13 +26,20 @@ def fading(recording: Recording, begin: float, end: float) -> Recording:
     return replace(recording, commands=told)
 
 
-def drift_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> tuple[Finding, ...]:
+def slower(recording: Recording, rate: float) -> Recording:
+    """As if the commands' clock had lost so many seconds a second from the first pose on."""
+    commands, first = recording.commands, recording.stamps[0]
+    stamps = commands.stamps - np.round(rate * (commands.stamps - first)).astype(np.int64)
+    return replace(recording, commands=replace(commands, stamps=stamps))
+
+
+def drift_of(vehicle, plan, force, names, *, thrust=(1.0, 1.0), rate=0.0) -> tuple[Finding, ...]:
     chain = [msgspec.structs.replace(group, dead_zone=None) for group in plan.plant.chain]
     plant = msgspec.structs.replace(plan.plant, unmodelled=force, chain=chain)
     trials = {name: plan.trials[name] for name in names}
     driven = simulate(msgspec.structs.replace(plan, plant=plant, trials=trials), vehicle)
-    found = output_error([fading(t.recording, *thrust) for t in driven], vehicle)
-    return found.findings_of(FindingKind.PARAMETER_DRIFT)
+    found = output_error([slower(fading(t.recording, *thrust), rate) for t in driven], vehicle)
+    return found.findings_of(FindingKind.PARAMETER_DRIFT, FindingKind.CLOCK_DRIFT)
 
 
 @pytest.mark.system
@@ -45,10 +52,11 @@ def drift_of(vehicle, plan, force, names, thrust=(1.0, 1.0)) -> tuple[Finding, .
     ],
 )
 def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
-    found = drift_of(mp, with_seed(load_plan("hard"), 700), force, names, thrust)
+    found = drift_of(mp, with_seed(load_plan("hard"), 700), force, names, thrust=thrust)
     assert [finding.part("axis") for finding in found] == ["surge", "sway", "yaw"]
     falls = thrust[1] < thrust[0]
     for finding in found:
+        assert finding.kind is FindingKind.PARAMETER_DRIFT
         assert finding.values["quantity"] == "thrust"
         assert finding.values["lower"] == ("end" if falls else "beginning")
         assert finding.values["higher"] == ("beginning" if falls else "end")
@@ -57,6 +65,15 @@ def test_thrust_that_falls_or_rises_is_told(mp, names, force, thrust, off):
         assert finding.values["of"] == ("all recordings" if len(names) > 1 else "one recording")
         expected = 1.0 - min(thrust) / max(thrust)
         assert finding.number("change") == pytest.approx(expected, abs=off / 100.0)
+
+
+@pytest.mark.parametrize(("names", "rate"), [(("S7",), 1e-3), at_length(("S1", "S2", "S3"), -1e-3)])
+def test_a_clock_that_drifts_is_told_with_its_rate_and_is_no_payload(mp, names, rate):
+    (finding,) = drift_of(mp, with_seed(load_plan("hard"), 707), PUSH, names, rate=rate)
+    assert finding.kind is FindingKind.CLOCK_DRIFT
+    assert finding.number("factor") == pytest.approx(1.0 + rate, abs=0.1 * abs(rate))
+    assert finding.values["later"] == ("end" if rate > 0.0 else "beginning")
+    assert finding.part("recording").removesuffix("-MP") in names
 
 
 @pytest.mark.parametrize(

@@ -72,6 +72,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.HOMOGENEITY: "The boat changed between the recordings (battery, payload, trim, weeds), or its drag has another "
         "form at other speeds. The model is their mean.",
         K.CLOCK_HOMOGENEITY: "The computers of poses and commands have two clocks.",
+        K.CLOCK_DRIFT: "The computers of poses and commands have two clocks, of which one is faster.",
         K.PARAMETER_DRIFT: "The boat changed during the recording, for example as its battery ran down.",
         K.DISTURBED_INTERVAL: "Something other than thrusters and water moved the boat there.",
         K.DISTURBANCE_INFLUENCE: "How much these intervals change the estimate.",

@@ -77,6 +77,7 @@ class FindingKind(Enum):
     # changes between and within recordings
     HOMOGENEITY = ("homogeneity", changes.HOMOGENEITY)
     CLOCK_HOMOGENEITY = ("clock-homogeneity", changes.CLOCK_HOMOGENEITY)
+    CLOCK_DRIFT = ("clock-drift", changes.CLOCK_DRIFT)
     PARAMETER_DRIFT = ("parameter-drift", changes.PARAMETER_DRIFT)
     DISTURBED_INTERVAL = ("disturbed-interval", changes.DISTURBED_INTERVAL)
     DISTURBANCE_INFLUENCE = ("disturbance-influence", changes.DISTURBANCE_INFLUENCE)
@@ -112,6 +113,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.NOT_PREDICTABLE,
     FindingKind.HEADING_OFFSET,
     FindingKind.CLOCK_HOMOGENEITY,
+    FindingKind.CLOCK_DRIFT,
     FindingKind.OUTLIERS,
     FindingKind.THRUSTER_LAYOUT_CONTRADICTED,
     FindingKind.COMMANDS_LOOK_SAMPLED,

@@ -18,6 +18,15 @@ CLOCK_HOMOGENEITY = Spec(
     {"later": ONE_NAME, "earlier": ONE_NAME},
     {"delay": "s"},
 )
+CLOCK_DRIFT = Spec(
+    "clock drift: commands act {delay:.2f} s later at the {later} than at the {earlier} of {recording}. The "
+    "clocks of poses and commands do not run alike, so latency, lag and coefficients are off",
+    "Stamp both by one clock. To correct this log, multiply the commands' times since its first pose by "
+    "{factor:.6f}",
+    {"recording": ONE_NAME},
+    {"delay": "s", "factor": "-"},
+    {"later": {"beginning": "", "end": ""}, "earlier": {"beginning": "", "end": ""}},
+)
 PARAMETER_DRIFT = Spec(
     "parameter drift: {quantity} in {axis} is {change:.0%} less at the {lower} than at the {higher} of "
     "{of_means}{recording}. {dead_zone_means}{quantity_means}. Coefficients hold for the middle",

@@ -8,7 +8,7 @@ a factor of its own. Drift is one slope for all recordings, 0 in the middle of e
 differences between them.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
@@ -84,7 +84,7 @@ def _homogeneity(at: Point, known: ScoreInformation) -> list[Finding]:
 
 
 def _drift(at: Point, known: ScoreInformation) -> list[Finding]:
-    """Thrust or drag that fall or rise in the course of a recording."""
+    """Thrust or drag that fall or rise in the course of a recording, or clocks that drift if that is likelier."""
     recordings = at.runs.problem.recordings
     times = _times(at)
     longest = max(range(len(recordings)), key=lambda i: float(np.ptp(times[known.recording == i])))
@@ -92,6 +92,9 @@ def _drift(at: Point, known: ScoreInformation) -> list[Finding]:
     if span <= 0.0:
         return []
     manifest = _manifest(at, lambda *of: _slope(known, times / span, *of))
+    clocks, gain = _clock_drift(at, known, times, longest)
+    if gain > sum(change.test.gain for change in manifest):
+        return clocks
     return [
         finding_of(
             FindingKind.PARAMETER_DRIFT,
@@ -166,6 +169,17 @@ def _slope(
 
     times: (blocks,) from any origin in each recording, in lengths of the longest.
     """
+    test = _slope_test(known, times, weights)
+    if test is None:
+        return None
+    change = float(test.step[0])
+    less, more = ("beginning", "end") if change > 0.0 else ("end", "beginning")
+    half = min(0.5 * abs(change), 1.0)
+    return _Change(axis, quantity, less, more, (1.0 - half) / (1.0 + half), test)
+
+
+def _slope_test(known: ScoreInformation, times: Array, weights: Array) -> ScoreTest | None:
+    """The test of one slope along `weights` (p,) of the free parameters; None where it is not identifiable."""
     own = known.shares @ weights @ weights
     course = np.zeros(known.blocks)
     for i in range(len(known.of_recordings)):
@@ -174,11 +188,7 @@ def _slope(
         course[at] = times[at] - middle
     if not own @ course**2 > LARGEST_FACTOR_ERROR**-2:
         return None
-    test = score_test_after_step(known.with_courses(weights, course[:, None]), len(weights))
-    change = float(test.step[0])
-    less, more = ("beginning", "end") if change > 0.0 else ("end", "beginning")
-    half = min(0.5 * abs(change), 1.0)
-    return _Change(axis, quantity, less, more, (1.0 - half) / (1.0 + half), test)
+    return score_test_after_step(known.with_courses(weights, course[:, None]), len(weights))
 
 
 def _times(at: Point) -> Array:
@@ -190,14 +200,20 @@ def _times(at: Point) -> Array:
 
 def _clock_offset(at: Point, known: ScoreInformation) -> tuple[list[Finding], float]:
     """The largest difference of delays from commands to poses, and the expected fall of -2 log L."""
-    problem = at.runs.problem
-    late = np.array([problem.names[i].partition(".")[0] == "latency" for i in problem.free])
-    found = _by_recording(known, late.astype(float))
+    problem, late = at.runs.problem, _latencies(at)
+    found = _by_recording(known, late)
     if found is None or not found[1].reported:
         return [], 0.0
     places, test = found
     delays = np.concatenate([[0.0], test.step])
-    delays = delays + _further_delays(at, late, places, delays)
+    # of a long delay the first step is too short
+    shifts = [0.0] * len(problem.recordings)
+    for place, delay in zip(places, delays.tolist(), strict=True):
+        shifts[place] = delay
+    with suppress(IdentificationError):  # the boat diverges
+        again = _by_recording(_with_later_commands(at, shifts), late)
+        if again is not None and again[0] == places:
+            delays[1:] += again[1].step
     early, last = int(np.argmin(delays)), int(np.argmax(delays))
     more = float(delays[last] - delays[early])
     if more < LEAST_CLOCK_OFFSET:
@@ -206,22 +222,54 @@ def _clock_offset(at: Point, known: ScoreInformation) -> tuple[list[Finding], fl
     return [finding_of(FindingKind.CLOCK_HOMOGENEITY, one, other, delay=more)], test.gain
 
 
-def _further_delays(at: Point, late: Array, places: list[int], delays: Array) -> Array:
-    """What the delays of some recordings lack: of a long one the first step is too short.
+def _clock_drift(
+    at: Point, known: ScoreInformation, times: Array, longest: int
+) -> tuple[list[Finding], float]:
+    """The change of the delay from commands to poses over the longest recording, and the fall of -2 log L.
 
-    By a pass with their commands shifted. late: (p,) weights of the latencies; delays: [s] of those at `places`.
+    times: (blocks,) [s].
     """
-    shifted = list(at.runs.problem.recordings)
-    for i, delay in zip(places, delays.tolist(), strict=True):
-        commands = shifted[i].commands
-        stamps = commands.stamps + round(delay * 1e9)
-        shifted[i] = replace(shifted[i], commands=replace(commands, stamps=stamps))
-    problem = replace(at.runs.problem, recordings=tuple(shifted))
+    problem, late = at.runs.problem, _latencies(at)
+    span = float(np.ptp(times[known.recording == longest]))
+    test = _slope_test(known, times / span, late)
+    if test is None or not test.reported:
+        return [], 0.0
+    change = float(test.step[0])
+    # of a long delay the first step is too short
+    shifts = [change / span * (r.commands.stamps - r.stamps[0]) * 1e-9 for r in problem.recordings]
     with suppress(IdentificationError):  # the boat diverges
-        again = _by_recording(score_information(problem, at.theta, at.noise), late.astype(float))
-        if again is not None and again[0] == places:
-            return np.concatenate([[0.0], again[1].step])
-    return np.zeros(len(delays))
+        again = _slope_test(_with_later_commands(at, shifts), times / span, late)
+        change += 0.0 if again is None else float(again.step[0])
+    if abs(change) < LEAST_CLOCK_OFFSET:
+        return [], 0.0
+    recording = problem.recordings[longest]
+    parts = ("beginning", "end") if change > 0.0 else ("end", "beginning")
+    finding = finding_of(
+        FindingKind.CLOCK_DRIFT, recording.name,
+        delay=abs(change), factor=1.0 + change / span, **dict(zip(("earlier", "later"), parts, strict=True)),
+    )  # fmt: skip
+    return [finding], test.gain
+
+
+def _latencies(at: Point) -> Array:
+    """Weights (p,) of the free parameters that are latencies."""
+    problem = at.runs.problem
+    late = [problem.names[i].partition(".")[0] == "latency" for i in problem.free]
+    return np.array(late, dtype=float)
+
+
+def _with_later_commands(at: Point, delays: Sequence[float | Array]) -> ScoreInformation:
+    """A pass with the commands of each recording later by its delays [s].
+
+    Raises IdentificationError where the boat diverges.
+    """
+    problem = at.runs.problem
+    moved = []
+    for recording, delay in zip(problem.recordings, delays, strict=True):
+        commands = recording.commands
+        stamps = commands.stamps + np.round(np.asarray(delay) * 1e9).astype(np.int64)
+        moved.append(replace(recording, commands=replace(commands, stamps=stamps)))
+    return score_information(replace(problem, recordings=tuple(moved)), at.theta, at.noise)
 
 
 def _dead_zone(at: Point, quantity: str) -> str:

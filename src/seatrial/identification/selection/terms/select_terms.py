@@ -41,7 +41,11 @@ from seatrial.recording.recording import Recording
 from seatrial.util.progress import stage, step
 
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
-CHANGES = (*DISAGREEMENTS, FindingKind.PARAMETER_DRIFT)  # of the boat, between recordings or in one
+CHANGES = (
+    *DISAGREEMENTS,
+    FindingKind.CLOCK_DRIFT,
+    FindingKind.PARAMETER_DRIFT,
+)  # of the boat, between recordings or in one
 
 
 def select(
