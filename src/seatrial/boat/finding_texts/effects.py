@@ -34,7 +34,7 @@ UNEQUAL_THRUSTER_GAINS = Spec(
     {"gains": "-"},
     {
         "weak": {
-            "one": "Is a propeller fouled or damaged?",
+            "one": "Is a propeller fouled or damaged, or a payload off the centreline?",
             "several": "Several are equally weak, and an offset payload looks the same: check with "
             "'seatrial select' whether a coupled force explains it",
         }
