@@ -98,6 +98,35 @@ def test_the_heading_of_a_filter_has_a_floor_and_is_named(step, least):
         assert model.values[name] == pytest.approx(value, abs=4.0 * model.standard_errors[name])
 
 
+def tracked(z, step, white, acceleration):
+    """Positions (n,) of a Kalman filter for constant velocity, as in a GNSS receiver."""
+    ahead, out = np.array([[1.0, step], [0.0, 1.0]]), z.copy()
+    spread = acceleration * np.array([[step**3 / 3.0, step**2 / 2.0], [step**2 / 2.0, step]])
+    x, p = np.array([z[0], 0.0]), np.eye(2)
+    for i in range(1, len(z)):
+        x, p = ahead @ x, ahead @ p @ ahead.T + spread
+        gain = p[:, 0] / (p[0, 0] + white**2)
+        x, p = x + gain * (z[i] - x[0]), p - np.outer(gain, p[0])
+        out[i] = x[0]
+    return out
+
+
+@pytest.mark.parametrize("filtered", [True, False])
+def test_the_position_of_a_filter_is_named_and_no_other_one(filtered):
+    recording = under_gnss(4, 0.0, 1.0, 120.0)
+    eta = recording.raw.copy()
+    if filtered:
+        eta[:, :2] = np.column_stack([tracked(z, 0.1, 0.01, 3e-3) for z in eta[:, :2].T])
+    model = output_error(
+        [make_recording("drive", recording.stamps, eta, recording.commands)], tug()
+    )
+    found = model.findings_of(FindingKind.SMOOTH_POSITION)
+    assert len(found) == filtered
+    for named in found:
+        assert 3.0 < named.number("lasting") < 15.0  # [mm]
+        assert 0.1 < named.number("memory") < 1.0  # [s]
+
+
 def make(recording, heading):
     """The recording with other headings."""
     eta = np.column_stack([recording.raw[:, :2], heading])

@@ -54,6 +54,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.NO_SIGNIFICANT_COEFFICIENT: "Commands and motion are unrelated: the model is not usable.",
         K.NOT_PREDICTABLE: "The model can't be tested with these recordings.",
         K.NO_BETTER_THAN_CONSTANT: "The model is of no use in these axes.",
+        K.SMOOTH_POSITION: "White errors end at their lower bound, which no sensor has.",
         K.SMOOTH_HEADING: "White errors end at their lower bound, a quarter of the logged heading's step.",
         K.LEVER_ARM_ERRORS: "The lever arm was estimated, with these errors.",
         K.DELAY_DIFFERENCE: "Position and heading are measured at two times, which the model corrects.",

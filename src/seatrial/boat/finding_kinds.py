@@ -60,6 +60,7 @@ class FindingKind(Enum):
     NO_SIGNIFICANT_COEFFICIENT = ("no-significant-coefficient", estimate.NO_SIGNIFICANT_COEFFICIENT)
     NOT_PREDICTABLE = ("not-predictable", estimate.NOT_PREDICTABLE)
     NO_BETTER_THAN_CONSTANT = ("no-better-than-constant", estimate.NO_BETTER_THAN_CONSTANT)
+    SMOOTH_POSITION = ("smooth-position", estimate.SMOOTH_POSITION)
     SMOOTH_HEADING = ("smooth-heading", estimate.SMOOTH_HEADING)
     LEVER_ARM_ERRORS = ("lever-arm-errors", estimate.LEVER_ARM_ERRORS)
     DELAY_DIFFERENCE = ("delay-difference", estimate.DELAY_DIFFERENCE)
@@ -121,6 +122,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     # the model lacks something that biases its coefficients
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEQUAL_THRUSTER_GAINS,
+    FindingKind.SMOOTH_POSITION,
     FindingKind.MISSING_TERM,
     FindingKind.MODEL_MISMATCH,
     FindingKind.NO_BETTER_THAN_CONSTANT,

@@ -55,6 +55,13 @@ NO_BETTER_THAN_CONSTANT = Spec(
     f"{SAME_RUN}, and check the vehicle file's signs",
     {"axes": NAMES},
 )
+SMOOTH_POSITION = Spec(
+    "position: no white noise, but correlated errors of {lasting:.2g} mm with a time constant of {memory:.2g} s. "
+    "So it comes from a filter, such as a GNSS receiver's. One without an IMU lags behind the boat: thrust, drag "
+    "and lag are then off by more than their intervals. White noise is held at {white:.2g} mm",
+    "Log positions that are not filtered, or filtered as little as the receiver allows",
+    numbers={"white": "mm", "lasting": "mm", "memory": "s"},
+)
 SMOOTH_HEADING = Spec(
     "heading: no white noise, but correlated errors of {lasting:.2g} mrad with a time constant of "
     "{memory:.2g} s. So it comes from a filter, such as an autopilot's. White noise is held at "

@@ -55,7 +55,7 @@ def solution_findings(at: Point, horizon: float, covariance: Array) -> list[Find
     Raises IdentificationError where no model of this structure explains the poses.
     """
     findings = [*_outliers(at), *_poor_prediction(at, horizon), *at_bound_findings(at)]
-    findings += _smooth_heading(at)
+    findings += _of_a_filter(at)
     if horizon:
         findings.append(finding_of(FindingKind.MODEL_MISMATCH, horizon=horizon))
     return [*findings, *_nothing_significant(at, covariance)]
@@ -147,17 +147,20 @@ def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> _Predict
     return _PredictionErrors(rms + ERROR_FLOOR, floor, constant, zero)
 
 
-def _smooth_heading(at: Point) -> list[Finding]:
-    """A finding if the heading has no white errors, but some that last: no sensor is so, a filter is."""
-    white, least, lasting = at.noise[1], at.runs.problem.least_noise[1], at.noise[COLOUR[1]]
-    if white > AT_LEAST * least or lasting <= _core.NO_COLOUR:
-        return []
+def _of_a_filter(at: Point) -> list[Finding]:
+    """A finding if position or heading has no white errors, but some that last: no sensor is so, a filter is."""
     # errors with a memory shorter than the step between poses are white
     steps = np.concatenate([np.diff(r.t) for r in at.runs.problem.recordings])
-    if at.noise[COLOUR_MEMORY] < np.median(steps):
+    memory = at.noise[COLOUR_MEMORY]
+    if memory < np.median(steps):
         return []
-    sizes = {"white": 1e3 * white, "lasting": 1e3 * lasting, "memory": at.noise[COLOUR_MEMORY]}
-    return [finding_of(FindingKind.SMOOTH_HEADING, **{k: float(v) for k, v in sizes.items()})]
+    findings = []
+    for i, kind in enumerate((FindingKind.SMOOTH_POSITION, FindingKind.SMOOTH_HEADING)):
+        white, least, lasting = at.noise[i], at.runs.problem.least_noise[i], at.noise[COLOUR[i]]
+        if white <= AT_LEAST * least and lasting > _core.NO_COLOUR:
+            sizes = {"white": 1e3 * white, "lasting": 1e3 * lasting, "memory": memory}
+            findings.append(finding_of(kind, **{k: float(v) for k, v in sizes.items()}))
+    return findings
 
 
 def at_bound_findings(at: Point) -> list[Finding]:
