@@ -7,7 +7,7 @@ import numpy as np
 from survey_boat import driven
 
 from seatrial.identification.estimator import OutputErrorSettings, fit
-from seatrial.identification.likelihood.fit_horizon import _held_out_errors
+from seatrial.identification.likelihood.fit_horizon import held_out_errors
 
 
 def both(rng):
@@ -18,8 +18,8 @@ def test_a_candidate_that_diverges_has_no_errors_and_ends_no_identification():
     """As of a heading that is the course over ground: no boat moves so."""
     vehicle, drive = driven({}, [both, both], seconds=80.0)
     at = fit([drive], vehicle, settings=OutputErrorSettings(select_stages=False)).point
-    errors = _held_out_errors(at, at.noise)
+    errors = held_out_errors(at)
     assert errors is not None and np.isfinite(errors).all()
     theta = at.theta.copy()
     theta[at.runs.problem.names.index("X_uu")] = 50.0  # drag that drives
-    assert _held_out_errors(replace(at, theta=theta), at.noise) is None
+    assert held_out_errors(replace(at, theta=theta)) is None
