@@ -225,7 +225,7 @@ def pool(tmp_path_factory, af, paper_af, once):
 
 
 def make_model(
-    vehicle: seatrial.Vehicle, values: dict[str, float], scheme="runge-kutta", step=1 / 240
+    vehicle: seatrial.Vehicle, values: dict[str, float], scheme="runge-kutta", step=1 / 30
 ):
     """A model with given coefficients and the vehicle's own chain."""
     from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry

@@ -176,9 +176,13 @@ def fitness(model: Model, scores: Scores) -> tuple[Fitness, ...]:
     if model.findings_of(FindingKind.CONTRADICTED):
         reason = Reason(Criterion.CONTRADICTED)
         return tuple(Fitness(use, Level.NOT_FIT, reason) for use in Use)
+    try:
+        driven = axis_physics(model)
+    except ModelError:
+        driven = None
     kinds = (
-        (Use.SIMULATION, _simulation(model, scores)),
-        (Use.CONTROL, _control(model)),
+        (Use.SIMULATION, _simulation(driven, scores)),
+        (Use.CONTROL, _control(model, driven)),
         (Use.ODOMETRY, _odometry(scores)),
     )
     return tuple(_worst(use, list(found)) for use, found in kinds)
@@ -217,10 +221,9 @@ def _grade(
     return level, Reason(criterion, subject, value, fit, horizon)
 
 
-def _simulation(model: Model, scores: Scores) -> Iterator[Graded]:
-    try:
-        axis_physics(model)
-    except ModelError:
+def _simulation(driven: Sequence[AxisPhysics] | None, scores: Scores) -> Iterator[Graded]:
+    """`driven`: None of an unstable model."""
+    if driven is None:
         yield Level.NOT_FIT, Reason(Criterion.UNSTABLE)
     rows = _rows(scores, "filter", "stencil")
     if not rows:
@@ -267,10 +270,9 @@ def _seen(scores: Scores) -> Iterator[Graded]:
         yield Level.LIMITED, Reason(Criterion.SEEN)
 
 
-def _control(model: Model) -> Iterator[Graded]:
-    try:
-        driven = axis_physics(model)
-    except ModelError:
+def _control(model: Model, driven: Sequence[AxisPhysics] | None) -> Iterator[Graded]:
+    """`driven`: None of an unstable model."""
+    if driven is None:
         yield Level.NOT_FIT, Reason(Criterion.UNSTABLE)
         return
     if not driven:
