@@ -132,6 +132,20 @@ def af() -> seatrial.Vehicle:
     return seatrial.load_vehicle("mallard-af")
 
 
+@pytest.fixture(scope="session")
+def boat(mp) -> seatrial.Model:
+    """The plant of the paper-like trials."""
+    return plant_model(load_plan("paper-like"), mp)
+
+
+@pytest.fixture(scope="session")
+def path(boat, tmp_path_factory) -> Path:
+    """Its file."""
+    path = tmp_path_factory.mktemp("boat") / "model.yaml"
+    save(boat, path)
+    return path
+
+
 def trials(plan_name: str, vehicle: seatrial.Vehicle) -> dict[str, Trial]:
     return {t.name.split("-")[0]: t for t in simulate(load_plan(plan_name), vehicle)}
 

@@ -15,23 +15,9 @@ from waiting import PATIENCE
 import seatrial
 from seatrial.commands.cli import main
 from seatrial.simulation.mimic import Carrier, Mimic
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model
 from seatrial.util.frames import Axes
 
 PROGRAM = str(Path(sys.executable).parent / "seatrial")
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
-
-
-@pytest.fixture(scope="module")
-def path(boat, tmp_path_factory):
-    path = tmp_path_factory.mktemp("mimic") / "model.yaml"
-    seatrial.save(boat, path)
-    return path
 
 
 def mimic(*arguments, lines=()):

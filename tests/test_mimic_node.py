@@ -13,8 +13,6 @@ from ros1_node_tools import plant_states
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.simulation.mimic import MimicHealth
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model
 
 pytestmark = pytest.mark.system
 BEGIN = 1_000_000_000_000  # [ns]
@@ -26,11 +24,6 @@ TWO = {"F_u": "axes[1]", "F_v": "axes[0]", "F_r": {"field": "data[0]", "topic": 
 def program():
     """The node, under the sanitizers."""
     return built("mimic")
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
 
 
 def event(t, words):

@@ -31,11 +31,11 @@ def controller():
     return Nmpc(truth())
 
 
-def line(t):
-    """Along x at SPEED: pose and velocity (n, 6)."""
+def straight(t, speed=SPEED):
+    """Along x: pose and velocity (n, 6)."""
     t = np.asarray(t, dtype=float)
     still = np.zeros_like(t)
-    return np.stack([SPEED * t, still, still, still + SPEED, still, still], axis=-1)
+    return np.stack([speed * t, still, still, still + speed, still, still], axis=-1)
 
 
 def drive(controller, reference, seconds, begin, current=CURRENT):
@@ -63,7 +63,7 @@ def drive(controller, reference, seconds, begin, current=CURRENT):
 
 def test_it_comes_back_to_a_line_and_keeps_it_in_a_cross_current(controller):
     """The bow points into the current: the heading that carries the boat along the line."""
-    states = drive(controller, line, 50.0, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+    states = drive(controller, straight, 50.0, [0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
     late = states[300:]
     assert np.abs(late[:, 1]).max() < 0.05  # [m] of a path 1 m away at the start
     crab = -np.arcsin(CURRENT[1] / SPEED)  # [rad]
@@ -73,7 +73,7 @@ def test_it_comes_back_to_a_line_and_keeps_it_in_a_cross_current(controller):
 
 
 def test_in_still_water_it_heads_along_the_line(controller):
-    states = drive(controller, line, 30.0, np.zeros(6), current=(0.0, 0.0))
+    states = drive(controller, straight, 30.0, np.zeros(6), current=(0.0, 0.0))
     np.testing.assert_allclose(states[200:, 1:3], 0.0, atol=0.01)
 
 
@@ -81,7 +81,7 @@ def test_walls_hold_for_a_boat_without_sway_thrust():
     kept = Nmpc(truth(), pool=(200.0, 3.0), clearance=0.5)  # |y| up to 1 m
 
     def beyond(t):
-        return line(t) + np.array([0.0, 1.3, 0.0, 0.0, 0.0, 0.0])
+        return straight(t) + np.array([0.0, 1.3, 0.0, 0.0, 0.0, 0.0])
 
     states = drive(kept, beyond, 30.0, np.zeros(6))
     assert states[-100:, 1].max() < 1.0 + 0.02

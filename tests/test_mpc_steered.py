@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Model predictive control of one thruster and its angle: both are inputs, the gear's rate is a constraint."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from conftest import at_length
 from steered_boat import BOW_THRUSTER, known
-from test_mpc_path import CURRENT, PERIOD, drive
+from test_mpc_path import CURRENT, PERIOD, drive, straight
 
 from seatrial import _core
 from seatrial.control import at_speed, rounded_square
@@ -15,6 +17,7 @@ from seatrial.control.mpc.step import Layout
 from seatrial.util.errors import ControlError
 
 SPEED = 0.6  # [m/s]
+line = partial(straight, speed=SPEED)
 GEAR = np.radians(40.0)  # [rad/s] of the boat's helm
 RUDDER = {  # behind the propeller and in the flow
     "forces": {
@@ -34,13 +37,6 @@ RUDDER = {  # behind the propeller and in the flow
 @pytest.fixture(scope="module")
 def controller():
     return Nmpc(known())
-
-
-def line(t):
-    """Along x at SPEED: pose and velocity (n, 6)."""
-    t = np.asarray(t, dtype=float)
-    still = np.zeros_like(t)
-    return np.stack([SPEED * t, still, still, still + SPEED, still, still], axis=-1)
 
 
 @pytest.mark.parametrize("changed", [{}, RUDDER], ids=["outboard", "rudder"])

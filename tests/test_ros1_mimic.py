@@ -9,25 +9,9 @@ import pytest
 from conftest import ROOT
 from ros1_node_tools import messages, needed, nodes, plant_states, stamp_of, track
 
-import seatrial
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model
-
 pytestmark, ros = needed, nodes
 RECORDED = ("/cmd_vel", "/virtual_boat", "/odom", "/joy", "/diagnostics")
 DRIVES = ([0.1, 0.6, 0.0, 0.2], [-0.3, 0.2, 0.0, -0.5])  # axes of the joypad
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
-
-
-@pytest.fixture(scope="module")
-def path(boat, tmp_path_factory):
-    path = tmp_path_factory.mktemp("mimic") / "model.yaml"
-    seatrial.save(boat, path)
-    return path
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,6 @@ from ros1_node_tools import (
 
 import seatrial
 from seatrial import _core
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model
 
 pytestmark, ros = needed, nodes
 SCENE = """seatrial: scene 1
@@ -49,11 +47,6 @@ RECORDED = (
     "/tf_static",
 )
 DRIVES = ([0.1, 0.6, 0.0, 0.3], [-0.3, 0.2, 0.0, -0.5])  # axes of the joypad
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,6 @@ from ros1_node_tools import messages, needed, nodes, stamp_of, track
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.control import Circle, Course, Reference, save_gains, save_ros, tune
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model
 
 pytestmark, ros = needed, nodes
 RECORDED = ("/truth", "/odom", "/map_pose", "/reference", "/goal", "/joy", "/diagnostics")
@@ -31,11 +29,6 @@ sensors:
   pose: {rate: 15, position_noise: 0.001, heading_noise: 0.001, delay: 0.05}
 boats: [{start: [0.26, -0.03, 1.5]}]
 """
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
 
 
 @pytest.fixture(scope="module")

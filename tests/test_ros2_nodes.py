@@ -15,8 +15,6 @@ from waiting import PATIENCE, until
 
 import seatrial
 from seatrial.control import save_gains, tune
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model
 
 pytestmark = needed
 ros, peer, _alone = FIXTURES
@@ -26,11 +24,6 @@ SCENE = """seatrial: scene 1
 sensors:
   pose: {rate: 15, position_noise: 0.001, heading_noise: 0.001, delay: 0.05}
 """
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
 
 
 @pytest.fixture(scope="module")

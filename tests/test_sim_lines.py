@@ -15,25 +15,11 @@ from waiting import PATIENCE, free_port, until
 
 import seatrial
 from seatrial.commands.cli import main
-from seatrial.simulation.plan import load_plan
 from seatrial.simulation.server import SimSettings, SimStream
-from seatrial.simulation.trials import plant_model
 from seatrial.util.frames import Axes
 
 PROGRAM = str(Path(sys.executable).parent / "seatrial")
 SCRIPT = [(0.0, [0.8, 0.0, 0.1]), (2.0, [0.3, -0.6, 0.5]), (5.0, [-0.5, 0.2, -0.4])]
-
-
-@pytest.fixture(scope="module")
-def boat(mp):
-    return plant_model(load_plan("paper-like"), mp)
-
-
-@pytest.fixture(scope="module")
-def path(boat, tmp_path_factory):
-    path = tmp_path_factory.mktemp("sim") / "model.yaml"
-    seatrial.save(boat, path)
-    return path
 
 
 def sim(*arguments, lines=()):
