@@ -87,9 +87,8 @@ def test_workers_return_all_jobs_and_gathered_keeps_their_order():
 @pytest.mark.filterwarnings("ignore")  # of Dask's own threads and sockets at the end
 def test_results_do_not_depend_on_the_number_of_workers():
     jobs = [(n,) for n in range(4)]
-    rows = [gathered(one_row, jobs, workers=count) for count in (1, 2)]
-    rows.append([row for _, row in sorted(spread(one_row, jobs, workers=None))])
-    assert rows[0] == rows[1] == rows[2]
+    rows = [gathered(one_row, jobs, workers=count) for count in (1, None)]
+    assert rows[0] == rows[1]
     with pytest.raises(ValueError, match="non-negative"):  # what a job raises
         gathered(one_row, [(-1,), (1,)], workers=2)
 
