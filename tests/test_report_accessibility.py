@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Both pages are accessible: axe-core's rules in a browser, the keyboard, ten screens, verdicts in sight."""
 
+from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 from importlib.util import find_spec
 
 import msgspec
@@ -67,8 +69,9 @@ def pages(cse1, cse1_paper_model, tmp_path_factory):
     }
 
 
-@pytest.fixture
-def visit(browser, pages):  # noqa: F811
+@contextmanager
+def visits(browser, pages):  # noqa: F811
+    """Opens pages, which ask for nothing."""
     opened = []
 
     def go(page, size=LAPTOP):
@@ -83,13 +86,28 @@ def visit(browser, pages):  # noqa: F811
         assert one.requests == []
 
 
-def drawn(page):
-    """All unfolded, and every plot drawn."""
-    page.evaluate(OPEN_ALL)
-    for plot in page.locator(".plot").all():
-        plot.scroll_into_view_if_needed()
-        plot.locator(".main-svg").first.wait_for(state="attached")
-    page.evaluate("() => window.scrollTo(0, 0)")
+@pytest.fixture
+def visit(browser, pages):  # noqa: F811
+    with visits(browser, pages) as go:
+        yield go
+
+
+@pytest.fixture(scope="module")
+def drawn(browser, pages):  # noqa: F811
+    """Opens a page, all unfolded and every plot drawn, once."""
+    with visits(browser, pages) as go:
+
+        @cache
+        def draw(name, size=LAPTOP):
+            page = go(name, size)
+            page.evaluate(OPEN_ALL)
+            for plot in page.locator(".plot").all():
+                plot.scroll_into_view_if_needed()
+                plot.locator(".main-svg").first.wait_for(state="attached")
+            page.evaluate("() => window.scrollTo(0, 0)")
+            return page
+
+        yield draw
 
 
 def violations(page, rules=()):
@@ -106,13 +124,14 @@ def violations(page, rules=()):
 
 @pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
 @pytest.mark.parametrize("name", ["report", "compare"])
-def test_no_rule_of_axe_core_fails(visit, name, size):
-    page = visit(name, size)
-    drawn(page)
+def test_no_rule_of_axe_core_fails(drawn, name, size):
+    page = drawn(name, size)
     assert violations(page) == {}
-    page.emulate_media(color_scheme="dark")
-    assert page.evaluate("() => getComputedStyle(document.body).color") == "rgb(232, 234, 237)"
-    assert violations(page, COLOUR_RULES) == {}  # nothing else depends on the scheme
+    if size == LAPTOP:  # colours do not depend on the size, nothing else on the scheme
+        page.emulate_media(color_scheme="dark")
+        assert page.evaluate("() => getComputedStyle(document.body).color") == "rgb(232, 234, 237)"
+        assert violations(page, COLOUR_RULES) == {}
+        page.emulate_media(color_scheme="light")
 
 
 def test_axe_core_finds_what_is_wrong(visit):
@@ -138,10 +157,9 @@ def test_the_first_screen_has_picture_dials_and_next_step(visit, name):
 
 
 @pytest.mark.parametrize("name", ["report", "compare", "changes"])
-def test_no_label_of_a_plot_runs_into_another_on_a_phone(visit, name):
+def test_no_label_of_a_plot_runs_into_another_on_a_phone(drawn, name):
     """Ticks of an axis, and the titles of the panels that are one above the other."""
-    page = visit(name, PHONE)
-    drawn(page)
+    page = drawn(name, PHONE)
     pictured = page.evaluate(
         """() => [...document.querySelectorAll(".plot.picture .ytick text")].map((d) => d.textContent)"""
     )
@@ -161,11 +179,9 @@ def test_a_page_is_at_most_ten_screens_long(visit, name, size):
     assert page.locator("details.narrow[open]").count() == (0 if size == PHONE else 2)
 
 
-def test_every_plot_has_a_legend(visit):
+def test_every_plot_has_a_legend(drawn):
     for name in ("report", "compare"):
-        page = visit(name)
-        drawn(page)
-        without = page.evaluate(
+        without = drawn(name).evaluate(
             """() => [...document.querySelectorAll(".plot")].filter((div) => !div.querySelector(".legend .traces"))
                 .map((div) => div.dataset.figure)"""
         )
