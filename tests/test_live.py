@@ -299,7 +299,8 @@ def test_along_a_recording(path, recording, tmp_path, capsys):
 
     folder = write_trial(trials(SCENE, SEED, TRAINING)["S1"], tmp_path)
     for name in ("out.csv", "out.jsonl"):
-        assert main(["predict", str(path), str(folder), "-o", str(tmp_path / name)]) == 0
+        given = ["predict", str(path), str(folder), "--end", "40", "-o", str(tmp_path / name)]
+        assert main(given) == 0
     header, *rows = (tmp_path / "out.csv").read_text().splitlines()
     answers = (tmp_path / "out.jsonl").read_text().splitlines()
     assert header == CSV_HEADER

@@ -19,7 +19,7 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.util.errors import FileError, ModelError, SeatrialError
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def identified(clean_af, af):
     records = [clean_af[s].recording for s in ("S1", "S2", "S3")]
     return seatrial.identify(records, af, method="equation-error")
