@@ -64,6 +64,17 @@ def carried(velocity):
     return change
 
 
+def sheared(rate):
+    """Poses in water that flows along x, by `rate` [1/s] faster with y, not on average."""
+
+    def change(drive, eta):
+        aside = eta[:, 1] - eta[:, 1].mean()
+        eta[:, 0] += np.cumsum(rate * aside * np.diff(drive.t, prepend=0.0))
+        return eta
+
+    return change
+
+
 def pushed(sd, memory):
     """Poses pushed about by velocities that come and go."""
 
@@ -107,6 +118,15 @@ def test_a_current_is_named_with_its_speed():
     assert finding.kind is FindingKind.UNMODELLED_CURRENT
     assert finding.number("size") == pytest.approx(0.1, rel=0.1)
     assert "--effect current" in finding_text(finding)
+
+
+def test_a_current_that_differs_between_places_is_named():
+    vehicle, recordings = drives(sheared(0.02))
+    (finding,) = asked(output_error(recordings, vehicle))
+    assert finding.kind is FindingKind.UNEVEN_CURRENT
+    places = [r.eta[:, 1] - r.eta[:, 1].mean() for r in recordings]
+    largest = 0.02 * max(float(np.abs(y).max()) for y in places)
+    assert finding.number("size") == pytest.approx(largest, rel=0.5)  # of block means, a first step
 
 
 def test_nothing_is_named_where_nothing_acts_or_what_acts_is_none_of_these():

@@ -63,6 +63,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
     "Effects that the model does not have": {
         K.UNMODELLED_LEVER_ARM: "The pose sensor is not above the boat's origin: turning moves it.",
         K.UNMODELLED_CURRENT: "The water moves, and the model takes the boat's velocity as that through the water.",
+        K.UNEVEN_CURRENT: "The current is faster in one place than in another, or it turns with the tide.",
         K.UNMODELLED_TRIM: "The boat is pushed to one side at command zero.",
         K.UNMODELLED_WIND: "A force from one direction of the earth acts on the boat.",
         K.UNMODELLED_DELAY: "The position is older than the heading, as with GNSS and a gyro.",

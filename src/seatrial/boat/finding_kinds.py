@@ -69,6 +69,7 @@ class FindingKind(Enum):
     # effects that the model does not have
     UNMODELLED_LEVER_ARM = ("unmodelled-lever-arm", effects.UNMODELLED_LEVER_ARM)
     UNMODELLED_CURRENT = ("unmodelled-current", effects.UNMODELLED_CURRENT)
+    UNEVEN_CURRENT = ("uneven-current", effects.UNEVEN_CURRENT)
     UNMODELLED_TRIM = ("unmodelled-trim", effects.UNMODELLED_TRIM)
     UNMODELLED_WIND = ("unmodelled-wind", effects.UNMODELLED_WIND)
     UNMODELLED_DELAY = ("unmodelled-delay", effects.UNMODELLED_DELAY)
@@ -121,6 +122,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.LATE_COMMANDS,
     # the model lacks something that biases its coefficients
     *UNMODELLED_EFFECTS.values(),
+    FindingKind.UNEVEN_CURRENT,
     FindingKind.UNEQUAL_THRUSTER_GAINS,
     FindingKind.SMOOTH_POSITION,
     FindingKind.MISSING_TERM,

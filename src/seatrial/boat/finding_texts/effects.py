@@ -17,6 +17,12 @@ UNMODELLED_CURRENT = Spec(
     ASK_EFFECT.format(effect="current"),
     numbers={"size": "m/s"},
 )
+UNEVEN_CURRENT = Spec(
+    "unmodelled effect: poses fit far better with a current that differs by up to {size:.2g} m/s between places "
+    "or parts of the recordings. Drag and coupled terms are off by more than their intervals",
+    "Drive in still water, in a smaller area or for a shorter time; --effect current is a steady one",
+    numbers={"size": "m/s"},
+)
 UNMODELLED_TRIM = Spec(
     f"unmodelled effect: a steady force, for example of thrusters that do not quite stop, {UNMODELLED}",
     ASK_EFFECT.format(effect="trim"),

@@ -13,6 +13,7 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
 from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
 from seatrial.identification.diagnostics.thruster_gains import with_gains
+from seatrial.identification.diagnostics.uneven_current import uneven_current
 from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point, linearised_optimum, noise_box
@@ -31,7 +32,11 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
-EFFECTS_FOUND = (*UNMODELLED_EFFECTS.values(), FindingKind.UNEQUAL_THRUSTER_GAINS)
+EFFECTS_FOUND = (
+    *UNMODELLED_EFFECTS.values(),
+    FindingKind.UNEVEN_CURRENT,
+    FindingKind.UNEQUAL_THRUSTER_GAINS,
+)
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
 LEAST_DELAY = 0.03  # [s] of position against heading: a shorter one is of no account
 MOVED_ERRORS = 0.5  # standard errors by which an effect that matters moves a coefficient
@@ -63,7 +68,11 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
         return _best_fitted(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
     candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
-    if off is not None and off.gain > max([LARGE_GAIN, *(a.test.gain for a in candidates)]):
+    most = max([LARGE_GAIN, *(a.test.gain for a in candidates)])
+    uneven = uneven_current(at)
+    if uneven is not None and uneven.test.gain > max(most, 0.0 if off is None else off.gain):
+        return Unmodelled(tuple(uneven.findings))
+    if off is not None and off.gain > most:
         return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
     return _best_fitted(at, candidates, horizon, covariance)
 
