@@ -8,7 +8,11 @@ from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.diagnostics.heading_offset import psi_offset, without_offset
+from seatrial.identification.diagnostics.heading_offset import (
+    psi_offset,
+    without_error,
+    without_offset,
+)
 from seatrial.identification.estimator import output_error
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.simulation.plan import DisturbanceForce
@@ -19,7 +23,8 @@ CHAIN = {"latency": 0.1, "lag": 0.1}
 
 
 def offsets(recordings, vehicle) -> tuple[Finding, ...]:
-    return output_error(recordings, vehicle).findings_of(FindingKind.HEADING_OFFSET)
+    kinds = FindingKind.HEADING_OFFSET, FindingKind.COMPASS_DEVIATION
+    return output_error(recordings, vehicle).findings_of(*kinds)
 
 
 @pytest.mark.parametrize(
@@ -30,9 +35,21 @@ def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
     askew = [without_offset(drive, -np.radians(degrees)) for drive in drives]
     (finding,) = offsets(askew, vehicle)
+    assert finding.kind is FindingKind.HEADING_OFFSET
     assert np.degrees(finding.number("size")) == pytest.approx(abs(degrees), abs=0.6)
     assert np.degrees(finding.number("psi_offset")) == pytest.approx(degrees, abs=0.6)
     assert f"offset: {finding.number('psi_offset'):.4g} at pose: psi" in finding_text(finding)
+
+
+@pytest.mark.parametrize(("turns", "number"), [("once", 1), at_length("twice", 2)])
+def test_a_compass_near_iron_is_told_with_its_deviation(turns, number):
+    vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=PUSH)
+    error = np.radians(5.0)
+    near = [without_error(one, lambda psi: -error * np.sin(number * psi + 0.7)) for one in drives]
+    (finding,) = offsets(near, vehicle)
+    assert finding.kind is FindingKind.COMPASS_DEVIATION
+    assert finding.values["turns"] == turns
+    assert np.degrees(finding.number("size")) == pytest.approx(5.0, abs=1.0)
 
 
 @pytest.mark.system

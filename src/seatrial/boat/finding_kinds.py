@@ -74,6 +74,7 @@ class FindingKind(Enum):
     UNMODELLED_WIND = ("unmodelled-wind", effects.UNMODELLED_WIND)
     UNMODELLED_DELAY = ("unmodelled-delay", effects.UNMODELLED_DELAY)
     UNEQUAL_THRUSTER_GAINS = ("unequal-thruster-gains", effects.UNEQUAL_THRUSTER_GAINS)
+    COMPASS_DEVIATION = ("compass-deviation", effects.COMPASS_DEVIATION)
     HEADING_OFFSET = ("heading-offset", effects.HEADING_OFFSET)
 
     # changes between and within recordings
@@ -114,6 +115,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.NO_SIGNIFICANT_COEFFICIENT,
     FindingKind.NOT_PREDICTABLE,
     FindingKind.HEADING_OFFSET,
+    FindingKind.COMPASS_DEVIATION,
     FindingKind.CLOCK_HOMOGENEITY,
     FindingKind.CLOCK_DRIFT,
     FindingKind.OUTLIERS,

@@ -50,8 +50,8 @@ class Asynchronous:
         """With later stamps."""
         return replace(self, stamps=self.stamps + nanoseconds)
 
-    def turned(self, angle: float) -> "Asynchronous":
-        """With headings that are larger by an angle [rad]."""
+    def turned(self, angle: float | Array) -> "Asynchronous":
+        """With headings that are larger by an angle [rad], or by angles (m,)."""
         heading = self.parts == _core.HEADING_PART
         return replace(self, values=self.values + angle * heading)
 

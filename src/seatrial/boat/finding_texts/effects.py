@@ -19,7 +19,7 @@ UNMODELLED_CURRENT = Spec(
 )
 UNEVEN_CURRENT = Spec(
     "unmodelled effect: poses fit far better with a current that differs by up to {size:.2g} m/s between places "
-    "or parts of the recordings. Drag and coupled terms are off by more than their intervals",
+    "or parts of the recordings. Drag and coupled terms may be off by more than their intervals",
     "Drive in still water, in a smaller area or for a shorter time; --effect current is a steady one",
     numbers={"size": "m/s"},
 )
@@ -54,4 +54,11 @@ HEADING_OFFSET = Spec(
     "before further terms are selected",
     numbers={"size": "rad", "psi_offset": "of psi in the vehicle file"},
     signed=("psi_offset",),
+)
+COMPASS_DEVIATION = Spec(
+    "compass deviation: poses fit far better with a heading that errs by up to {size:.2deg} degrees, "
+    "{turns_means} a turn of the boat. Coefficients may be off by more than their intervals",
+    "Calibrate the compass on the boat, away from iron and motor currents, or measure the heading otherwise",
+    numbers={"size": "rad"},
+    words={"turns": {"once": "once (hard iron)", "twice": "twice (soft iron)"}},
 )

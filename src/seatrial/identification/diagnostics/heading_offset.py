@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""A constant offset of the heading: a compass' deviation, a tracker's frame that is turned on the boat.
+"""Errors of the heading: a tracker's frame that is turned on the boat, a compass' deviation by iron near it.
 
 Positions are right, but surge shows as sway. Two filter runs with turned headings give a parabola of the
-log likelihood, in which the free parameters take one Gauss-Newton step.
+log likelihood, in which the free parameters take one Gauss-Newton step. A compass' deviation has a period of a
+turn (hard iron) or half a turn (soft iron).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +27,7 @@ TRIAL_TURN = 0.05  # [rad] of the two runs for the parabola
 MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
 LARGEST_HEADING_ERROR = 0.05  # [rad] standard error above which the offset is not identifiable
 LEAST_HEADING_OFFSET = 0.02  # [rad] reported: less hardly biases a coefficient
+HeadingError = Callable[[Array], Array]  # [rad] by heading [rad], recorded less true
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,58 @@ def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Find
 
 def likelier_heading(at: Point) -> HeadingOffset | None:
     """The maximum of the parabola over the heading offset; None where the offset is not identifiable."""
-    problem = at.runs.problem
-    back, ahead = (_cost(_turned(problem, by), at) for by in (-TRIAL_TURN, TRIAL_TURN))
+    found = _likelier(at, np.ones_like)
+    if found is None:
+        return None
+    by, gain = found
+    return HeadingOffset(gain, by, _turned(at.runs.problem, lambda psi: np.full_like(psi, by)))
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """A compass' deviation that is likelier than none."""
+
+    gain: float  # expected fall of -2 log L
+    size: float  # [rad] the largest error
+    turns: str  # periods in a turn of the boat, in a finding's words
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What is reported of it."""
+        return [finding_of(FindingKind.COMPASS_DEVIATION, size=self.size, turns=self.turns)]
+
+
+def likelier_deviation(at: Point) -> Deviation | None:
+    """The likelier deviation of the two periods; None where neither gains much."""
+    found = [one for number in (1, 2) if (one := _deviation(at, number)) is not None]
+    return max(found, key=lambda one: one.gain, default=None)
+
+
+def _deviation(at: Point, number: int) -> Deviation | None:
+    """The deviation with so many periods in a turn; sine and cosine have a parabola each."""
+    waves = [lambda psi: np.sin(number * psi), lambda psi: np.cos(number * psi)]
+    parts = [_likelier(at, wave) for wave in waves]
+    sine, cosine = (0.0 if part is None else part[0] for part in parts)
+    size = float(np.hypot(sine, cosine))
+    if size < LEAST_HEADING_OFFSET:
+        return None
+    corrected = _turned(
+        at.runs.problem, lambda psi: sine * np.sin(number * psi) + cosine * np.cos(number * psi)
+    )
+    gain = at.runs.cost - _cost(corrected, at)
+    return Deviation(gain, size, ("once", "twice")[number - 1]) if gain > LARGE_GAIN else None
+
+
+def _likelier(at: Point, shape: HeadingError) -> tuple[float, float] | None:
+    """The size [rad] of a heading error of this shape at the parabola's maximum, and its gain in -2 log L.
+
+    None where the size is not identifiable.
+    """
+
+    def cost(by: float) -> float:
+        return _cost(_turned(at.runs.problem, lambda psi: by * shape(psi)), at)
+
+    back, ahead = cost(-TRIAL_TURN), cost(TRIAL_TURN)
     slope, bend = (
         (ahead - back) / (2.0 * TRIAL_TURN),
         (ahead + back - 2.0 * at.runs.cost) / TRIAL_TURN**2,
@@ -71,8 +124,7 @@ def likelier_heading(at: Point) -> HeadingOffset | None:
     if not (np.isfinite(slope) and bend > 2.0 / LARGEST_HEADING_ERROR**2):
         return None
     by = float(np.clip(-slope / bend, -MOST_TURN, MOST_TURN))
-    gain = -(slope * by + 0.5 * bend * by**2)
-    return HeadingOffset(float(gain), by, _turned(problem, by))
+    return by, float(-(slope * by + 0.5 * bend * by**2))
 
 
 def psi_offset(vehicle: Vehicle, by: float) -> float:
@@ -82,17 +134,22 @@ def psi_offset(vehicle: Vehicle, by: float) -> float:
     return column.offset + column.sign * own * column.scale / TO_SI[column.unit or "rad"]
 
 
-def _turned(problem: Problem, by: float) -> Problem:
-    return replace(problem, recordings=tuple(without_offset(r, by) for r in problem.recordings))
+def _turned(problem: Problem, error: HeadingError) -> Problem:
+    return replace(problem, recordings=tuple(without_error(r, error) for r in problem.recordings))
 
 
 def without_offset(recording: Recording, by: float) -> Recording:
     """The recording with headings less by so much [rad]."""
-    less = np.array([0.0, 0.0, by])
-    asynchronous = None if recording.asynchronous is None else recording.asynchronous.turned(-by)
-    return replace(
-        recording, eta=recording.eta - less, raw=recording.raw - less, asynchronous=asynchronous
-    )
+    return without_error(recording, lambda psi: np.full_like(psi, by))
+
+
+def without_error(recording: Recording, error: HeadingError) -> Recording:
+    """The recording with headings less by an error that depends on them."""
+    eta, raw, others = recording.eta.copy(), recording.raw.copy(), recording.asynchronous
+    for poses in (eta, raw):
+        poses[:, 2] -= error(poses[:, 2])
+    turned = None if others is None else others.turned(-error(others.values))
+    return replace(recording, eta=eta, raw=raw, asynchronous=turned)
 
 
 def _cost(problem: Problem, at: Point) -> float:

@@ -13,7 +13,7 @@ from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_information import score_information
-from seatrial.identification.selection.score_test import LARGE_GAIN, ScoreTest, score_test
+from seatrial.identification.selection.score_test import LARGE_GAIN, score_test
 from seatrial.util.frames import Array
 
 
@@ -21,7 +21,7 @@ from seatrial.util.frames import Array
 class UnevenCurrent:
     """A gradient of the current that is likelier than none."""
 
-    test: ScoreTest
+    gain: float  # expected fall of -2 log L
     size: float  # [m/s] the largest difference from the recording's mean current
 
     @property
@@ -46,7 +46,7 @@ def uneven_current(at: Point) -> UnevenCurrent | None:
     if not (test.gain > LARGE_GAIN and test.likely):
         return None
     differences = where @ test.step.reshape(2, 2).T
-    return UnevenCurrent(test, float(np.hypot(*differences.T).max()))
+    return UnevenCurrent(test.gain, float(np.hypot(*differences.T).max()))
 
 
 def _places(problem: Problem, name: str) -> list[int]:

@@ -11,7 +11,11 @@ from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
-from seatrial.identification.diagnostics.heading_offset import heading_findings, likelier_heading
+from seatrial.identification.diagnostics.heading_offset import (
+    heading_findings,
+    likelier_deviation,
+    likelier_heading,
+)
 from seatrial.identification.diagnostics.thruster_gains import with_gains
 from seatrial.identification.diagnostics.uneven_current import uneven_current
 from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
@@ -35,6 +39,7 @@ from seatrial.util.frames import Array
 EFFECTS_FOUND = (
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEVEN_CURRENT,
+    FindingKind.COMPASS_DEVIATION,
     FindingKind.UNEQUAL_THRUSTER_GAINS,
 )
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
@@ -69,9 +74,11 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     # a score test for each effect; the heading's offset has a parabola of its own
     candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     most = max([LARGE_GAIN, *(a.test.gain for a in candidates)])
-    uneven = uneven_current(at)
-    if uneven is not None and uneven.test.gain > max(most, 0.0 if off is None else off.gain):
-        return Unmodelled(tuple(uneven.findings))
+    # errors that vary with place or heading are no effect to be estimated
+    varying = [one for one in (uneven_current(at), likelier_deviation(at)) if one is not None]
+    largest = max(varying, key=lambda one: one.gain, default=None)
+    if largest is not None and largest.gain > max(most, 0.0 if off is None else off.gain):
+        return Unmodelled(tuple(largest.findings))
     if off is not None and off.gain > most:
         return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
     return _best_fitted(at, candidates, horizon, covariance)
