@@ -14,7 +14,7 @@ from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.reference import smoothed_motion
-from seatrial.report.comparison import comparison_report, write_comparison
+from seatrial.report.comparison import write_comparison
 from seatrial.report.figures.embed import decode
 
 
@@ -37,8 +37,10 @@ def found(models, runs):
 
 
 @pytest.fixture(scope="module")
-def text(models, runs, found):
-    return comparison_report(*models, runs[3:5], found)
+def text(models, runs, found, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    write_comparison(*models, runs[3:5], found, path)
+    return path.read_text()
 
 
 def test_the_order_is_the_reports(text):

@@ -28,13 +28,11 @@ def stages_of(entry: SteeredEntry) -> dict[str, tuple[str, float | str]]:
     return {s: (name, value) for s, (name, value) in given.items() if value is not None}
 
 
-def refuse_angles(
-    groups: Sequence[ChainGroup], source: str, error: type[SeatrialError], what: str
-) -> None:
-    """Raise `error` where a chain has angles: `what` takes thrust that is linear in its commands."""
+def refuse_angles(groups: Sequence[ChainGroup], source: str, error: type[SeatrialError]) -> None:
+    """Raise `error` where a chain has angles: the allocator takes thrust that is linear in its commands."""
     if angles := angle_names(groups):
         raise error(
-            f"{source}: {', '.join(angles)} is an angle (chain: steered); {what} takes thrusters in fixed "
+            f"{source}: {', '.join(angles)} is an angle (chain: steered); the allocator takes thrusters in fixed "
             "directions. Commands identify, predict, sim and export, and the odometry node, work with it"
         )
 

@@ -63,10 +63,11 @@ def run(args: argparse.Namespace) -> None:
             model, args.knob, action=args.action, rate=args.rate, extra=args.delay, allocation=args.allocation
         )  # fmt: skip
     if args.report is not None:
-        from seatrial.control.tuning.page import write_tuning_report
+        from seatrial.control.tuning.page import tuning_report
+        from seatrial.util.files import write_text
 
         with stage("drawing"):
-            write_tuning_report(found, args.report)
+            write_text(args.report, tuning_report(found))
     if args.out is not None:
         save_gains(found, args.out)
     if args.ros is not None:

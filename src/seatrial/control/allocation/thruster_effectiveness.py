@@ -68,7 +68,7 @@ def effectiveness(boat: Model | Vehicle) -> Effectiveness:
     """
     expect(boat, (Model, Vehicle), "boat")
     vehicle = boat.vehicle if isinstance(boat, Model) else boat
-    refuse_angles(vehicle.file.chain, vehicle.source, AllocationError, "the allocator")
+    refuse_angles(vehicle.file.chain, vehicle.source, AllocationError)
     constants = boat.constants if isinstance(boat, Model) else _stated(vehicle)
     if vehicle.file.thrusters:
         T, scale = thruster_matrix(vehicle.thrusters)

@@ -83,13 +83,12 @@ def linearised_optimum(
     return best
 
 
-def by_linearisation(at: Point, least: Array | None = None, noise: Array | None = None) -> Point:
+def by_linearisation(at: Point, noise: Array | None = None) -> Point:
     """The likeliest point by the linearisation of a full pass, with its relinearised runs.
 
-    least: (11,) lower bounds of the noise, as in `noise_box`; noise: (11,) where its search begins, by default the
-    point's own.
+    noise: (11,) where its search begins, by default the point's own.
     """
-    promise = linearised_optimum(at, noise_box(at.runs.problem, at.noise, least), noise=noise)
+    promise = linearised_optimum(at, noise_box(at.runs.problem, at.noise), noise=noise)
     runs = at.runs.relinearised(promise.noise, promise.move)
     return Point(at.theta + promise.move, promise.noise, runs)
 

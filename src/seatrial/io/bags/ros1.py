@@ -54,7 +54,7 @@ class Ros1Bag(Bag):
 
     def __init__(self, path: Path, *, salvage: bool = False) -> None:
         self.path, self.files = path, (path,)
-        self._connections: dict[int, Topic] = {}
+        self._known: dict[int, Topic] = {}
         self._callers: dict[str, set[str]] = {}  # by topic
         self._counts: Counter[int] = Counter()
         self._chunks: list[Place] = []
@@ -79,7 +79,7 @@ class Ros1Bag(Bag):
 
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """The messages of some topics, chunk by chunk."""
-        wanted = {i: t.name for i, t in self._connections.items() if t.name in names}
+        wanted = {i: t.name for i, t in self._known.items() if t.name in names}
         for place in self._chunks:
             if place.present is not None and not place.present & wanted.keys():
                 continue
@@ -114,7 +114,7 @@ class Ros1Bag(Bag):
         return merged_topics(
             [
                 replace(t, messages=self._counts[i], publishers=len(self._callers[t.name]))
-                for i, t in self._connections.items()
+                for i, t in self._known.items()
             ]
         )
 
@@ -147,7 +147,7 @@ class Ros1Bag(Bag):
         name = "/".join(part for part in record.text(b"topic").split("/") if part)
         package, _, kind = inner.text(b"type").partition("/")
         number = record.u32(b"conn")
-        self._connections[number] = Topic(
+        self._known[number] = Topic(
             f"/{name}", f"{package}/msg/{kind.removeprefix('msg/')}", 0,
             inner.text(b"message_definition") or "# empty", cdr=False,
         )  # fmt: skip
@@ -172,7 +172,7 @@ class Ros1Bag(Bag):
 
     def _scan(self, reason: str) -> None:
         """Connections and chunks from the records themselves, where the index is not whole."""
-        self._connections.clear()
+        self._known.clear()
         self._counts.clear()
         self._chunks.clear()
         lost = 0
@@ -183,7 +183,7 @@ class Ros1Bag(Bag):
             lost += self._scan_chunk(Place(at, None, following))
             at = following
         self._scan_index(end)
-        count = sum(self._counts[i] for i in self._connections)
+        count = sum(self._counts[i] for i in self._known)
         if not count:
             self.close()
             raise RecordingError(f"{self.path}: no message could be salvaged ({reason})")

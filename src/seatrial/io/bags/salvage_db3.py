@@ -45,13 +45,13 @@ class SalvagedDb3(Bag):
             ) from None
         texts = self._definitions()
         counts = Counter(row.topic for row in self._rows())
-        self._topics = {
+        self._known = {
             i: Topic(name, kind, counts[i], texts.get(kind, ("", False))[0],
                      idl=texts.get(kind, ("", False))[1])
             for i, (name, kind) in names.items()
         }  # fmt: skip
-        self.topics = merged_topics(list(self._topics.values()))
-        self.remarks = self._salvaged(sum(t.messages for t in self._topics.values()), self._lost)
+        self.topics = merged_topics(list(self._known.values()))
+        self.remarks = self._salvaged(sum(t.messages for t in self._known.values()), self._lost)
 
     def close(self) -> None:
         """Close the file."""
@@ -60,7 +60,7 @@ class SalvagedDb3(Bag):
     def messages(self, names: Collection[str]) -> Iterator[Message]:
         """The messages of some topics, in the order of the file."""
         for row in self._rows():
-            topic = self._topics.get(row.topic)
+            topic = self._known.get(row.topic)
             if topic is not None and topic.name in names:
                 yield topic.name, row.stamp, unpacked(row.data)
 

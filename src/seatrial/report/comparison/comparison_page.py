@@ -11,26 +11,10 @@ from seatrial.recording.recording import Recording
 from seatrial.report.comparison import errors, models, prediction
 from seatrial.report.comparison.two_models import model_pair
 from seatrial.report.figures.png import check
-from seatrial.report.html import page
 from seatrial.report.papers import write_page
 from seatrial.report.sections.base import Section, with_folds
 
 FOLDED = frozenset(("known", "actuators", "recorded", "errors", "physics", "advice", "provenance"))
-
-
-def comparison_report(
-    a: Model,
-    b: Model,
-    recordings: Sequence[Recording],
-    found: Comparison,
-    *,
-    horizon: float = DEFAULT_HORIZON,
-) -> str:
-    """The page as HTML text; `found` is the result of `compare`, `horizon` in s.
-
-    Raises as `gather`.
-    """
-    return page(_title(a, b), _sections(a, b, recordings, found, horizon))
 
 
 def write_comparison(
@@ -45,7 +29,7 @@ def write_comparison(
     raster: bool = False,
     tables: str | Path | None = None,
 ) -> None:
-    """Write `comparison_report` to a file; `figures`, `raster` and `tables` as in `write_report`."""
+    """Write the page on `compare`'s result to a file; `horizon` in s, the rest as in `write_report`."""
     if raster:
         check()
     sections = _sections(a, b, recordings, found, horizon)

@@ -6,14 +6,8 @@ from pathlib import Path
 from seatrial.control.allocation import AllocationComparison
 from seatrial.control.allocation.page import sections
 from seatrial.report.figures.png import check
-from seatrial.report.html import page
 from seatrial.report.papers import write_page
 from seatrial.report.sections.base import Section
-
-
-def allocation_report(found: AllocationComparison) -> str:
-    """The page as HTML text. The same comparison gives the same text."""
-    return page(_title(found), _sections(found))
 
 
 def write_allocation(
@@ -24,7 +18,7 @@ def write_allocation(
     raster: bool = False,
     tables: str | Path | None = None,
 ) -> None:
-    """Write `allocation_report` to a file; `figures`, `raster` and `tables` as in `write_report`."""
+    """Write the page to a file; `figures`, `raster` and `tables` as in `write_report`."""
     if raster:
         check()
     names = [

@@ -5,9 +5,8 @@ Without that log a reader's lock stops the recorder (https://sqlite.org/wal.html
 """
 
 import sqlite3
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 
 from seatrial.io.bags.bag import Topic
 from seatrial.io.bags.growing.growing_bag import BLOCK, GrowingBag
@@ -25,16 +24,9 @@ class GrowingDb3(GrowingBag, SalvagedDb3):
 
     suffix = ".db3"
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        self._begin()
-
     def _begin(self) -> None:
-        self._topics = {}
+        self._known = {}
         self._seen: tuple[int, ...] = ()  # sizes and times when it was read
-
-    def _known_topics(self) -> Collection[Topic]:
-        return self._topics.values()
 
     def _read(self) -> None:
         try:
@@ -90,11 +82,11 @@ class GrowingDb3(GrowingBag, SalvagedDb3):
         texts = self._definitions()
         for number, name, kind in self._base.execute("SELECT id, name, type FROM topics"):
             text, idl = texts.get(str(kind), ("", False))
-            self._topics[int(number)] = Topic(str(name), str(kind), 0, text, idl=idl)
+            self._known[int(number)] = Topic(str(name), str(kind), 0, text, idl=idl)
         size = 0
         for row in self._from(self._at + 1):
             self._at = row.number
-            topic = self._topics.get(row.topic)
+            topic = self._known.get(row.topic)
             if topic is not None:
                 self._new.append((topic.name, row.stamp, unpacked(row.data)))
             size += len(row.data)

@@ -32,6 +32,8 @@ class GrowingBag(Bag):
         self._complete = False  # whether that file is
         self._new: list[Message] = []
         self.topics = {}
+        self._known: dict[int, Topic] = {}  # of the newest file, by number
+        self._begin()
 
     def grow(self) -> set[str]:
         """Read what was added, of `BLOCK` and one record at most; its topics. Raises FileError, RecordingError."""
@@ -44,7 +46,7 @@ class GrowingBag(Bag):
             self._read()
             self._complete |= bool(later) and not self._new and self._at == before
         self._message_counts.update(topic for topic, _, _ in self._new)
-        self.topics |= merged_topics(self._known_topics())
+        self.topics |= merged_topics(self._known.values())
         counts = self._message_counts
         self.topics = {n: replace(t, messages=counts[n]) for n, t in self.topics.items()}
         return {topic for topic, _, _ in self._new}
@@ -71,10 +73,6 @@ class GrowingBag(Bag):
     @abstractmethod
     def _read(self) -> None:
         """Add what is new in the newest file to `_new`. Raises FileError, RecordingError."""
-
-    @abstractmethod
-    def _known_topics(self) -> Collection[Topic]:
-        """Those of the newest file."""
 
     def _there(self) -> list[Path]:
         """Files of the recording, in their order."""

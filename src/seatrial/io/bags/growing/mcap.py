@@ -2,8 +2,7 @@
 """An .mcap that a recorder writes now: its records as they are flushed."""
 
 import struct
-from collections.abc import Collection, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 from seatrial.io.bags.bag import Topic
 from seatrial.io.bags.growing.growing_bag import BLOCK, LARGEST_RECORD, GrowingBag
@@ -28,17 +27,10 @@ class GrowingMcap(GrowingBag, SalvagedMcap):
 
     suffix = ".mcap"
 
-    def __init__(self, path: Path) -> None:
-        super().__init__(path)
-        self._begin()
-
     def _begin(self) -> None:
         self._schemas, self._channels, self._known = {}, {}, {}
         self._lost = self._latest = self._unpacked = 0
         self._data = b""
-
-    def _known_topics(self) -> Collection[Topic]:
-        return self._known.values()
 
     def _read(self) -> None:
         block = self._bytes()

@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
 """A ROS 1 bag that rosbag writes now: .bag.active, .bag when it is closed."""
 
-from collections.abc import Collection
 from pathlib import Path
 from typing import NoReturn
 
-from seatrial.io.bags.bag import Topic
 from seatrial.io.bags.growing.growing_bag import BLOCK, LARGEST_RECORD, GrowingBag
 from seatrial.io.bags.ros1 import Ros1Bag
 from seatrial.io.bags.ros1_records import (
@@ -34,14 +32,10 @@ class GrowingRos1(GrowingBag, Ros1Bag):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path.with_name(path.name.removesuffix(ACTIVE)))
-        self._begin()
 
     def _begin(self) -> None:
-        self._connections, self._callers = {}, {}
+        self._known, self._callers = {}, {}
         self._inside = 0  # [bytes] of the newest chunk that are used
-
-    def _known_topics(self) -> Collection[Topic]:
-        return self._connections.values()
 
     def _there(self) -> list[Path]:
         folder = self.path.is_dir()
@@ -113,8 +107,8 @@ class GrowingRos1(GrowingBag, Ros1Bag):
                 chunk, self._add_connection, self._inside
             ):
                 self._inside = end
-                if number in self._connections:
-                    name = self._connections[number].name
+                if number in self._known:
+                    name = self._known[number].name
                     self._new.append((name, stamp, chunk[begin:end]))
         except DamagedError:
             if not open_now:
