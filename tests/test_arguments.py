@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import seatrial
+from seatrial.control import Eight, fitted
 from seatrial.control.tracking.reference import Reference
 from seatrial.export import export
 from seatrial.util.errors import (
@@ -92,7 +93,7 @@ CALLS = {  # a call with an argument of another type, and the beginning of what 
         "recording of type list: expected a Recording",
     ),
     "a plan by its name": (
-        lambda m, r: next(seatrial.simulate("paper-like", m.vehicle)),
+        lambda m, r: seatrial.simulate("paper-like", m.vehicle),
         "plan 'paper-like': expected a PlanFile, from seatrial.load_plan(path)",
     ),
     "models to compare by their paths": (
@@ -213,6 +214,21 @@ WRONG = {
         ModelError,
         lambda m, r: seatrial.ChangeDetector(m, lengths=()),
         "expected numbers above 0",
+    ),
+    "an input of no kind": (
+        PredictorError,
+        lambda m, r: seatrial.ChangeDetector(m).use("cmd", 0, [0, 0, 0]),
+        "no kind 'cmd'; there are pose, position, heading, command, scale",
+    ),
+    "a command of two numbers": (
+        PredictorError,
+        lambda m, r: seatrial.ChangeDetector(m).use("command", 0, [0, 0]),
+        "command of shape (2,); expected 3 numbers: F_u, F_v, F_r",
+    ),
+    "a course of no length": (
+        ControlError,
+        lambda m, r: fitted(Eight(1.1, 0.45, laps=0), m),
+        "course of length 0: expected more than 0",
     ),
     "a stamp in seconds": (
         PredictorError,

@@ -55,7 +55,13 @@ def test_the_reference_is_what_the_program_says():
     assert (DOCS / "reference.md").read_text() == reference.short(), "run tools/reference.py"
     assert "- `identify`: identify a model from recordings" in reference.short()
     text = reference.page()
-    for words in ("### seatrial identify", "`--prior OLD`", "### read", "class Model"):
+    for words in (
+        "### seatrial identify",
+        "`--prior OLD`",
+        "### read",
+        "class Model",
+        "- `velocity`: (3,) u, v [m/s], r [rad/s]",
+    ):
         assert words in text
 
 

@@ -7,12 +7,16 @@ python tools/reference.py            # writes docs/reference.md, after a new com
 """
 
 import argparse
+import dataclasses
 import inspect
 import re
 import textwrap
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
+
+import json_page  # beside this file
+import msgspec
 
 import seatrial
 from seatrial.commands import make_parser
@@ -87,6 +91,8 @@ def library() -> list[str]:
         text = inspect.cleandoc(thing.__doc__ or "")
         head = f"{name}{inspect.signature(thing)}" if inspect.isfunction(thing) else f"class {name}"
         lines += [f"### {name}", "", "```python", plain(head), "```", "", text, ""]
+        if dataclasses.is_dataclass(thing) or issubclass(type(thing), type(msgspec.Struct)):
+            lines += [*listed([(own, comment) for own, _, comment in json_page.fields(thing)]), ""]
     return lines
 
 

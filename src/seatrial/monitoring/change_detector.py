@@ -35,13 +35,14 @@ from seatrial.monitoring.change_test import (
     mean_over_noises,
     probable_noises,
 )
-from seatrial.monitoring.recent_log import RecentLog
+from seatrial.monitoring.recent_log import KINDS, RecentLog
 from seatrial.monitoring.running_likelihood import RunningLikelihood, RunningWindow
 from seatrial.monitoring.window_likelihood import noise_of, windows
 from seatrial.onboard.boat_change import BoatChange, ChangeState
 from seatrial.util.arguments import expect
-from seatrial.util.errors import ModelError, RecordingError
-from seatrial.util.frames import NS_PER_S
+from seatrial.util.errors import ModelError, PredictorError, RecordingError
+from seatrial.util.frames import NS_PER_S, POSE
+from seatrial.util.rows import row_of
 
 WINDOWS = (10.0, 20.0, 40.0)  # [s]
 EVERY = 2.0  # [s] from test to test
@@ -95,8 +96,21 @@ class ChangeDetector:
         self._noticed: int | None = None  # [ns]
 
     def use(self, kind: str, stamp: int, values: ArrayLike) -> None:
-        """A pose (3,), position (2,), heading (1,), command (inputs,) or scale (scales,) at a stamp [ns]."""
-        self._log.add(kind, stamp, np.asarray(values))
+        """A pose (3,), position (2,), heading (1,), command (inputs,) or scale (scales,) at a stamp [ns].
+
+        Raises PredictorError for another kind, or another number of values.
+        """
+        if kind not in KINDS:
+            raise PredictorError(f"no kind {kind!r}; there are {', '.join(KINDS)}")
+        vehicle = self.model.vehicle
+        names = {
+            "command": vehicle.inputs,
+            "scale": vehicle.scales,
+            "heading": POSE[2:],
+            "position": POSE[:2],
+        }
+        row = row_of(np.atleast_1d(values), kind, names.get(kind, POSE), PredictorError)
+        self._log.add(kind, stamp, row)
 
     def begin_after(self, stamp: int) -> None:
         """Test by poses after a stamp [ns]: until then the boat was touched, or towed. From any thread.

@@ -67,7 +67,7 @@ class Trial:
 
 
 def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> Iterator[Trial]:
-    """The plan's trials with one vehicle, in order.
+    """The plan's trials with one vehicle, in order, each simulated when it is its turn.
 
     The truth is the plan's plant, or `model` if given. The same plan, vehicle and seed give the
     same trials; each trial has its own stream of random numbers.
@@ -80,8 +80,7 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
             f"this vehicle's inputs are {', '.join(vehicle.inputs)}"
         )
     plant = plant_model(plan, vehicle) if model is None else model.with_vehicle(vehicle)
-    for name, entry in plan.trials.items():
-        yield _run(plan, plant, name, entry)
+    return (_run(plan, plant, name, entry) for name, entry in plan.trials.items())
 
 
 def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:

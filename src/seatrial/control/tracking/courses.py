@@ -34,6 +34,8 @@ class Course:
     ramp: float = 0.2  # share of each part for acceleration, and the same for deceleration
 
     def __post_init__(self) -> None:
+        if not (self.shape.stops and np.isfinite(length := self.shape.length) and length > 0.0):
+            raise ControlError(f"course of length {self.shape.length:g}: expected more than 0")
         if not (np.isfinite(self.duration) and self.duration > 0.0 and 0.0 < self.ramp <= 0.5):
             raise ControlError(
                 f"course of {self.duration:g} s with ramps of {self.ramp:g}: expected more than 0 s, and a "

@@ -51,7 +51,9 @@ def init(
     ask: Ask | None = None,
     salvage: bool = False,
 ) -> Proposal:
-    """Propose a `vehicle.yaml`. `ask` decides what the data do not determine; without it, an error.
+    """Propose a `vehicle.yaml`: `text` of the result is the file's content.
+
+    `ask` decides what the data do not determine; without it, an error.
 
     Topics or columns are those of the first recording; all recordings decide which columns change
     and what they drive.
