@@ -109,12 +109,12 @@ def names() -> list[str]:
     library = ", ".join(f"`{name}`" for name in seatrial.__all__)
     text = (
         "`import seatrial`, then `help(seatrial.NAME)`; `print` shows a model, scores, an inspection, "
-        f"comparison or tuning as its command does: {library}."
+        f"comparison or tuning like its command: {library}."
     )
     lines = [
         "## Commands",
         "",
-        "`seatrial COMMAND --help` lists the options and shows examples.",
+        "`seatrial COMMAND --help` shows options and examples.",
         "",
     ]
     lines += [*rows, "", "## Library", ""]
@@ -123,7 +123,7 @@ def names() -> list[str]:
 
 def short() -> str:
     """The page in the repository."""
-    note = "`make docs` writes every option and every docstring into this page of the site."
+    note = "`make docs` writes every option and docstring into this page of the site."
     return "\n".join(["# Reference", "", note, "", TERMINAL, *names()]) + "\n"
 
 

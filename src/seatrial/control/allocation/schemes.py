@@ -9,7 +9,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.control.allocation.allocator import HYSTERESIS, PRIORITY, Allocator, AllocatorScheme
+from seatrial.control.allocation.allocator import PRIORITY, Allocator, AllocatorScheme
 from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
 from seatrial.recording.recording import Recording, Signal
 from seatrial.util.errors import AllocationError
@@ -93,7 +93,6 @@ class Options(TypedDict):
 
     priority: str
     margin: float | None
-    hysteresis: float
 
 
 def compare_schemes(
@@ -103,7 +102,6 @@ def compare_schemes(
     scheme: str = "auto",
     priority: str = PRIORITY,
     margin: float | None = None,
-    hysteresis: float = HYSTERESIS,
 ) -> AllocationComparison:
     """Every scheme on this boat; where geometry or limits exclude one, the reason.
 
@@ -111,7 +109,7 @@ def compare_schemes(
     """
     # Thrusters of the boat, and the requested scheme: it scores the others
     own = effectiveness(boat)
-    options = Options(priority=priority, margin=margin, hysteresis=hysteresis)
+    options = Options(priority=priority, margin=margin)
     demands = [own.requested_wrench(recording) for recording in recordings]
     chosen = Allocator(own, scheme, demands=np.vstack(demands) if demands else None, **options)
     # The recorded commands, and the baseline without the thrusters' curves
