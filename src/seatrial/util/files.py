@@ -31,24 +31,32 @@ MOST_VALUES, MOST_DEPTH = 200_000, 50  # of a file: bounds one that refers to it
 def yaml_text(path: "Path | Traversable") -> str:
     """The text of a YAML file. Raises FileError where it is too large or deep."""
     try:
-        with path.open("rb") as file:
-            raw = b""
-            while len(raw) <= MOST_BYTES and (block := file.read(1 << 20)):
-                raw += block
-        if len(raw) > MOST_BYTES:
-            raise FileError(f"{path}: expected a YAML file below {MOST_BYTES / 1e6:.0f} MB")
-        text = raw.decode("utf-8")
-    except FileNotFoundError:
-        raise FileError(f"{path}: no such file") from None
+        text = _bytes_of(path, "YAML").decode("utf-8")
     except UnicodeDecodeError:
         raise FileError(f"{path}: is not text; expected a YAML file: is it a recording?") from None
-    except IsADirectoryError:
-        raise FileError(f"{path}: is a folder; expected a YAML file: is it a recording?") from None
-    except OSError as error:
-        raise FileError(f"{path}: can't be read ({error.strerror})") from None
     with suppress(yaml.YAMLError):  # which its reader raises
         _check_depth(text, path)
     return text
+
+
+def _bytes_of(path: "Path | Traversable", kind: str) -> bytes:
+    """What stands in a file of this kind. Raises FileError where it is too large, or can't be read."""
+    raw = b""
+    try:
+        with path.open("rb") as file:
+            while len(raw) <= MOST_BYTES and (block := file.read(1 << 20)):
+                raw += block
+    except FileNotFoundError:
+        raise FileError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise FileError(
+            f"{path}: is a folder; expected a {kind} file: is it a recording?"
+        ) from None
+    except OSError as error:
+        raise FileError(f"{path}: can't be read ({error.strerror})") from None
+    if len(raw) > MOST_BYTES:
+        raise FileError(f"{path}: expected a {kind} file below {MOST_BYTES / 1e6:.0f} MB")
+    return raw
 
 
 def read_yaml(path: "Path | Traversable") -> dict[str, Any]:
@@ -98,16 +106,7 @@ def _check_size(content: object, path: object) -> None:
 def read_json(path: Path) -> dict[str, Any]:
     """A JSON mapping. Raises FileError."""
     try:
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise FileError(
-                f"{path}: is {size / 1e6:.0f} MB; expected a JSON file below {MOST_BYTES / 1e6:.0f} MB"
-            )
-        content = msgspec.json.decode(path.read_bytes())
-    except FileNotFoundError:
-        raise FileError(f"{path}: no such file") from None
-    except OSError as error:
-        raise FileError(f"{path}: can't be read ({error.strerror})") from None
+        content = msgspec.json.decode(_bytes_of(path, "JSON"))
     except (msgspec.DecodeError, RecursionError) as error:
         raise FileError(f"{path}: is not JSON: {error}") from None
     if not isinstance(content, dict):
