@@ -15,8 +15,8 @@ from seatrial.fleet.kinds import SIGNIFICANCE, Compared, compare_kind
 from seatrial.fleet.page import write_fleet_page
 from seatrial.fleet.results import BoatResult, FleetBoat, FleetResult
 from seatrial.util.distributions import holm
-from seatrial.util.errors import FileError, FleetError, SeatrialError
-from seatrial.util.files import dump_json, finite_or_none, write_text
+from seatrial.util.errors import FleetError, SeatrialError
+from seatrial.util.files import dump_json, finite_or_none, writable, write_text
 from seatrial.util.parallel import Farm, InTurn
 from seatrial.util.progress import stage
 
@@ -82,11 +82,9 @@ def _alone_in(out: Path) -> Iterator[None]:
 
 def _opened(path: Path) -> TextIO:
     """A file to be locked, made where it is missing."""
-    try:
+    with writable(path.parent):
         path.parent.mkdir(parents=True, exist_ok=True)
         return path.open("a")
-    except OSError as error:
-        raise FileError(f"{path.parent}: can't be written ({error.strerror})") from None
 
 
 def _by_boat(boats: Sequence[Boat], out: Path, farm: Farm) -> Iterator[BoatResult]:

@@ -24,7 +24,7 @@ from seatrial.boat.schema import Column, PoseSource
 from seatrial.boat.vehicle import Vehicle
 from seatrial.poolside.sources.source import EventKind
 from seatrial.util.errors import FileError
-from seatrial.util.files import dump_yaml, sync_folder, write_text
+from seatrial.util.files import dump_yaml, sync_folder, writable, write_text
 from seatrial.util.frames import NS_PER_S, Array
 
 SYNC = 0.5  # [s] between two writes to the disk
@@ -133,14 +133,12 @@ class Recorder:
 
     def _make(self) -> None:
         """The folder, which must not hold anything."""
-        try:
+        with writable(self.folder):
             self.folder.mkdir(parents=True, exist_ok=True)
             if any(self.folder.iterdir()):
                 raise FileError(
                     f"{self.folder}: is not empty, and a recording is never overwritten; give another folder"
                 )
-        except OSError as error:
-            raise FileError(f"{self.folder}: can't be written ({error.strerror})") from None
         self._write_vehicle(split=False)
 
     def _write_vehicle(self, *, split: bool) -> None:

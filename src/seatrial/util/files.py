@@ -7,14 +7,14 @@ import math
 import os
 import secrets
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 import yaml
 
-from seatrial.util.errors import FileError
+from seatrial.util.errors import FileError, SeatrialError
 from seatrial.util.file_content.explanations import explained, keys_left_out
 from seatrial.util.file_content.yaml_dialect import Dumper, Loader
 
@@ -37,6 +37,24 @@ def yaml_text(path: "Path | Traversable") -> str:
     with suppress(yaml.YAMLError):  # which its reader raises
         _check_depth(text, path)
     return text
+
+
+@contextmanager
+def readable(path: object, error: type[SeatrialError] = FileError) -> Iterator[None]:
+    """What the system refuses inside is `error`: the file can't be read."""
+    try:
+        yield
+    except OSError as found:
+        raise error(f"{path}: can't be read ({found.strerror or found})") from None
+
+
+@contextmanager
+def writable(path: object) -> Iterator[None]:
+    """The same: it can't be written. Raises FileError."""
+    try:
+        yield
+    except OSError as found:
+        raise FileError(f"{path}: can't be written ({found.strerror or found})") from None
 
 
 def _bytes_of(path: "Path | Traversable", kind: str) -> bytes:
@@ -159,7 +177,7 @@ def write_chunks(path: Path, chunks: Iterable[bytes]) -> None:
     A link is followed; a device or pipe (/dev/stdout) is written to as it is.
     """
     path = path.resolve()
-    try:
+    with writable(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         if path.exists() and not path.is_file() and not path.is_dir():
             with path.open("wb") as file:
@@ -168,8 +186,6 @@ def write_chunks(path: Path, chunks: Iterable[bytes]) -> None:
         if path.is_dir():
             raise FileError(f"{path}: is a folder; give a file name")
         _replace(path, chunks)
-    except OSError as error:
-        raise FileError(f"{path}: can't be written ({error.strerror})") from None
 
 
 def _replace(path: Path, chunks: Iterable[bytes]) -> None:

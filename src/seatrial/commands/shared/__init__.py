@@ -42,6 +42,7 @@ def refuse_options(args: argparse.Namespace, owner: str, *names: str) -> None:
 def guard(out: Path | None, begins: str, *inputs: object) -> None:
     """Refuse an output that is an input, or a file that is something else."""
     from seatrial.util.errors import FileError
+    from seatrial.util.files import writable
 
     if str(out) == STANDARD_OUTPUT:
         return
@@ -50,11 +51,8 @@ def guard(out: Path | None, begins: str, *inputs: object) -> None:
         raise FileError(f"{out}: is an input of this command; give another name to write to")
     if out is None or not out.is_file():  # a folder or an odd path is refused where it is written
         return
-    try:
-        with out.open("rb") as file:
-            first = file.read(len(begins)).decode("utf-8", "replace")
-    except OSError as error:
-        raise FileError(f"{out}: can't be written ({error.strerror})") from None
+    with writable(out), out.open("rb") as file:
+        first = file.read(len(begins)).decode("utf-8", "replace")
     if first.lower() != begins.lower():
         raise FileError(
             f"{out}: exists, and is not a file of this kind; give another name, or remove it"

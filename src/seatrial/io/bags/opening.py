@@ -19,6 +19,7 @@ from seatrial.io.bags.salvage_db3 import SalvagedDb3
 from seatrial.io.bags.salvage_mcap import SalvagedMcap
 from seatrial.io.bags.unpack import UnpackedBag
 from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.files import readable
 
 ROS1 = (".bag", ".bag.active")  # the second is an unclosed file of rosbag record
 
@@ -55,14 +56,12 @@ def open_bag(path: Path, *, salvage: bool = False) -> Bag:
     """A bag, opened; with `salvage` the readable part of a damaged one. Raises RecordingError."""
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
-    try:
+    with readable(path, RecordingError):
         return (
             _open_folder(path, salvage=salvage)
             if path.is_dir()
             else _open_file(path, salvage=salvage)
         )
-    except OSError as error:
-        raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
 
 
 def _open_folder(path: Path, *, salvage: bool) -> Bag:

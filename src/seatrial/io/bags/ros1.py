@@ -33,6 +33,7 @@ from seatrial.io.bags.ros1_records import (
 )
 from seatrial.io.bags.unpack import chunk_limit, file_limit
 from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 
 CHUNK_MARK = b"\x04\0\0\0op=\x05"
 MAPPED_BYTES = 1 << 25  # [bytes] of the file that stay in memory
@@ -257,18 +258,15 @@ class Ros1Bag(Bag):
 
 def _mapped(path: Path) -> mmap.mmap:
     """The file as a memory map."""
-    try:
-        with path.open("rb") as file:
-            first = file.read(len(MAGIC))
-            if not first:
-                raise RecordingError(f"{path}: is empty; was anything recorded?")
-            if first != MAGIC:
-                old = re.match(rb"#ROSBAG V(\d+\.\d+)", first)
-                hint = (
-                    f"a bag of format {old[1].decode()}; convert it with rosbag migrate"
-                    if old else "not a ROS 1 bag; is it another file, renamed?"
-                )  # fmt: skip
-                raise RecordingError(f"{path}: is {hint}")
-            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    except OSError as error:
-        raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
+    with readable(path, RecordingError), path.open("rb") as file:
+        first = file.read(len(MAGIC))
+        if not first:
+            raise RecordingError(f"{path}: is empty; was anything recorded?")
+        if first != MAGIC:
+            old = re.match(rb"#ROSBAG V(\d+\.\d+)", first)
+            hint = (
+                f"a bag of format {old[1].decode()}; convert it with rosbag migrate"
+                if old else "not a ROS 1 bag; is it another file, renamed?"
+            )  # fmt: skip
+            raise RecordingError(f"{path}: is {hint}")
+        return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)

@@ -19,7 +19,7 @@ from seatrial.io.bags.bag import standard_definitions
 from seatrial.io.bags.wire import Shape, Wire, short_type
 from seatrial.io.bags.wire_walk import described
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.files import sync_folder
+from seatrial.util.files import sync_folder, writable
 from seatrial.util.frames import Array, Stamps
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
             f"{path}: stamps begin at {1e-9 * first:g} s, and a bag has none before 0. Give a folder, for tables, "
             "or add the same time to all stamps"
         )
-    try:
+    with writable(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.name}.") as folder:
             made = _write(Path(folder) / path.stem, kind, topics)
@@ -76,8 +76,6 @@ def write_bag(path: Path, topics: Sequence[BagTopic]) -> Path:
                 os.fsync(file.fileno())
             made.replace(path)
         sync_folder(path.parent)
-    except OSError as error:
-        raise FileError(f"{path}: can't be written ({error.strerror})") from None
     return path
 
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from seatrial.io.formats.dataflash import DEFINING, HEADER, Definitions, Format, Stated, Values
 from seatrial.io.formats.layout import Columns, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, Wanted
-from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 
 HEAD = b"\xa3\x95"
 FMT = Format(0x80, "FMT", 89, "BBnNZ", ("Type", "Length", "Name", "Format", "Columns"))
@@ -69,11 +70,8 @@ class _Walk:
         self.current: dict[int, Format] = {}
         self.late = False  # whether units came after messages
         self._begin(FMT)
-        try:
-            with path.open("rb") as file:
-                pass_blocks(file, path.stat().st_size, self._pass)
-        except OSError as error:
-            raise FileError(f"{path}: {error.strerror or error}") from None
+        with readable(path), path.open("rb") as file:
+            pass_blocks(file, path.stat().st_size, self._pass)
         for found in self.current.values():
             self._settle(found)
 

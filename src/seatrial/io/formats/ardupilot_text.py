@@ -11,7 +11,8 @@ import numpy as np
 from seatrial.io.formats.dataflash import DEFINING, STAMPS, Definitions, Format
 from seatrial.io.formats.layout import MOST_STAMP
 from seatrial.io.log import Log, LogSamples, Wanted
-from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 from seatrial.util.progress import reach
 
 LONGEST_LINE = 4096  # [bytes]
@@ -74,7 +75,7 @@ class ArduPilotTextLog(Log):
         return strange
 
     def _lines(self) -> Iterator[str]:
-        try:
+        with readable(self.path):
             size = max(self.path.stat().st_size, 1)
             with self.path.open("rb") as file:
                 number = done = 0
@@ -83,8 +84,6 @@ class ArduPilotTextLog(Log):
                     if number % EVERY == 0:
                         reach(done / size)
                     yield line.decode("latin-1").strip()
-        except OSError as error:
-            raise FileError(f"{self.path}: {error.strerror or error}") from None
 
     def _take(self, line: str) -> int:
         """Count a line, or learn what it defines; 1 where it is no message."""

@@ -24,7 +24,8 @@ import numpy as np
 from seatrial.io.formats.dataflash import c_text
 from seatrial.io.formats.layout import MOST_STAMP, Columns, Layout, Place, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
-from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 from seatrial.util.frames import Array, Stamps
 
 INSTALL = "pip install 'seatrial[ardupilot]'"
@@ -214,11 +215,8 @@ class _Walk:
         self.unknown: Counter[int] = Counter()
         self.in_step = True  # whether the last bytes are a message
         self.lost, self.places, self.passed = 0, 0, 0  # [bytes], runs of them, [bytes] of frames
-        try:
-            with path.open("rb") as file:
-                pass_blocks(file, path.stat().st_size, self._pass)
-        except OSError as error:
-            raise FileError(f"{path}: {error.strerror or error}") from None
+        with readable(path), path.open("rb") as file:
+            pass_blocks(file, path.stat().st_size, self._pass)
 
     def autopilot(self) -> Source:
         """The source with the most messages; an autopilot's component before others."""

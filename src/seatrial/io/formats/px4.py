@@ -18,7 +18,8 @@ import numpy as np
 
 from seatrial.io.formats.layout import Columns, Layout, Place, pass_blocks, topic_name
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
-from seatrial.util.errors import FileError, RecordingError
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 
 MAGIC = b"\x55\x4c\x6f\x67\x01\x12\x35"
 FILE_HEADER = 16  # [bytes]
@@ -107,11 +108,8 @@ class _Walk:
         self.dropouts, self.dropped = 0, 0  # and their length [ms]
         self.ends: list[int] = []  # offsets behind which data was appended
         self.begins = FILE_HEADER  # where in the file the data at hand begin
-        try:
-            with path.open("rb") as file:
-                self._run(file, path.stat().st_size)
-        except OSError as error:
-            raise FileError(f"{path}: {error.strerror or error}") from None
+        with readable(path), path.open("rb") as file:
+            self._run(file, path.stat().st_size)
 
     def remarks(self) -> tuple[str, ...]:
         """Losses."""

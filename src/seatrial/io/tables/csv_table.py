@@ -36,6 +36,7 @@ from seatrial.io.tables.headers import (
 )
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 from seatrial.util.frames import Array
 
 ENCODED = 1 << 16  # [bytes] by which the encoding is found
@@ -128,11 +129,8 @@ class CsvTable(Table):
 
     def _encoding(self) -> str:
         """UTF-8, else UTF-16 by its mark, else the Western one of Windows, which has a degree sign as one byte."""
-        try:
-            with self.path.open("rb") as file:
-                begin = file.read(ENCODED)
-        except OSError as error:
-            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
+        with readable(self.path, RecordingError), self.path.open("rb") as file:
+            begin = file.read(ENCODED)
         if begin.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             return "utf-16"
         try:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from seatrial.io.tables.base import MOST_NUMBERS, first_line
 from seatrial.io.tables.mat_check import DEEPEST, HEADER, check_mat
 from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
 from seatrial.util.frames import Array
 
 if TYPE_CHECKING:
@@ -33,11 +34,8 @@ Tree = dict[str, Union["Tree", Array, list[str]]]
 
 def read_variables(path: Path, remarks: list[str]) -> Tree:
     """All variables that are numbers, text or structs of these. Raises RecordingError."""
-    try:
-        with path.open("rb") as file:
-            head = file.read(1024)
-    except OSError as error:
-        raise RecordingError(f"{path}: can't be read ({error.strerror})") from None
+    with readable(path, RecordingError), path.open("rb") as file:
+        head = file.read(1024)
     if any(head[at : at + 8] == HDF5_SIGNATURE for at in SIGNATURES_AT):
         return _version_73(path, remarks)
     if len(head) < HEADER or 0 in head[:4] or head[126:128] not in (b"IM", b"MI"):

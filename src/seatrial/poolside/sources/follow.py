@@ -20,6 +20,7 @@ from seatrial.io.tables.signals import TableSignals, stamp_column
 from seatrial.poolside.sources.conversion import Conversion
 from seatrial.poolside.sources.source import EventSource, SourceEvent
 from seatrial.util.errors import FileError, LiveError, RecordingError, SeatrialError
+from seatrial.util.files import readable
 from seatrial.util.frames import Array, Mask, Stamps
 
 POLL = 0.05  # [s]
@@ -85,16 +86,11 @@ class GrowingTable:
 
     def _lines(self) -> list[Line]:
         """Whole lines that were added, without empty ones."""
-        try:
-            with self.path.open("rb") as file:
-                if file.seek(0, 2) < self._read:
-                    raise FileError(
-                        f"{self.path}: became shorter; a table that is followed only grows"
-                    )
-                file.seek(self._read)
-                block = file.read(BLOCK)
-        except OSError as error:
-            raise FileError(f"{self.path}: can't be read ({error.strerror})") from None
+        with readable(self.path), self.path.open("rb") as file:
+            if file.seek(0, 2) < self._read:
+                raise FileError(f"{self.path}: became shorter; a table that is followed only grows")
+            file.seek(self._read)
+            block = file.read(BLOCK)
         self._read += len(block)
         self.more = len(block) == BLOCK
         *whole, self._rest = (self._rest + block).split(b"\n")

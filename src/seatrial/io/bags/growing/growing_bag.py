@@ -12,6 +12,7 @@ from typing import BinaryIO
 from seatrial.io.bags.bag import Bag, Message, Topic, merged_topics
 from seatrial.io.bags.ros2 import by_number
 from seatrial.util.errors import FileError
+from seatrial.util.files import readable
 
 BLOCK = 16 << 20  # [bytes] that are read at once
 LARGEST_RECORD = 256 << 20  # [bytes]: a longer one is no record
@@ -106,13 +107,10 @@ class GrowingBag(Bag):
 
     def _bytes(self, most: int = BLOCK) -> bytes:
         """The bytes of the newest file after those that are used."""
-        try:
-            with self._opened_file() as file:
-                if file.seek(0, 2) < self._at:
-                    raise FileError(
-                        f"{self.files[-1].name}: became shorter; a bag that is followed only grows"
-                    )
-                file.seek(self._at)
-                return file.read(most)
-        except OSError as error:
-            raise FileError(f"{self.files[-1]}: can't be read ({error.strerror})") from None
+        with readable(self.files[-1]), self._opened_file() as file:
+            if file.seek(0, 2) < self._at:
+                raise FileError(
+                    f"{self.files[-1].name}: became shorter; a bag that is followed only grows"
+                )
+            file.seek(self._at)
+            return file.read(most)
