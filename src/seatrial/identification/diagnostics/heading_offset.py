@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Errors of the heading: a tracker's frame that is turned on the boat, a compass' deviation by iron near it.
 
-Positions are right, but surge shows as sway. Two filter runs with turned headings give a parabola of the
+Positions are right, but surge shows as sway. Two linearised runs with turned headings give a parabola of the
 log likelihood, in which the free parameters take one Gauss-Newton step. A compass' deviation has a period of a
 turn (hard iron) or half a turn (soft iron).
 """
@@ -14,7 +14,6 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI, as_column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
@@ -100,10 +99,11 @@ def _deviation(at: Point, number: int) -> Deviation | None:
     size = float(np.hypot(sine, cosine))
     if size < LEAST_HEADING_OFFSET:
         return None
-    corrected = _turned(
-        at.runs.problem, lambda psi: sine * np.sin(number * psi) + cosine * np.cos(number * psi)
-    )
-    gain = at.runs.cost - _cost(corrected, at)
+
+    def deviation(psi: Array) -> Array:
+        return np.asarray(sine * np.sin(number * psi) + cosine * np.cos(number * psi))
+
+    gain = at.runs.cost - _cost(at, deviation)
     return Deviation(gain, size, ("once", "twice")[number - 1]) if gain > LARGE_GAIN else None
 
 
@@ -114,7 +114,7 @@ def _likelier(at: Point, shape: HeadingError) -> tuple[float, float] | None:
     """
 
     def cost(by: float) -> float:
-        return _cost(_turned(at.runs.problem, lambda psi: by * shape(psi)), at)
+        return _cost(at, lambda psi: by * shape(psi))
 
     back, ahead = cost(-TRIAL_TURN), cost(TRIAL_TURN)
     slope, bend = (
@@ -152,8 +152,9 @@ def without_error(recording: Recording, error: HeadingError) -> Recording:
     return replace(recording, eta=eta, raw=raw, asynchronous=turned)
 
 
-def _cost(problem: Problem, at: Point) -> float:
-    """-2 log L after one Gauss-Newton step of the free parameters."""
-    runs = filter_along(problem, at.theta, at.noise, repeatable=False)
+def _cost(at: Point, error: HeadingError) -> float:
+    """-2 log L of poses without an error, linearised, after one Gauss-Newton step of the free parameters."""
+    turned = replace(at.runs, problem=_turned(at.runs.problem, error))
+    runs = turned.relinearised(at.noise, np.zeros(len(at.theta)))
     taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
     return float(runs.cost - taken)

@@ -5,14 +5,14 @@ The effect `current` is one velocity for each recording. Here it has a gradient 
 recordings: the scores of the current in each block, times where the boat was, are those of the gradient.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
-from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.filter_runs import FilterRuns
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.selection.score_information import score_information
+from seatrial.identification.selection.score_information import score_information_in
 from seatrial.identification.selection.score_test import LARGE_GAIN, score_test
 from seatrial.util.frames import Array
 
@@ -30,28 +30,22 @@ class UnevenCurrent:
         return [finding_of(FindingKind.UNEVEN_CURRENT, size=self.size)]
 
 
-def uneven_current(at: Point) -> UnevenCurrent | None:
-    """The gradient of the current by its score test; None where it is not significant."""
-    problem = at.runs.problem
-    axes = [_places(problem, name) for name in ("current_x", "current_y")]
-    new = [i for own in axes for i in own if i not in problem.free]
-    wider = replace(problem, free=(*problem.free, *new))
-    known = score_information(wider, at.theta, at.noise)
-    where, p = _places_of_blocks(problem), len(wider.free)
-    for own in axes:
-        weights = np.zeros(len(known.names))
-        weights[[wider.free.index(i) for i in own]] = 1.0
-        known = known.with_courses(weights, where)
+def uneven_current(runs: FilterRuns) -> UnevenCurrent | None:
+    """The gradient of the current by its score test; None where it is not significant.
+
+    runs: at the solution, with `shares`, and with the current among the free parameters.
+    """
+    problem = runs.problem
+    known = score_information_in(runs)
+    where, p = _places_of_blocks(problem), len(problem.free)
+    for axis in ("current_x", "current_y"):
+        own = [name.partition(".")[0] == axis for name in known.names]
+        known = known.with_courses(np.array(own, dtype=float), where)
     test = score_test(known, list(range(p, len(known.names))), after_step=True)
     if not (test.gain > LARGE_GAIN and test.likely):
         return None
     differences = where @ test.step.reshape(2, 2).T
     return UnevenCurrent(test.gain, float(np.hypot(*differences.T).max()))
-
-
-def _places(problem: Problem, name: str) -> list[int]:
-    """Where the parameters of this name, one of each recording, stand among all."""
-    return [i for i, n in enumerate(problem.names) if n.partition(".")[0] == name]
 
 
 def _places_of_blocks(problem: Problem) -> Array:

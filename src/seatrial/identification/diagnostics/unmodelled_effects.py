@@ -69,13 +69,15 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     """
     # without process noise nothing is missing; a delay may be in pose noise alone
     if without_process_noise(at):
-        candidates = _effects(at, ["delay"]) if has_correlated_poses(at.noise) else []
+        delayed = _with_effects(at, ["delay"]) if has_correlated_poses(at.noise) else None
+        candidates = [] if delayed is None else _effects(at, delayed, ["delay"])
         return _best_fitted(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
-    candidates, off = [*_effects(at, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
+    runs = _with_effects(at, EFFECT_KINDS)
+    candidates, off = [*_effects(at, runs, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     most = max([LARGE_GAIN, *(a.test.gain for a in candidates)])
     # errors that vary with place or heading are no effect to be estimated
-    varying = [one for one in (uneven_current(at), likelier_deviation(at)) if one is not None]
+    varying = [one for one in (uneven_current(runs), likelier_deviation(at)) if one is not None]
     largest = max(varying, key=lambda one: one.gain, default=None)
     if largest is not None and largest.gain > max(most, 0.0 if off is None else off.gain):
         return Unmodelled(tuple(largest.findings))
@@ -111,15 +113,20 @@ def _best_fitted(
     return Unmodelled(tuple(most.findings(there.theta)), most.kind, there)
 
 
-def _effects(at: Point, kinds: Sequence[str]) -> list[Held]:
-    """Effects of some kinds that are not estimated, but have a significant score test."""
+def _with_effects(at: Point, kinds: Sequence[str]) -> FilterRuns:
+    """A pass at the solution with effects of some kinds among the free parameters."""
+    problem = at.runs.problem
+    every = [i for kind in kinds for i in effect_places(problem, kind)]
+    new = [i for i in every if i not in problem.free]
+    wider = replace(problem, free=(*problem.free, *new))
+    return filter_along(wider, at.theta, at.noise, shares=True)
+
+
+def _effects(at: Point, runs: FilterRuns, kinds: Sequence[str]) -> list[Held]:
+    """Effects of some kinds that are not estimated, but have a significant score test; `runs` are with them."""
     problem = at.runs.problem
     places = {kind: effect_places(problem, kind) for kind in kinds}
     new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
-    if not new:
-        return []
-    wider = replace(problem, free=(*problem.free, *sum(new.values(), ())))
-    runs = filter_along(wider, at.theta, at.noise, shares=True)
     candidates = []
     for kind, own in new.items():
         with_it = replace(problem, free=(*problem.free, *own))

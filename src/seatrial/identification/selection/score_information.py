@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.structure import Term
-from seatrial.identification.likelihood.filter_runs import filter_along
+from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.util.errors import IdentificationError
@@ -107,10 +107,15 @@ def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInfo
     runs = filter_along(problem, theta, noise, repeatable=False, shares=True)
     if not np.isfinite(runs.cost):
         raise IdentificationError("the boat diverges; look at the recordings with inspect")
-    free, places = list(problem.free), range(len(runs.by_recording))
+    return score_information_in(runs)
+
+
+def score_information_in(runs: FilterRuns) -> ScoreInformation:
+    """About the free parameters of filter runs with `shares`."""
+    problem, free, places = runs.problem, list(runs.problem.free), range(len(runs.by_recording))
     owner = [np.full(len(run.score), i) for i, run in enumerate(runs.by_recording)]
     return ScoreInformation(
-        tuple(problem.names[i] for i in free), theta[free], problem.bounds,
+        tuple(problem.names[i] for i in free), runs.theta[free], problem.bounds,
         np.array([runs.information_of(i) for i in places]), np.array([runs.gradient_of(i) for i in places]),
         runs.scores, runs.shares, np.concatenate(owner),
     )  # fmt: skip
