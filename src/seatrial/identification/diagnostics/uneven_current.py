@@ -49,10 +49,12 @@ def uneven_current(runs: FilterRuns) -> UnevenCurrent | None:
 
 
 def _places_of_blocks(problem: Problem) -> Array:
-    """Mean position (blocks, 2) [m] in each block, from the mean of its recording."""
+    """Mean usable position (blocks, 2) [m] in each block, from the mean of its recording; 0 without one."""
     found = []
     for recording, block in zip(problem.recordings, problem.blocks, strict=True):
-        sums = [np.bincount(block, z) for z in recording.eta[:, :2].T]
-        own = np.column_stack(sums) / np.bincount(block)[:, None]
-        found.append(own - own.mean(axis=0))
+        used = recording.valid
+        place = recording.eta[used, :2] - recording.eta[used, :2].mean(axis=0)
+        count = np.bincount(block[used], minlength=int(block[-1]) + 1)
+        sums = [np.bincount(block[used], z, minlength=len(count)) for z in place.T]
+        found.append(np.column_stack(sums) / np.maximum(count, 1)[:, None])
     return np.concatenate(found)
