@@ -214,11 +214,11 @@ def _only(model, name, factor):
 def test_a_knob_that_asks_too_much_is_told_the_smallest_that_does_not():
     model = mallard()
     with pytest.raises(ControlError, match=r"knob 0\.1 s is not robust .* --knob \S+$") as e:
-        tune(model, 0.1, draws=5)
+        tune(model, 0.1, draws=2)
     smallest = float(str(e.value).rpartition(" ")[2])
-    assert (tune(model, smallest, draws=5).worst.sensitivity <= SENSITIVITY_LIMIT).all()
+    assert (tune(model, smallest, draws=2).worst.sensitivity <= SENSITIVITY_LIMIT).all()
     with pytest.raises(ControlError, match=f"--knob {smallest:g}$"):
-        tune(model, 0.97 * smallest, draws=5)
+        tune(model, 0.97 * smallest, draws=2)
 
 
 def test_twice_as_slow_a_boat_with_twice_the_delay_bears_twice_the_knob():
@@ -248,7 +248,7 @@ def test_a_model_too_uncertain_for_any_knob_is_told_so():
     with pytest.raises(
         ControlError, match=r"mallard: no knob up to 100 s is robust .* identify it with more"
     ):
-        tune(model, 1.0, draws=5)
+        tune(model, 1.0, draws=3)
 
 
 def test_the_smallest_knob_has_all_draws_as_witnesses(model, boat):
@@ -275,11 +275,11 @@ def test_without_sway_thrust_the_proposed_knob_is_permitted_and_a_smaller_one_is
     """Also where the request is too large: the bend, which is that of the look-ahead, counts in the search, too."""
     guided = make_model(twin([{"latency": 0.05, "lag": 0.1}]), TWIN)
     with pytest.raises(ControlError, match="the smallest robust one: --knob") as caught:
-        tune(guided, knob, draws=5)
+        tune(guided, knob, draws=2)
     proposed = float(str(caught.value).rpartition(" ")[2])
-    assert (tune(guided, proposed, draws=5).worst.sensitivity <= SENSITIVITY_LIMIT).all()
+    assert (tune(guided, proposed, draws=2).worst.sensitivity <= SENSITIVITY_LIMIT).all()
     with pytest.raises(ControlError, match="is not robust"):
-        tune(guided, 0.95 * proposed, draws=5)
+        tune(guided, 0.95 * proposed, draws=2)
 
 
 @pytest.mark.parametrize(
