@@ -247,6 +247,14 @@ BAD = [
 ]  # fmt: skip
 
 
+def refused(program, path):
+    """The one line that a program says of a file."""
+    said = program.complaint(path)
+    assert said.startswith(f"{path}: ")
+    assert said.count("\n") == 1
+    return said
+
+
 @pytest.mark.parametrize(("change", "words"), BAD)
 def test_a_file_that_is_not_right_is_one_line_in_both_languages(
     program, content, tmp_path, change, words
@@ -254,10 +262,7 @@ def test_a_file_that_is_not_right_is_one_line_in_both_languages(
     path = tmp_path / "bad.yaml"
     change(content)
     path.write_text(yaml.safe_dump(content, sort_keys=False))
-    said = program.complaint(path)
-    assert said.startswith(f"{path}: ")
-    assert words in said
-    assert said.count("\n") == 1
+    assert words in refused(program, path)
     with pytest.raises(SeatrialError):
         load(path)
 
@@ -276,10 +281,7 @@ def test_a_file_that_is_not_right_is_one_line_in_both_languages(
 def test_what_is_no_model_file_is_one_line(program, tmp_path, text, words):
     path = tmp_path / "bad.yaml"
     path.write_bytes(text)
-    said = program.complaint(path)
-    assert said.startswith(f"{path}: ")
-    assert words in said
-    assert said.count("\n") == 1
+    assert words in refused(program, path)
     with pytest.raises(SeatrialError):
         load(path)
 
@@ -288,9 +290,7 @@ def test_a_file_that_was_cut_off_anywhere_is_one_line(program, ship, tmp_path):
     path = tmp_path / "cut.yaml"
     for end in np.linspace(0, ship.index("\nvehicle:"), 25).astype(int):
         path.write_text(ship[:end])
-        said = program.complaint(path)
-        assert said.startswith(f"{path}: ")
-        assert said.count("\n") == 1
+        refused(program, path)
 
 
 def test_no_file_and_a_folder_are_one_line(program, tmp_path):

@@ -3,25 +3,17 @@
 
 import re
 import time
-from importlib.util import find_spec
 
 import pytest
 import waiting
 from live_states import FakeSession, shown_state
-from test_report_accessibility import LAPTOP, PHONE, violations
-from test_report_browser import CHROMIUM, browser  # noqa: F401  a fixture
+from test_report_accessibility import LAPTOP, PHONE, needed, violations
+from test_report_browser import browser  # noqa: F401  a fixture
 
 from seatrial.poolside.state import SignalState
 from seatrial.poolside.web.server import PageServer, Place
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
-    pytest.mark.skipif(
-        find_spec("axe_playwright_python") is None, reason="axe-playwright-python is not installed"
-    ),
-    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
-]
+pytestmark = needed
 INK = """() => { const c = document.querySelector("#pool"), copy = document.createElement("canvas");
     [copy.width, copy.height] = [c.width, c.height];
     const pen = copy.getContext("2d", { willReadFrequently: true });

@@ -9,20 +9,19 @@ from importlib.util import find_spec
 import msgspec
 import pytest
 from test_guide import CURRENT, LEVER, one_drive, tables
-from test_report_browser import CHROMIUM, Visit, browser  # noqa: F401  a fixture
+from test_report_browser import Visit, browser  # noqa: F401  a fixture
+from test_report_browser import needed as in_a_browser
 
 import seatrial
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.report import write_report
 from seatrial.report.comparison import write_comparison
 
-pytestmark = [
-    pytest.mark.system,
-    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
+pytestmark = needed = [
+    *in_a_browser,
     pytest.mark.skipif(
         find_spec("axe_playwright_python") is None, reason="axe-playwright-python is not installed"
     ),
-    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
 ]
 LAPTOP, PHONE = (1366, 768), (390, 844)  # [px]
 COLOUR_RULES = ("color-contrast", "link-in-text-block")

@@ -19,7 +19,7 @@ from seatrial.report import write_report
 from seatrial.report.comparison import write_comparison
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = [
+pytestmark = needed = [
     pytest.mark.system,
     pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
     pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),

@@ -112,6 +112,14 @@ def test_a_rudder_in_the_flow_is_told_from_one_in_the_race():
         assert model.standard_errors[name] < 0.05 * abs(COEFFICIENTS[name])
 
 
+def simulated(model, command, t):
+    """States (n, 6) at t [s] from rest, under a command from 0 s on."""
+    rows, since = np.array([[0.0, 0.0], command]), np.array([-1.0, 0.0])
+    chain, constants = model.vehicle.chain, model.constants
+    trace = _core.ThrustTrace(chain, constants, since, rows, np.zeros(1), np.ones((1, 0)))
+    return _core.simulate(model.boat, trace, np.zeros(6), t, False)[0]
+
+
 def test_a_model_keeps_its_angle_and_predicts_on_board_what_it_simulates(tmp_path):
     truth = known()
     save(truth, tmp_path / "model.yaml")
@@ -123,16 +131,7 @@ def test_a_model_keeps_its_angle_and_predicts_on_board_what_it_simulates(tmp_pat
     predictor.pose(0.0, [0.0, 0.0, 0.0])
     predictor.command(0.0, [0.8, 0.7])
     t = np.arange(0.0, 2.0, 0.1)
-    rows = np.array([[0.0, 0.0], [0.8, 0.7]])
-    trace = _core.ThrustTrace(
-        back.vehicle.chain,
-        back.constants,
-        np.array([-1.0, 0.0]),
-        rows,
-        np.zeros(1),
-        np.ones((1, 0)),
-    )
-    path = _core.simulate(back.boat, trace, np.zeros(6), t, False)[0]
+    path = simulated(back, [0.8, 0.7], t)
     np.testing.assert_allclose(predictor.at(t[-1]).pose, path[-1, :3], atol=1e-4)
 
 
@@ -142,16 +141,7 @@ def test_the_live_simulator_turns_the_boat_as_the_model_does():
     simulator = seatrial.Simulator(model)
     simulator.command([0.8, 0.9])
     simulator.advance(3.0)
-    rows, t = np.array([[0.0, 0.0], [0.8, 0.9]]), np.linspace(0.0, 3.0, 31)
-    trace = _core.ThrustTrace(
-        model.vehicle.chain,
-        model.constants,
-        np.array([-1.0, 0.0]),
-        rows,
-        np.zeros(1),
-        np.ones((1, 0)),
-    )
-    path = _core.simulate(model.boat, trace, np.zeros(6), t, False)[0]
+    path = simulated(model, [0.8, 0.9], np.linspace(0.0, 3.0, 31))
     np.testing.assert_allclose(simulator.eta, path[-1, :3], atol=1e-4)
     assert path[-1, 2] < -0.3  # thrust to port at the stern: the bow goes to starboard
 
