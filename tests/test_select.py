@@ -250,13 +250,28 @@ def test_one_step_from_the_joint_fit_is_a_refit_of_each_repeat(six, solved, fitt
     assert found.ratio**2 == pytest.approx(stats.chi2.isf(found.p, 1), rel=1e-6)
 
 
+def test_a_step_goes_no_further_than_the_search_would(solved):
+    """A short lag is hardly told from a latency: the linearisation would trade one for a second of the other."""
+    look, problem = score_information_of(solved.at), solved.at.runs.problem
+    low, high = (np.abs(bound - look.values) for bound in look.bounds)
+    assert (low <= problem.step_limits).all() and (high <= problem.step_limits).all()
+    assert np.isfinite(problem.step_limits[look.place("latency")])
+
+
 def test_a_step_that_leads_out_of_bounds_ends_there(six, solved):
     """A recording left out may take with it what an edge of the dead zone is known from."""
     look = score_information_of(solved.at)
     edge = look.place("edge_forward")
     far = replace(look, gradient=look.gradient - 1e7 * (np.arange(len(look.names)) == edge))
     assert retrained(replace(far, bounds=(-np.inf, np.inf)), range(6), None)[edge] < 0.0
-    assert retrained(far, range(6), None)[edge] == 0.0
+    found = retrained(far, range(6), None)
+    assert found[edge] == 0.0
+    # the others follow, as if it had been held there
+    kept = ~(np.isclose(found, far.bounds[0]) | np.isclose(found, far.bounds[1]))
+    assert kept.sum() > 10
+    gradient = far.gradient.sum(axis=0) - far.information @ (found - far.values)
+    scale = np.sqrt(np.diag(far.information))
+    np.testing.assert_allclose(gradient[kept] / scale[kept], 0.0, atol=1e-6)
     halves = HeldOut(solved.model(), far, [[0, 1, 2], [3, 4, 5]], six, 1.0)
     assert np.isfinite(halves.without({"N_uu": 2})["N_uu"].percent)
 

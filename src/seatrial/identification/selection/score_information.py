@@ -16,6 +16,7 @@ from seatrial.boat.structure import Term
 from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.util.box import box_minimum
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
 
@@ -26,7 +27,7 @@ class ScoreInformation:
 
     names: tuple[str, ...]  # (p,) coefficients, then constants of the chain
     values: Array  # (p,) of the model
-    bounds: tuple[Array, Array]  # (p,) each: lowest and highest
+    bounds: tuple[Array, Array]  # (p,) each: lowest and highest after a step
     of_recordings: Array  # (g, p, p) information of each recording
     gradient: Array  # (g, p)
     scores: Array  # (blocks, p) of all recordings
@@ -114,8 +115,12 @@ def score_information_in(runs: FilterRuns) -> ScoreInformation:
     """About the free parameters of filter runs with `shares`."""
     problem, free, places = runs.problem, list(runs.problem.free), range(len(runs.by_recording))
     owner = [np.full(len(run.score), i) for i, run in enumerate(runs.by_recording)]
+    # beyond a step's limits the linearisation does not hold: of a lag near 0 it is that of a latency
+    (low, high), most = problem.bounds, problem.step_limits
+    own = runs.theta[free]
+    bounds = np.maximum(low, own - most), np.minimum(high, own + most)
     return ScoreInformation(
-        tuple(problem.names[i] for i in free), runs.theta[free], problem.bounds,
+        tuple(problem.names[i] for i in free), own, bounds,
         np.array([runs.information_of(i) for i in places]), np.array([runs.gradient_of(i) for i in places]),
         runs.scores, runs.shares, np.concatenate(owner),
     )  # fmt: skip
@@ -158,3 +163,19 @@ def solve_scaled(matrix: Array, right: Array) -> Array:
     inner = right / scale if right.ndim == 1 else right / scale[:, None]
     found = np.linalg.solve(scaled, inner)
     return np.asarray(found / scale if right.ndim == 1 else found / scale[:, None])
+
+
+def solve_within(
+    known: ScoreInformation, matrix: Array, gradient: Array, held: int | None = None
+) -> Array:
+    """Parameters (p,) a Gauss-Newton step away within their bounds, beyond which the others follow.
+
+    matrix: (p, p) and gradient: (p,) of some blocks; held: the place of one that becomes 0.
+    """
+    scale = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    low, high = (np.array(bound - known.values) for bound in known.bounds)
+    if held is not None:
+        low[held] = high[held] = -known.values[held]
+    scaled = matrix / np.outer(scale, scale) + 1e-12 * np.eye(len(matrix))
+    move = box_minimum(scaled, gradient / scale, low * scale, high * scale) / scale
+    return np.asarray(known.values + move)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seatrial.boat.model import Model
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
+from seatrial.identification.selection.score_information import ScoreInformation, solve_within
 from seatrial.identification.selection.terms.held_out import Targets, at_parameters, targets_of
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
@@ -89,9 +89,7 @@ def _folds(blocks: int) -> NDArray[np.int64]:
 
 
 def _without(information: ScoreInformation, left_out: NDArray[np.bool_]) -> Array:
-    """Parameters (p,) from all blocks but some, clipped to their bounds."""
+    """Parameters (p,) from all blocks but some, within their bounds."""
     rest = information.information - information.shares[left_out].sum(axis=0)
     gradient = information.scores[~left_out].sum(axis=0)
-    return np.asarray(
-        np.clip(information.values + solve_scaled(rest, gradient), *information.bounds)
-    )
+    return solve_within(information, rest, gradient)

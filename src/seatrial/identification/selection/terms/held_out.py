@@ -17,7 +17,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.starts_and_ends import starts_and_ends
-from seatrial.identification.selection.score_information import ScoreInformation, solve_scaled
+from seatrial.identification.selection.score_information import ScoreInformation, solve_within
 from seatrial.recording.excitation import effort, excitation, least_share
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import motion
@@ -203,20 +203,14 @@ def targets_of(model: Model, recording: Recording, horizon: float) -> Targets:
 
 
 def retrained(information: ScoreInformation, rest: Sequence[int], removed: str | None) -> Array:
-    """Parameters (p,) from some recordings, clipped to their bounds.
+    """Parameters (p,) from some recordings, within their bounds.
 
     `removed`: a parameter that is held at 0, the others at their best then.
     """
     from_rest = information.of_recordings[list(rest)].sum(axis=0)
     gradient = information.gradient[list(rest)].sum(axis=0)
-    theta = information.values + solve_scaled(from_rest, gradient)
-    if removed is not None:
-        j = information.place(removed)
-        unit = np.zeros(len(theta))
-        unit[j] = 1.0
-        row = solve_scaled(from_rest, unit)
-        theta = theta - row * theta[j] / row[j]
-    return np.asarray(np.clip(theta, *information.bounds))
+    held = None if removed is None else information.place(removed)
+    return solve_within(information, from_rest, gradient, held)
 
 
 def at_parameters(model: Model, information: ScoreInformation, theta: Array) -> Model:
