@@ -14,10 +14,12 @@ import numpy as np
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.schema import TO_SI, as_column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.likelihood.linearised import Point
+from seatrial.evaluation.disturbed_intervals import squared_innovations
+from seatrial.identification.likelihood.filter_runs import FilterRuns
+from seatrial.identification.likelihood.linearised import Point, boxed_step
 from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.problem import Problem
-from seatrial.identification.selection.score_test import LARGE_GAIN
+from seatrial.identification.selection.score_test import LARGE_GAIN, beyond_chance
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
 from seatrial.util.frames import Array
@@ -100,11 +102,31 @@ def _deviation(at: Point, number: int) -> Deviation | None:
     if size < LEAST_HEADING_OFFSET:
         return None
 
-    def deviation(psi: Array) -> Array:
+    def error(psi: Array) -> Array:
         return np.asarray(sine * np.sin(number * psi) + cosine * np.cos(number * psi))
 
-    gain = at.runs.cost - _cost(at, deviation)
-    return Deviation(gain, size, ("once", "twice")[number - 1]) if gain > LARGE_GAIN else None
+    gain = at.runs.cost - _cost(at, error)
+    if not (gain > LARGE_GAIN and _in_most_blocks(at, error)):
+        return None
+    return Deviation(gain, size, ("once", "twice")[number - 1])
+
+
+def _in_most_blocks(at: Point, error: HeadingError) -> bool:
+    """Whether poses fit better without a heading error beyond the scatter of this over blocks (Vuong's test)."""
+    still = np.zeros(len(at.theta))
+    first = _without(at, error, still)
+    runs = _without(at, error, boxed_step(at, first.gradient, first.information))
+    falls = _squares(at.runs.relinearised(at.noise, still)) - _squares(runs)
+    scatter = float(np.sum((falls - falls.mean()) ** 2))
+    return bool(falls.sum() > 0.0) and beyond_chance(float(falls.sum()) ** 2 / scatter, 2)
+
+
+def _squares(runs: FilterRuns) -> Array:
+    """Normalised innovations squared, summed in each block (blocks,)."""
+    pairs = zip(runs.by_recording, runs.problem.blocks, strict=True)
+    return np.concatenate(
+        [np.bincount(b, np.nan_to_num(squared_innovations(run))) for run, b in pairs]
+    )
 
 
 def _likelier(at: Point, shape: HeadingError) -> tuple[float, float] | None:
@@ -152,9 +174,14 @@ def without_error(recording: Recording, error: HeadingError) -> Recording:
     return replace(recording, eta=eta, raw=raw, asynchronous=turned)
 
 
-def _cost(at: Point, error: HeadingError) -> float:
-    """-2 log L of poses without an error, linearised, after one Gauss-Newton step of the free parameters."""
+def _without(at: Point, error: HeadingError, move: Array) -> FilterRuns:
+    """The solution's runs on poses without a heading error, linearised, a step (names,) of the parameters away."""
     turned = replace(at.runs, problem=_turned(at.runs.problem, error))
-    runs = turned.relinearised(at.noise, np.zeros(len(at.theta)))
+    return turned.relinearised(at.noise, move)
+
+
+def _cost(at: Point, error: HeadingError) -> float:
+    """-2 log L of poses without an error, after one Gauss-Newton step of the free parameters."""
+    runs = _without(at, error, np.zeros(len(at.theta)))
     taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
     return float(runs.cost - taken)
