@@ -7,6 +7,7 @@ from seatrial.boat.findings import finding_text
 from seatrial.boat.model import Model
 from seatrial.display.html import counted, folded, plain, table
 from seatrial.evaluation.scores import AxisScore, Scores
+from seatrial.recording.faults.course_heading import course_doubt
 from seatrial.recording.recording import Recording, Signal
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.report.text.markup import number, true_minus, unit
@@ -86,7 +87,8 @@ def recording_html(recording: Recording) -> str:
         f"{one.start:.2f} to {one.end:.2f} s: {one.kind.value} ({counted(one.samples, 'pose')})"
         for one in recording.faults
     ]
-    sentences = [*faults, *recording.remarks, *recording.doubts, *sampling_doubt(recording)]
+    doubts = [*recording.doubts, *course_doubt(recording), *sampling_doubt(recording)]
+    sentences = [*faults, *recording.remarks, *doubts]
     return table(("signal", "least", "largest", "unit"), rows, caption=caption) + folded(
         _counted_faults(len(faults), len(sentences) - len(faults)), sentences
     )

@@ -35,6 +35,7 @@ from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.excitation import excitation, find_roles
+from seatrial.recording.faults.course_heading import course_doubt
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.undriven import undriven_motion
@@ -240,7 +241,10 @@ def _warnings(
         if r.usable < LEAST_USABLE
     ]
     is_open = vehicle.file.commands.sampled is None
-    doubts = [(r, [*r.doubts, *(sampling_doubt(r) if is_open else [])]) for r in recordings]
+    doubts = [
+        (r, [*r.doubts, *course_doubt(r), *(sampling_doubt(r) if is_open else [])])
+        for r in recordings
+    ]
     doubtful = [f"{r.name}: {doubt}" for r, own in doubts for doubt in own]
     # a wrong vehicle file before poses that are left out: the first is the next step
     return (

@@ -9,6 +9,7 @@ from seatrial.boat.physics import ABSURD_SPEED
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import InputUse
 from seatrial.recording.excitation import EXCITED, Excitation, beyond_full
+from seatrial.recording.faults.course_heading import course_doubt
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
@@ -44,7 +45,7 @@ def recording_advice(
 ) -> list[str]:
     """One message for each thing to do. `moves`: inputs that move in any of the recordings."""
     # 1. Values that a small boat does not have: wrong units, a boat at rest.
-    doubts = [*recording.doubts, *sampling_doubt(recording)]
+    doubts = [*recording.doubts, *course_doubt(recording), *sampling_doubt(recording)]
     advice = [*recording.remarks, *doubts, *implausible_values(recording)]
     advice += [one.text(recording) for one in undriven_motion(recording)]
     # 2. Length, usable poses, pose rate, jitter.
