@@ -253,9 +253,8 @@ def _odometry(scores: Scores) -> Iterator[Graded]:
             continue
         expected = score.resolved(score.expected_rms)
         ratio = score.rms / expected if expected > 0.0 else float("inf")
-        # an error that may be the expected one does not contradict it, as in the findings of `validate`
-        ratio = min(ratio, 1.0) if score.as_expected else ratio
-        limits = CONSISTENT, CONSISTENT_SO_SO
+        # an error that may be the expected one, by its interval, does not contradict the filter
+        limits = CONSISTENT, float("inf") if score.as_expected else CONSISTENT_SO_SO
         yield _grade(Criterion.CONSISTENCY, axis, ratio, limits, ahead)
 
 
