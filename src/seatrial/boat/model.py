@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from seatrial import _core
+from seatrial.boat.actuators import STAGES
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.schema import (
     EnvelopeEntry,
@@ -24,7 +25,7 @@ from seatrial.boat.vehicle import SAME_POINT, Vehicle
 from seatrial.util.above import above, text_by
 from seatrial.util.arguments import expect
 from seatrial.util.by_fields import ByFields
-from seatrial.util.errors import ModelError
+from seatrial.util.errors import ModelError, VehicleError
 from seatrial.util.frames import Array, Stamps, freeze
 
 if TYPE_CHECKING:
@@ -205,7 +206,7 @@ class Model(ByFields):
                 f"{', '.join(new.coefficients)}; the model has {', '.join(own.coefficients)}; "
                 "give a vehicle file with the model's terms, --vehicle"
             )
-        self.vehicle.check_sides(vehicle)
+        self.check_sides(vehicle)
         order = [own.coefficients.index(name) for name in new.coefficients]
         places = [*order, *range(len(order), len(self.covariance))]
         return replace(
@@ -214,6 +215,25 @@ class Model(ByFields):
             coefficients=self.coefficients[order],
             covariance=self.covariance[np.ix_(places, places)],
         )
+
+    def check_sides(self, vehicle: Vehicle) -> None:
+        """Raise VehicleError where the edges of a dead zone exchange in a vehicle's axes.
+
+        The same force has opposite signs in forward-left-up and forward-right-down axes.
+        """
+        own = self.vehicle
+        ahead, astern = (STAGES.index(stage) for stage in ("edge_forward", "edge_reverse"))
+        index = own.constants.index
+        for k in np.flatnonzero(index[:, ahead] != index[:, astern]).tolist():
+            name = own.actuators[k]
+            if name in vehicle.actuators and (
+                vehicle.actuator_signs[vehicle.actuators.index(name)] != own.actuator_signs[k]
+            ):
+                raise VehicleError(
+                    f"the dead zone of {name} has two edges, whose names are exchanged between the "
+                    f"model's {own.axes.value} axes and the {vehicle.axes.value} axes of vehicle {vehicle.name}; "
+                    "give a vehicle file in the model's axes"
+                )
 
     def plot(self, figure: Figure | None = None) -> Figure:
         """Relative 95 % intervals of the parameters, thrust curves and step responses, with Matplotlib.

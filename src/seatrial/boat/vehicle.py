@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat import structure
-from seatrial.boat.actuators import ESTIMATE, STAGES, ChainReader, Constants, stated
+from seatrial.boat.actuators import ESTIMATE, ChainReader, Constants, stated
 from seatrial.boat.allocation import Scheme, Thruster, angle_remarks, inverse_for, thruster_matrix
 from seatrial.boat.core_limits import check_offset, check_sizes
 from seatrial.boat.force_weights import ForceWeights
@@ -142,24 +142,6 @@ class Vehicle:
     def actuator_signs(self) -> Array:
         """Signs (actuators,): -1 where the command is negated to forward-left-up."""
         return np.ones(len(self.actuators)) if self.file.thrusters else self.input_signs
-
-    def check_sides(self, other: Vehicle) -> None:
-        """Raise VehicleError where the edges of a dead zone exchange in another vehicle's axes.
-
-        The same force has opposite signs in forward-left-up and forward-right-down axes.
-        """
-        ahead, astern = (STAGES.index(stage) for stage in ("edge_forward", "edge_reverse"))
-        index = self.constants.index
-        for k in np.flatnonzero(index[:, ahead] != index[:, astern]).tolist():
-            name = self.actuators[k]
-            if name in other.actuators and (
-                other.actuator_signs[other.actuators.index(name)] != self.actuator_signs[k]
-            ):
-                raise VehicleError(
-                    f"the dead zone of {name} has two edges, whose names are exchanged between the "
-                    f"model's {self.axes.value} axes and the {other.axes.value} axes of vehicle {other.name}; "
-                    "give a vehicle file in the model's axes"
-                )
 
     @cached_property
     def forces(self) -> tuple[Force, ...]:

@@ -124,7 +124,7 @@ def check_prior(prior: Model, vehicle: Vehicle, *, lever: bool = False) -> None:
             f"the prior's actuators are {', '.join(theirs)}, the vehicle file's {', '.join(mine)}; take the "
             "vehicle file that the prior was identified with"
         )
-    prior.vehicle.check_sides(vehicle)
+    prior.check_sides(vehicle)
     if not lever and not vehicle.same_origin(prior.vehicle):
         ahead, left = prior.vehicle.lever
         point = f"[{ahead:.3f}, {vehicle.axes.lateral_sign * left:.3f}]"

@@ -147,7 +147,7 @@ def _corrected(chances: Mapping[str, float | None]) -> dict[str, float]:
 
 def with_signals(model: Model, vehicle: Vehicle) -> Model:
     """The model with the signals and the allocation of the recordings, about its own origin."""
-    model.vehicle.check_sides(vehicle)
+    model.check_sides(vehicle)
     flip = vehicle.axes is Axes.FRD
     structure = model.structure.flipped() if flip else model.structure
     file = msgspec.structs.replace(

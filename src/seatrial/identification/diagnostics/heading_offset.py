@@ -117,8 +117,8 @@ def _in_most_blocks(at: Point, error: HeadingError) -> bool:
     first = _without(at, error, still)
     runs = _without(at, error, boxed_step(at, first.gradient, first.information))
     falls = _squares(at.runs.relinearised(at.noise, still)) - _squares(runs)
-    scatter = float(np.sum((falls - falls.mean()) ** 2))
-    return bool(falls.sum() > 0.0) and beyond_chance(float(falls.sum()) ** 2 / scatter, 2)
+    fall, scatter = float(falls.sum()), float(np.sum((falls - falls.mean()) ** 2))
+    return fall > 0.0 and scatter > 0.0 and beyond_chance(fall**2 / scatter, 2)
 
 
 def _squares(runs: FilterRuns) -> Array:
