@@ -20,7 +20,8 @@ UNMODELLED_CURRENT = Spec(
 UNEVEN_CURRENT = Spec(
     "unmodelled effect: poses fit far better with a current that differs by up to {size:.2g} m/s between places "
     "or parts of the recordings. Drag and coupled terms may be off by more than their intervals",
-    "Drive in still water, in a smaller area or for a shorter time; --effect current is a steady one",
+    "Drive in still water, in a smaller area or for a shorter time. --effect current does not help: it is one "
+    "steady current",
     numbers={"size": "m/s"},
 )
 UNMODELLED_TRIM = Spec(
@@ -56,9 +57,14 @@ HEADING_OFFSET = Spec(
     signed=("psi_offset",),
 )
 COMPASS_DEVIATION = Spec(
-    "compass deviation: poses fit far better with a heading that errs by up to {size:.2deg} degrees, "
-    "{turns_means} a turn of the boat. Coefficients may be off by more than their intervals",
+    "compass deviation: poses fit far better with a heading error of up to {size:.2deg} degrees that depends on "
+    "the heading, {turns_means}. Coefficients may be off by more than their intervals",
     "Calibrate the compass on the boat, away from iron and motor currents, or measure the heading otherwise",
     numbers={"size": "rad"},
-    words={"turns": {"once": "once (hard iron)", "twice": "twice (soft iron)"}},
+    words={
+        "turns": {
+            "once": "with one period a turn (hard iron)",
+            "twice": "with two periods a turn (soft iron)",
+        }
+    },
 )
