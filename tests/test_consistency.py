@@ -27,7 +27,7 @@ import seatrial
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import assignments
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.inspection.consistency.gains import gains, read_run
+from seatrial.inspection.consistency.gains import gains, read_run, without_drag
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.inspection.consistency.repair import apply_repair
 from seatrial.recording.excitation import even_times
@@ -233,7 +233,7 @@ def test_an_unlabelled_joypad_is_assigned():
     )
     names = tuple(f"axes[{i}]" for i in range(4))
     run = read_run(record, Signal(names, record.commands.stamps, values))
-    found = list(assignments(names, np.array([g.t for g in gains([run])])))
+    found = list(assignments(names, np.array([g.t for g in gains([run], *without_drag([run]))])))
     assert {(a.axis, a.channel, a.sign) for a in found} == {
         (0, "axes[2]", -1), (1, "axes[3]", 1), (2, "axes[0]", 1),
     }  # fmt: skip

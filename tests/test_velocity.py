@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: MIT
 """The five-point stencil: its weights, its exactness, its noise."""
 
+from gc import collect
+from weakref import ref
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -66,3 +69,16 @@ def test_the_stencils_deviation_is_that_of_its_velocities_at_stamps_as_they_are(
     found, valid = five_point_stencil(recording)
     said = stencil_deviation(NoiseEntry(0.003, 0.002), recording)
     np.testing.assert_allclose(said, found[valid].std(axis=0), rtol=0.05)
+
+
+def test_velocities_are_computed_once_and_live_as_long_as_their_recording(clean_af):
+    """They are read-only: who gets them has the same arrays as others."""
+    own = clean_af["S1"].recording.cut(0.0, 20.0)
+    found = motion(own)
+    assert motion(own) is found
+    assert not (found.nu.flags.writeable or found.valid.flags.writeable)
+    assert motion(clean_af["S1"].recording.cut(0.0, 10.0)) is not found
+    left = ref(found)
+    del own, found
+    collect()
+    assert left() is None

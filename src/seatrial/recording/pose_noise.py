@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Pose noise from fourth differences of the poses, and the correlation of Gauss-Markov pose errors."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
-from seatrial.recording.recording import Recording
+from seatrial.recording.recording import Recording, once
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, body_velocity
 
@@ -23,6 +25,17 @@ def pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry:
     The median is robust to pulses and jumps. Noise that is correlated over several poses cancels, too.
     `first`: number of usable poses from the start of each recording; all by default.
     """
+    if len(recordings) == 1 and first is None:
+        return _own_noise(*recordings)
+    return _noise_of(recordings, first)
+
+
+@once
+def _own_noise(recording: Recording) -> NoiseEntry:
+    return _noise_of([recording])
+
+
+def _noise_of(recordings: Sequence[Recording], first: int | None = None) -> NoiseEntry:
     parts = [_differences(r, r.eta, _windows(r, first)) for r in recordings]
     differences = np.concatenate([np.zeros((0, 3)), *parts])
     if len(differences) == 0:
@@ -46,7 +59,8 @@ def pose_noise_given_motion(recording: Recording, moved: Array) -> NoiseEntry:
         return own
     whole = _differences(recording, recording.eta, windows)
     known = _differences(recording, moved, windows)
-    turn = (recording.eta - moved)[_used(recording, windows)[:, 2], 2]
+    even = _even(recording, windows)
+    turn = (recording.eta - moved)[(windows[even] if even.any() else windows)[:, 2], 2]
     known[:, :2] = body_velocity(-turn, known)[:, :2]
     rest = _entry(_white_deviation(whole - known))
     return NoiseEntry(min(own.position, rest.position), min(own.heading, rest.heading))
@@ -58,26 +72,23 @@ def _windows(recording: Recording, first: int | None = None) -> NDArray[np.int64
     if len(index) < 5:
         return np.zeros((0, 5), dtype=np.int64)
     windows = np.lib.stride_tricks.sliding_window_view(index, 5)
-    return np.asarray(windows[np.ptp(recording.segment[windows], axis=1) == 0])
+    segment = recording.segment[index]
+    return np.asarray(windows[segment[4:] == segment[:-4]])
 
 
 def _even(recording: Recording, windows: NDArray[np.int64]) -> Mask:
     """Windows with regular stamps; none where these are few."""
-    even = np.ptp(np.diff(recording.t[windows], axis=1), axis=1) < EVEN_STEPS * recording.period
+    steps = np.diff(recording.t[windows].T, axis=0)
+    even = np.ptp(steps, axis=0) < EVEN_STEPS * recording.period
     return even if even.sum() > EVEN_SHARE * len(even) else np.zeros(len(even), dtype=bool)
-
-
-def _used(recording: Recording, windows: NDArray[np.int64]) -> NDArray[np.int64]:
-    even = _even(recording, windows)
-    return windows[even] if even.any() else windows
 
 
 def _differences(recording: Recording, eta: Array, windows: NDArray[np.int64]) -> Array:
     """Fourth differences (m, 3) of poses (n, 3) at the recording's stamps."""
-    used = _used(recording, windows)
-    if _even(recording, windows).any():
-        return np.asarray(np.einsum("k,nki->ni", _DIFFERENCE, eta[used]))
-    return _divided_differences(recording.t[used], eta[used])
+    even = _even(recording, windows)
+    if even.any():
+        return np.asarray(np.einsum("k,nki->ni", _DIFFERENCE, eta[windows[even]]))
+    return _divided_differences(recording.t[windows], eta[windows])
 
 
 def _white_deviation(differences: Array) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.recording.faults.frozen_poses import runs
 from seatrial.recording.faults.pose_faults import FaultKind
@@ -124,8 +125,7 @@ def _displacements(recording: Recording, start: float, end: float) -> Array:
         return np.empty(0)
     seconds = np.floor(t - start).astype(int)
     begins = np.flatnonzero(np.diff(seconds, prepend=-1))
-    parts = np.split(xy, begins[1:])
-    middles = np.array([np.median(part, axis=0) for part in parts])
+    middles = _medians(xy, seconds, begins)
     ticks = seconds[begins]
     later = np.searchsorted(ticks, ticks + WINDOW)
     jumps = [fault.start for fault in recording.faults if fault.kind is FaultKind.JUMP]
@@ -134,6 +134,14 @@ def _displacements(recording: Recording, start: float, end: float) -> Array:
     ends = np.append(begins[1:], len(t)) - 1
     able = able[jumped[ends[later[able]]] == jumped[begins[able]]]
     return np.asarray(np.hypot(*(middles[later[able]] - middles[able]).T))
+
+
+def _medians(values: Array, group: NDArray[np.int64], begins: NDArray[np.int64]) -> Array:
+    """Medians (groups, k) of values (n, k) in groups that follow each other, from where each begins."""
+    counts = np.diff(begins, append=len(values))
+    low, high = begins + (counts - 1) // 2, begins + counts // 2
+    columns = [column[np.lexsort((column, group))] for column in values.T]
+    return np.column_stack([(column[low] + column[high]) / 2.0 for column in columns])
 
 
 def _positions(recording: Recording, start: float, end: float) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.delays import at_one_time
-from seatrial.recording.recording import Recording
+from seatrial.recording.recording import Recording, once
 from seatrial.util.arguments import expect
 from seatrial.util.frames import Array, Mask, body_velocity, freeze
 
@@ -37,6 +37,7 @@ class Motion:
 
     def __post_init__(self) -> None:
         freeze(self, "nu")
+        freeze(self, "valid", dtype=np.bool_)
         if self.deviation is not None:
             freeze(self, "deviation")
 
@@ -44,6 +45,11 @@ class Motion:
 def motion(recording: Recording) -> Motion:
     """The paper's velocities: five-point stencil in earth axes, then Eq. (1) into body axes."""
     expect(recording, Recording, "recording")
+    return _motion(recording)
+
+
+@once
+def _motion(recording: Recording) -> Motion:
     whole = at_one_time(recording)
     eta_dot, valid = five_point_stencil(whole)
     nu = body_velocity(whole.eta[:, 2], eta_dot)
@@ -86,10 +92,11 @@ def _stencils(recording: Recording) -> tuple[NDArray[np.int64], Array]:
     if len(index) < 5:
         return np.zeros((0, 5), dtype=np.int64), np.zeros((0, 5))
     windows = np.lib.stride_tricks.sliding_window_view(index, 5)
-    t = recording.t[windows]
-    usable = np.diff(t, axis=1).max(axis=1) < UNEVEN * recording.usual_step
-    usable &= np.ptp(recording.segment[windows], axis=1) == 0
-    windows, weights = windows[usable], stencil_weights(t[usable])
+    t, segment = recording.t[index], recording.segment[index]
+    close = np.diff(t) < UNEVEN * recording.usual_step
+    usable = close[:-3] & close[1:-2] & close[2:-1] & close[3:] & (segment[4:] == segment[:-4])
+    windows = windows[usable]
+    weights = stencil_weights(recording.t[windows])
     quiet = np.linalg.norm(weights, axis=1) < NOISIER_WINDOW * STENCIL_NOISE / recording.usual_step
     return windows[quiet], weights[quiet]
 

@@ -23,7 +23,7 @@ from seatrial import _core
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.structure import VELOCITIES
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.consistency.accelerations import Complex, smooth_poses
+from seatrial.inspection.consistency.accelerations import Complex, smooth, smooth_poses
 from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
@@ -70,7 +70,7 @@ def choose_widths(recordings: Sequence[Recording]) -> Widths:
     """
     noise = pose_noise(*recordings)
     period = float(np.median([r.period for r in recordings]))
-    parts = [smooth_poses(r.t, r.eta, r.valid, r.segment) for r in recordings]
+    parts = [smooth(r) for r in recordings]
     if not any(len(p.t) for p in parts):
         names = ", ".join(r.name for r in recordings)
         raise IdentificationError(
@@ -208,20 +208,20 @@ def windows_of(
 ) -> Windows:
     """The windows of a recording. Raises IdentificationError where it is too short for one."""
     r = recording
-    smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, window=2 * widths.state, stride=0.0)
+    own = smooth_poses(r.t, r.eta, r.valid, r.segment, window=2 * widths.state, stride=0.0)
     k = make_kernels(widths, r.period, finest)
     grid = np.arange(0.0, r.duration, k.step)
-    if len(smooth.t) < 2 or len(grid) < len(k.test):
+    if len(own.t) < 2 or len(grid) < len(k.test):
         raise IdentificationError(_too_short(r, k))
-    psi = np.interp(grid, smooth.t, smooth.psi)
-    rate = np.interp(grid, smooth.t, smooth.r)
-    velocity = np.interp(grid, smooth.t, smooth.velocity.real) + 1j * np.interp(
-        grid, smooth.t, smooth.velocity.imag
+    psi = np.interp(grid, own.t, own.psi)
+    rate = np.interp(grid, own.t, own.r)
+    velocity = np.interp(grid, own.t, own.velocity.real) + 1j * np.interp(
+        grid, own.t, own.velocity.imag
     )
     turn = np.exp(1j * psi)
     body = velocity / turn
     nu = np.column_stack([body.real, body.imag, rate])
-    bad = ~_covered(grid, smooth.t, r)
+    bad = ~_covered(grid, own.t, r)
     spoiled = window_sums(bad[:, None].astype(float), k.support.astype(float), k.stride)[:, 0]
     found = Windows(
         vehicle, r, k, grid, np.ascontiguousarray(nu),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.recording import Signal
+from seatrial.recording.recording import Recording, Signal, once
 from seatrial.util.frames import Array, Mask, Stamps
 
 Complex = NDArray[np.complex128]
@@ -42,6 +42,12 @@ class Smooth:
     acceleration: Complex  # (m,) [m/s^2] earth-fixed
 
 
+@once
+def smooth(recording: Recording) -> Smooth:
+    """Its local quadratics, as long and as far apart as usual."""
+    return smooth_poses(recording.t, recording.eta, recording.valid, recording.segment)
+
+
 def smooth_poses(
     t: Array,
     eta: Array,
@@ -67,7 +73,8 @@ def smooth_poses(
         windows = windows[:: max(1, round(stride / period))]
     half = (side + 0.5) * period
     s = (t[windows] - t[windows[:, side]][:, None]) / half
-    usable = (s[:, -1] - s[:, 0] < 2 * MOST_STRETCH) & (np.ptp(segment[windows], axis=1) == 0)
+    usable = s[:, -1] - s[:, 0] < 2 * MOST_STRETCH
+    usable &= segment[windows[:, 0]] == segment[windows[:, -1]]
     windows, s = windows[usable], s[usable]
     value, slope, bend = np.moveaxis(_quadratics(s, eta[windows]), 1, 0)
     velocity, acceleration = slope / half, 2.0 * bend / half**2

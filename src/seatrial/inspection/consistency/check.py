@@ -115,13 +115,17 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     angle, read = heading_unit(runs, vehicle, length_factors(lengths, vehicle))
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
     # 3. Clock of the commands.
-    offset = clock_offset(runs)
-    runs = [delayed(run, offset) for run in runs] if offset else runs
+    moved = without_drag(runs)
+    offset = clock_offset(runs, *moved)
+    if offset:
+        runs = [delayed(run, offset) for run in runs]
+        moved = without_drag(runs)
     # 4. Handedness of the plane, then the gain from every input to every axis.
+    other_hand = without_drag(runs, mirrored=True)
     mirrored = _heading_varies(runs) and clearly_better(
-        unexplained(runs), unexplained(runs, mirrored=True)
+        unexplained(runs, *moved), unexplained(runs, *other_hand)
     )
-    found = gains(runs, mirrored=mirrored)
+    found = gains(runs, *(other_hand if mirrored else moved))
     # 5. The fewest edits of signs and order that explain the gains.
     search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
     best = search.best()
@@ -226,10 +230,12 @@ def _exchangeable(
             yield f"{names[i]} and {names[j]}: not distinguishable"
 
 
-def clock_offset(runs: Sequence[Run]) -> float:
-    """Delay of the commands' effect [s] where it is outside the usual delays; else 0."""
+def clock_offset(runs: Sequence[Run], motion: Array, inputs: Array) -> float:
+    """Delay of the commands' effect [s] where it is outside the usual delays; else 0.
+
+    motion, inputs: those of the runs, `without_drag`.
+    """
     # 1. The usual delays: enough where one axis is explained.
-    motion, inputs = without_drag(runs)
     usual = unexplained_share(motion, inputs)
     if usual.min() < UNEXPLAINED_ENOUGH:
         return 0.0

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from seatrial.inspection.consistency.accelerations import (
     STRIDE,
     Smooth,
+    smooth,
     smooth_poses,
     smooth_signals,
 )
@@ -67,9 +68,11 @@ class Gains:
 
 def read_run(recording: Recording, commands: Signal, *, spacing: float = 1.0) -> Run:
     """A recording with its poses as read; spacing: factor on the distance between windows."""
+    if spacing == 1.0:
+        return Run(recording, commands, smooth(recording))
     r, stride = recording, spacing * STRIDE
-    smooth = smooth_poses(r.t, r.eta, r.valid, r.segment, stride=stride)
-    return Run(r, commands, smooth, stride)
+    wide = smooth_poses(r.t, r.eta, r.valid, r.segment, stride=stride)
+    return Run(r, commands, wide, stride)
 
 
 def blocks(runs: Sequence[Run], length: float = BLOCK) -> NDArray[np.int64]:
@@ -99,20 +102,18 @@ def plane_acceleration_squared(runs: Sequence[Run]) -> float:
     return float(sum(np.sum(np.abs(run.smooth.acceleration) ** 2) for run in runs))
 
 
-def gains(runs: Sequence[Run], *, mirrored: bool = False) -> tuple[Gains, Gains, Gains]:
-    """Gains of surge, sway and yaw (forward-left-up); mirrored: with y negated."""
-    motion, inputs = without_drag(runs, mirrored=mirrored)
+def gains(runs: Sequence[Run], motion: Array, inputs: Array) -> tuple[Gains, Gains, Gains]:
+    """Gains of surge, sway and yaw (forward-left-up). motion, inputs: those of the runs, `without_drag`."""
     block = blocks(runs)
     surge, sway, yaw = (gains_of_axis(motion[:, axis], inputs, block) for axis in range(3))
     return surge, sway, yaw
 
 
-def unexplained(runs: Sequence[Run], heading: float = 1.0, *, mirrored: bool = False) -> Array:
-    """Squared acceleration of the plane that neither inputs nor drag explain, by block.
+def unexplained(runs: Sequence[Run], motion: Array, inputs: Array) -> Array:
+    """Squared acceleration (blocks,) of the plane that neither inputs nor drag explain.
 
-    heading: factor on psi.
+    motion, inputs: those of the runs, `without_drag`.
     """
-    motion, inputs = without_drag(runs, heading=heading, mirrored=mirrored)
     squares = np.zeros(len(motion))
     for axis in range(2):
         left = [motion[:, axis] - x @ _solve(x, motion[:, axis]) for x in inputs]

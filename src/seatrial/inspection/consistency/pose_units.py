@@ -10,7 +10,12 @@ from seatrial.boat.physics import ABSURD_SPEED
 from seatrial.boat.schema import as_column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
-from seatrial.inspection.consistency.gains import Run, plane_acceleration_squared, unexplained
+from seatrial.inspection.consistency.gains import (
+    Run,
+    plane_acceleration_squared,
+    unexplained,
+    without_drag,
+)
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
 from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind, examine
 from seatrial.recording.recording import Recording
@@ -174,7 +179,10 @@ def _unmarked(recording: Recording) -> Mask:
 
 def _unexplained_either_hand(runs: Sequence[Run], heading: float) -> Array:
     """Unexplained acceleration (blocks,) with the better handedness; heading: factor on psi."""
-    both = [unexplained(runs, heading, mirrored=hand) for hand in (False, True)]
+    both = [
+        unexplained(runs, *without_drag(runs, heading=heading, mirrored=hand))
+        for hand in (False, True)
+    ]
     return min(both, key=lambda left: float(left.sum()))
 
 
