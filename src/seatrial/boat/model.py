@@ -24,9 +24,9 @@ from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import SAME_POINT, Vehicle
 from seatrial.util.above import above, text_by
 from seatrial.util.arguments import expect
-from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import ModelError, VehicleError
 from seatrial.util.frames import Array, Stamps, freeze
+from seatrial.util.frozen import ByFields
 
 if TYPE_CHECKING:
     from seatrial.util.above import Figure

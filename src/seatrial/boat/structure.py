@@ -14,11 +14,11 @@ from functools import cached_property
 from importlib import resources
 
 from seatrial import _core
-from seatrial.util.by_fields import ByFields
 from seatrial.util.errors import StructureError
 from seatrial.util.file_content.yaml_dialect import DIGITS
 from seatrial.util.files import read_yaml
 from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frozen import ByFields
 
 VELOCITIES = ("u", "v", "r", "|u|", "|v|", "|r|")  # in the order of the core's Signal codes
 ACCELERATIONS = ("u_dot", "v_dot", "r_dot")

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
-from seatrial.recording.recording import Recording, once
+from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, body_velocity
+from seatrial.util.frozen import once
 
 EVEN_SHARE = 0.5  # of the windows with regular stamps; below it divided differences of all are used
 # periods by which the steps of a regular window differ: times a speed that is an error

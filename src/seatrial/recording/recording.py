@@ -3,12 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, wraps
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
-from weakref import WeakKeyDictionary
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +29,6 @@ if TYPE_CHECKING:
     from seatrial.boat.vehicle import Vehicle
     from seatrial.util.above import DataFrame, Figure
 
-T = TypeVar("T")
 KEPT_BEFORE = 10.0  # [s] of commands before a cut, for latency and lag
 KEPT_AFTER = 1.0  # [s] of commands after it: a late clock looks like a negative latency
 RATE_TOLERANCE = 0.01  # a rate counts as a whole multiple of another up to here
@@ -336,16 +333,3 @@ def rising(stamps: Stamps) -> Mask:
     keep = np.zeros(len(stamps), dtype=bool)
     keep[index[last]] = True
     return keep
-
-
-def once(function: Callable[[Recording], T]) -> Callable[[Recording], T]:
-    """Keeps what a function finds in a recording for as long as that recording lives."""
-    known: WeakKeyDictionary[Recording, T] = WeakKeyDictionary()
-
-    @wraps(function)
-    def found(recording: Recording) -> T:
-        if recording not in known:
-            known[recording] = function(recording)
-        return known[recording]
-
-    return found

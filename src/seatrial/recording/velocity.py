@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.delays import at_one_time
-from seatrial.recording.recording import Recording, once
+from seatrial.recording.recording import Recording
 from seatrial.util.arguments import expect
 from seatrial.util.frames import Array, Mask, body_velocity, freeze
+from seatrial.util.frozen import once
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
 NOISIER_WINDOW = 3.0  # times the usual noise; a window of closer poses is not differentiated

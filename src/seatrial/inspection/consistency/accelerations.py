@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.recording.recording import Recording, Signal, once
+from seatrial.recording.recording import Recording, Signal
 from seatrial.util.frames import Array, Mask, Stamps
+from seatrial.util.frozen import once
 
 Complex = NDArray[np.complex128]
 
