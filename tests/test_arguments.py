@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: MIT
 """Arguments of public functions: one line for a wrong type or value, and what their results show of themselves."""
 
+import dataclasses
+import inspect
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -24,6 +27,18 @@ from seatrial.util.errors import (
 @pytest.fixture(scope="module")
 def runs(paper_mp):
     return [paper_mp[name].recording for name in ("S1", "S2", "S3")]
+
+
+PUBLIC = [kind for name in seatrial.__all__ if inspect.isclass(kind := getattr(seatrial, name))]
+
+
+@pytest.mark.parametrize("kind", PUBLIC, ids=lambda kind: kind.__name__)
+def test_help_says_what_each_field_is(kind):
+    fields = getattr(kind, "__struct_fields__", ())
+    if dataclasses.is_dataclass(kind):
+        fields = [field.name for field in dataclasses.fields(kind) if field.init]
+    said = re.findall(r"^(\w+): .", inspect.getdoc(kind), re.MULTILINE)
+    assert [name for name in said if name in fields] == list(fields)
 
 
 REST = Reference(np.zeros(3), np.zeros(3), np.zeros(3))

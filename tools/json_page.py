@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What --json writes for each command, from the classes of the content and their comments.
+"""What --json writes for each command, from the classes of the content and what they state of their fields.
 
 The site has every field (tools/generated.py); docs/json.md in the repository names the kinds of content.
 
@@ -26,6 +26,7 @@ from seatrial.commands.shared.schemas import SCHEMAS
 PLAIN = {
     str: "text", float: "number", int: "whole number", bool: "true or false", type(None): "null", Any: "any",
 }  # fmt: skip
+MEANING = re.compile(r"^(\w+): (.*(?:\n {4}.*)*)", re.MULTILINE)  # of a field in a docstring
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "json.md"
 HEAD = """\
 # Results as JSON
@@ -42,9 +43,14 @@ writes.
 
 
 def fields(kind: type) -> list[tuple[str, str, str]]:
-    """Name, type and comment of each field, in the order of the source."""
+    """Name, type and meaning of each field, in the order of the source.
+
+    Public classes state the meaning in their docstring, others in a comment.
+    """
     lines = inspect.getsource(kind).splitlines()
-    names, own = typing.get_type_hints(kind, include_extras=True), []
+    stated = dict(MEANING.findall(inspect.getdoc(kind) or ""))
+    names = typing.get_type_hints(kind, include_extras=True)
+    own: dict[str, tuple[str, str, str]] = {}
     for i, line in enumerate(lines):
         found = re.match(r"    (\w+):", line)
         if found is None or found[1] not in names:
@@ -56,8 +62,9 @@ def fields(kind: type) -> list[tuple[str, str, str]]:
             opened += code.count("(") - code.count(")")
             if opened <= 0:
                 break
-        own.append((found[1], text_of(names[found[1]]), " ".join(filter(None, rows))))
-    return own
+        meaning = " ".join(stated.get(found[1], "").split()) or " ".join(filter(None, rows))
+        own[found[1]] = (found[1], text_of(names[found[1]]), meaning)
+    return [*own.values()]
 
 
 def text_of(kind: Any) -> str:  # noqa: ANN401, a type or what stands for several

@@ -55,11 +55,16 @@ class Values(dict[str, Value]):
 
 
 class Finding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One finding. Raises ValueError where subject or values are not those of its kind."""
+    """One finding. Raises ValueError where subject or values are not those of its kind.
+
+    kind: what was found: sentence and advice
+    subject: names of parameters, axes, recordings, actuators
+    values: by the kind's names; numbers in SI
+    """
 
     kind: FindingKind
-    subject: tuple[str, ...] = ()  # names of parameters, axes, recordings, actuators
-    values: dict[str, Value] = {}  # by the kind's names; numbers in SI
+    subject: tuple[str, ...] = ()
+    values: dict[str, Value] = {}
 
     def __post_init__(self) -> None:
         _check_subject(self)

@@ -64,15 +64,27 @@ class Driven(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Model(ByFields):
-    """A boat in forward-left-up axes, per unit mass and inertia."""
+    """A boat in forward-left-up axes, per unit mass and inertia.
+
+    vehicle: axes, inputs, actuators and terms
+    coefficients: (n,) in the order of structure.coefficients
+    covariance: (n + m, n + m) of coefficients and constants; (n, n): constants are given
+    constants: (m,) of the actuator chain, in the order of vehicle.constants.names
+    integration: method and step of the simulation
+    noise: of poses and of the process, as identified
+    envelope: speeds and commands that the recordings reach, forward-left-up
+    recordings: what it was identified from
+    estimator: method, version, and findings
+    warnings: what makes it doubtful, in words
+    """
 
     vehicle: Vehicle
-    coefficients: Array  # (n,) in the order of structure.coefficients
-    covariance: Array  # (n + m, n + m) of coefficients and constants; (n, n): constants are given
-    constants: Array  # (m,) of the actuator chain, in the order of vehicle.constants.names
+    coefficients: Array
+    covariance: Array
+    constants: Array
     integration: Integration
     noise: NoiseEntry
-    envelope: EnvelopeEntry  # forward-left-up
+    envelope: EnvelopeEntry
     recordings: tuple[RecordingEntry, ...] = ()
     estimator: EstimatorEntry = GIVEN
     warnings: tuple[str, ...] = ()

@@ -36,7 +36,11 @@ WRENCH = ("F_u", "F_v", "F_r")  # generalised forces of Eq. (9), one an axis
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle in forward-left-up axes; `file` has the file's content, in its own axes."""
+    """A vehicle in forward-left-up axes; `file` has the file's content, in its own axes.
+
+    file: content of the file, in its own axes
+    source: path or name, for messages
+    """
 
     file: VehicleFile
     source: str = field(default="vehicle", compare=False)

@@ -28,21 +28,34 @@ FLOOR_STARTS = 250  # starts whose sensitivities the floor is averaged over
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """Velocities predicted `horizon` ahead, at the instants of the prediction."""
+    """Velocities predicted `horizon` ahead, at the instants of the prediction.
 
-    stamps: Stamps  # (m,) [ns]
-    t: Array  # (m,) the same in [s] from the recording's start
-    nu: Array  # (m, 3) predicted [m/s, m/s, rad/s]
-    measured: Array  # (m, 3) at the same instants
-    start: Array  # (m, 3) velocity at the start: what "velocity stays constant" predicts
-    begun: Poses  # (m,) index of the pose that each starts from
-    index: Poses  # (m,) index of the pose that each belongs to
-    steps: int  # poses from the one to the other, median
-    floor: Array  # (3,) RMS of a perfect model [m/s, m/s, rad/s]; 0 from true starts
-    # (3,) RMS that the model expects [m/s, m/s, rad/s]; None without process noise
+    stamps: (m,) [ns]
+    t: (m,) the same in [s] from the recording's start
+    nu: (m, 3) predicted [m/s, m/s, rad/s]
+    measured: (m, 3) at the same instants
+    start: (m, 3) velocity at the start: what "velocity stays constant" predicts
+    begun: (m,) index of the pose that each starts from
+    index: (m,) index of the pose that each belongs to
+    steps: poses from the one to the other, median
+    floor: (3,) RMS of a perfect model [m/s, m/s, rad/s]; 0 from true starts
+    expected_rms: (3,) RMS that the model expects [m/s, m/s, rad/s]; None without process noise
+    parameter_rms: (3,) its part by parameter errors
+    variance: (m, 3) of `measured`, where that is smoothed
+    """
+
+    stamps: Stamps
+    t: Array
+    nu: Array
+    measured: Array
+    start: Array
+    begun: Poses
+    index: Poses
+    steps: int
+    floor: Array
     expected_rms: Array | None = None
-    parameter_rms: Array | None = None  # (3,) its part by parameter errors
-    variance: Array | None = None  # (m, 3) of `measured`, where that is smoothed
+    parameter_rms: Array | None = None
+    variance: Array | None = None
 
     @property
     def errors(self) -> Array:

@@ -47,25 +47,41 @@ FILE_KEYS = {"expected_rms": "foreseen", "parameter_rms": "unsure"}
 class AxisScore(
     msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False, rename=FILE_KEYS
 ):
-    """One velocity on one recording. RMS values in m/s, m/s, rad/s for u, v, r."""
+    """One velocity on one recording. RMS values in m/s, m/s, rad/s for u, v, r.
 
-    rms: float  # of the predicted velocity; with a smoothed reference its uncertainty is part of it
-    stays_constant: float  # RMS of "velocity stays constant" at the same instants
-    ratio: float  # rms / stays_constant: below 1 the model predicts better than that
-    # what a perfect model would score, because of pose noise; at least the reference's standard error
+    rms: of the predicted velocity; with a smoothed reference its uncertainty is part of it
+    stays_constant: RMS of "velocity stays constant" at the same instants
+    ratio: rms / stays_constant: below 1 the model predicts better than that
+    floor: what a perfect model would score, because of pose noise; at least the reference's
+        standard error
+    expected_rms: by the model itself: noise floor, process noise, parameter errors; None without
+        process noise
+    parameter_rms: its part by parameter errors
+    excess: sqrt(rms^2 - floor^2), 0 where the score is at its floor
+    bias: mean of measured minus predicted
+    kurtosis: 3 for a normal distribution
+    rms_interval: 95 % by bootstrap over blocks of time; None where the recording has too few of
+        them
+    stays_constant_interval: the same of `stays_constant`
+    ratio_interval: the same of `ratio`
+    excess_interval: the same of `excess`
+    reference: RMS standard error of a smoothed reference
+    """
+
+    rms: float
+    stays_constant: float
+    ratio: float
     floor: float
-    # by the model itself: noise floor, process noise, parameter errors; None without process noise
     expected_rms: float | None
-    parameter_rms: float | None  # its part by parameter errors
-    excess: float  # sqrt(rms^2 - floor^2), 0 where the score is at its floor
-    bias: float  # mean of measured minus predicted
-    kurtosis: float  # 3 for a normal distribution
-    # 95 % by bootstrap over blocks of time; None where the recording has too few of them
+    parameter_rms: float | None
+    excess: float
+    bias: float
+    kurtosis: float
     rms_interval: Interval | None
     stays_constant_interval: Interval | None
     ratio_interval: Interval | None
     excess_interval: Interval | None
-    reference: float | None = None  # RMS standard error of a smoothed reference
+    reference: float | None = None
 
     @property
     def at_floor(self) -> bool:
@@ -100,57 +116,94 @@ class AxisScore(
 
 
 class HorizonScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """One recording at one horizon, from one kind of start."""
+    """One recording at one horizon, from one kind of start.
 
-    horizon: float  # [s] the chosen one
-    steps: int  # poses
+    horizon: [s] the chosen one
+    steps: poses
+    start: what predictions start from
+    predictions: number of them
+    scores: by u, v, r
+    """
+
+    horizon: float
+    steps: int
     start: Start
     predictions: int
-    scores: dict[str, AxisScore]  # by u, v, r
+    scores: dict[str, AxisScore]
 
 
 class PooledScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """Several recordings together at one horizon, from one kind of start."""
+    """Several recordings together at one horizon, from one kind of start.
 
-    horizon: float  # [s]
-    steps: int  # poses, the fewest
+    horizon: [s]
+    steps: poses, the fewest
+    start: what predictions start from
+    recordings: number of them
+    predictions: number of them
+    scores: by u, v, r
+    """
+
+    horizon: float
+    steps: int
     start: Start
     recordings: int
     predictions: int
-    scores: dict[str, AxisScore]  # by u, v, r
+    scores: dict[str, AxisScore]
 
 
 class RecordingScore(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """All three velocities on one recording."""
+    """All three velocities on one recording.
+
+    recording: its name
+    length: [s]
+    predictions: number of them
+    usable: share of its poses that are not left out as faulty
+    seen: the model was identified from it, or from a part of it
+    excited: the axis that dominates it, if one does: Table III's pairing
+    scores: by u, v, r; at the chosen horizon
+    horizons: scores at further horizons, from each kind of start
+    correlations: of the filter's residuals with the forces
+    findings: disturbances, errors beyond the expected, what could not be had
+    reference: what predictions are compared with: smoothed velocities, predicted from the filter's,
+        or the stencil's
+    """
 
     recording: str
-    length: float  # [s]
+    length: float
     predictions: int
-    usable: float  # share of its poses that are not left out as faulty
-    seen: bool  # the model was identified from it, or from a part of it
-    excited: str | None  # the axis that dominates it, if one does: Table III's pairing
-    scores: dict[str, AxisScore]  # by u, v, r; at the chosen horizon
+    usable: float
+    seen: bool
+    excited: str | None
+    scores: dict[str, AxisScore]
     horizons: list[HorizonScore] = []
-    correlations: list[Correlation] = []  # of the filter's residuals with the forces
-    findings: list[Finding] = []  # disturbances, errors beyond the expected, what could not be had
-    # what predictions are compared with: smoothed velocities, predicted from the filter's, or the stencil's
+    correlations: list[Correlation] = []
+    findings: list[Finding] = []
     reference: Reference = "stencil"
 
 
 class Scores(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=False):
-    """Scores of `validate`."""
+    """Scores of `validate`.
+
+    seatrial: kind and version of the content
+    model: its name
+    method: that identified it
+    horizon: [s]
+    recordings: one for each recording
+    against: another model, where one was given
+    pooled: recordings that judge the model, together: see `judged`
+    fingerprint: of the model's numbers
+    reference: the chosen one; a recording without a filter has the stencil's
+    """
 
     seatrial: str
     model: str
     method: str
-    horizon: float  # [s]
+    horizon: float
     recordings: list[RecordingScore]
-    against: HeadToHead | None = None  # another model, where one was given
-    pooled: list[PooledScore] = []  # recordings that judge the model, together: see `judged`
-    fingerprint: str = ""  # of the model's numbers
-    reference: Reference = (
-        "stencil"  # the chosen one; a recording without a filter has the stencil's
-    )
+    against: HeadToHead | None = None
+    pooled: list[PooledScore] = []
+    fingerprint: str = ""
+    reference: Reference = "stencil"
 
     def plot(self, figure: Figure | None = None) -> Figure:
         """Error over horizon of each velocity, with Matplotlib, beside what it must be compared with.

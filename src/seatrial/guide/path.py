@@ -27,7 +27,15 @@ from seatrial.workflow.next_step import NextStep
 
 @dataclass(frozen=True)
 class Guide:
-    """What a guided path ended with."""
+    """What a guided path ended with.
+
+    folder: with all results
+    model: as identified
+    scores: of the recordings that were left out
+    assumed: what was not known, in words
+    next: what to do next, and why
+    inspection: of the recordings
+    """
 
     folder: Path
     model: Model

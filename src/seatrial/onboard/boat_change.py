@@ -27,18 +27,30 @@ class ChangeState(enum.Enum):
 
 @dataclass(frozen=True)
 class BoatChange:
-    """A change of the boat against its model."""
+    """A change of the boat against its model.
+
+    state: how sure it is
+    stamp: [ns] of the newest pose
+    cause: the most probable of CAUSES
+    what: of what the size is: mass, thrust, or a thruster's name
+    probability: of the cause, if the boat changed
+    size: [-] relative change; None: the cause has no single one
+    error: [-] its standard error
+    log_ratio: of the evidences of a change and of none
+    causes: cause to probability
+    model: the changed boat; None while it is not confirmed
+    """
 
     state: ChangeState
-    stamp: int  # [ns] of the newest pose
-    cause: str  # the most probable of CAUSES
-    what: str = ""  # of what the size is: mass, thrust, or a thruster's name
-    probability: float = 1.0  # of the cause, if the boat changed
-    size: float | None = None  # [-] relative change; None: the cause has no single one
-    error: float | None = None  # [-] its standard error
-    log_ratio: float = 0.0  # of the evidences of a change and of none
-    causes: Mapping[str, float] = field(default_factory=dict)  # cause to probability
-    model: Model | None = None  # the changed boat; None while it is not confirmed
+    stamp: int
+    cause: str
+    what: str = ""
+    probability: float = 1.0
+    size: float | None = None
+    error: float | None = None
+    log_ratio: float = 0.0
+    causes: Mapping[str, float] = field(default_factory=dict)
+    model: Model | None = None
 
     @property
     def text(self) -> str:

@@ -40,14 +40,22 @@ FARTHEST_STAMP = 2**63 - 1  # [ns] of the core
 
 @dataclass(frozen=True, eq=False)
 class Odometry:
-    """Motion at one stamp, forward-left-up."""
+    """Motion at one stamp, forward-left-up.
 
-    stamp: int  # [ns]
-    known: bool  # a pose was used; before that the other fields are undefined
-    pose: Array  # (3,) x, y [m], psi [rad] in odom
-    covariance: Array  # (3, 3) of pose in odom, since the start
-    map_to_odom: Array  # (3,) pose of odom in map
-    motion: Estimate  # pose in map, body velocity, their covariance, health
+    stamp: [ns]
+    known: a pose was used; before that the other fields are undefined
+    pose: (3,) x, y [m], psi [rad] in odom
+    covariance: (3, 3) of pose in odom, since the start
+    map_to_odom: (3,) pose of odom in map
+    motion: pose in map, body velocity, their covariance, health
+    """
+
+    stamp: int
+    known: bool
+    pose: Array
+    covariance: Array
+    map_to_odom: Array
+    motion: Estimate
 
     def __post_init__(self) -> None:
         freeze(self, "pose", "covariance", "map_to_odom")

@@ -71,14 +71,23 @@ class Taken(enum.IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """Motion at one time, forward-left-up."""
+    """Motion at one time, forward-left-up.
 
-    time: float  # [s]
-    pose: Array  # (3,) x, y [m], psi [rad] in (-pi, pi], earth-fixed
-    velocity: Array  # (3,) u, v [m/s], r [rad/s] body-fixed, over ground
-    covariance: Array  # (6, 6) of pose and velocity
-    disturbance: Array  # (3,) [m/s^2, m/s^2, rad/s^2] estimated disturbance, in its frame
-    last_pose: float  # [s] stamp of the last pose that was used; -inf: none
+    time: [s]
+    pose: (3,) x, y [m], psi [rad] in (-pi, pi], earth-fixed
+    velocity: (3,) u, v [m/s], r [rad/s] body-fixed, over ground
+    covariance: (6, 6) of pose and velocity
+    disturbance: (3,) [m/s^2, m/s^2, rad/s^2] estimated disturbance, in its frame
+    last_pose: [s] stamp of the last pose that was used; -inf: none
+    health: whether it may be used, and why not
+    """
+
+    time: float
+    pose: Array
+    velocity: Array
+    covariance: Array
+    disturbance: Array
+    last_pose: float
     health: Health
 
     def __post_init__(self) -> None:

@@ -39,11 +39,16 @@ RESTING_COMMAND = 0.05  # of an input's largest command, below which the boat re
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """Rows of values with integer stamps, zero-order hold."""
+    """Rows of values with integer stamps, zero-order hold.
+
+    names: of the columns
+    stamps: (n,) [ns], rising
+    values: (n, names)
+    """
 
     names: tuple[str, ...]
-    stamps: Stamps  # (n,) [ns], rising
-    values: Array  # (n, names)
+    stamps: Stamps
+    values: Array
 
     def __post_init__(self) -> None:
         freeze(self, "stamps", dtype=np.int64)
@@ -91,27 +96,48 @@ class Source:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Poses and commands as recorded, in forward-left-up axes and SI units."""
+    """Poses and commands as recorded, in forward-left-up axes and SI units.
+
+    name: of the file, without its ending
+    stamps: (n,) of the poses [ns], rising; with a delay, of the headings
+    eta: (n, 3) x, y [m], psi [rad] unwrapped
+    raw: (n, 3) as read, heading not unwrapped
+    valid: (n,) poses that may be used
+    segment: (n,) number of the segment between gaps and jumps
+    commands: of the inputs, in forward-left-up axes
+    scales: known signals on which thrust depends, such as a voltage; None: there are none
+    faults: intervals that are left out, and why
+    sources: files it was read from
+    streams: timing of its signals
+    remarks: losses in salvage, rows left out
+    doubts: what makes its numbers doubtful, such as rounded coordinates
+    offset: [s] cut off at its start
+    position_delay: [s] by which positions are older than headings of the same stamp
+    parts: (n,) measured parts of each pose; None: all are whole
+    asynchronous: headings and yaw rates with stamps of their own
+    command_period: [s] of commands that are or may be samples; 0: none are
+    command_sampled: whether they are, if the vehicle file does not state it
+    """
 
     name: str
-    stamps: Stamps  # (n,) of the poses [ns], rising; with a delay, of the headings
-    eta: Array  # (n, 3) x, y [m], psi [rad] unwrapped
-    raw: Array  # (n, 3) as read, heading not unwrapped
-    valid: Mask  # (n,) poses that may be used
-    segment: NDArray[np.int64]  # (n,) number of the segment between gaps and jumps
+    stamps: Stamps
+    eta: Array
+    raw: Array
+    valid: Mask
+    segment: NDArray[np.int64]
     commands: Signal
     scales: Signal | None
     faults: tuple[Fault, ...] = ()
     sources: tuple[Source, ...] = ()
-    streams: tuple[Stream, ...] = ()  # timing of its signals
-    remarks: tuple[str, ...] = ()  # losses in salvage, rows left out
-    doubts: tuple[str, ...] = ()  # what makes its numbers doubtful: rounded coordinates
-    offset: float = 0.0  # [s] cut off at its start
-    position_delay: float = 0.0  # [s] by which positions are older than headings of the same stamp
-    parts: NDArray[np.int8] | None = None  # (n,) measured parts of each pose; None: all are whole
-    asynchronous: Asynchronous | None = None  # headings and yaw rates with stamps of their own
-    command_period: float = 0.0  # [s] of commands that are or may be samples; 0: none are
-    command_sampled: bool = False  # whether they are, if the vehicle file does not state it
+    streams: tuple[Stream, ...] = ()
+    remarks: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
+    offset: float = 0.0
+    position_delay: float = 0.0
+    parts: NDArray[np.int8] | None = None
+    asynchronous: Asynchronous | None = None
+    command_period: float = 0.0
+    command_sampled: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, "eta", "raw")

@@ -28,13 +28,20 @@ STENCIL_CORRELATION = np.array([1.0, -16 / 130, -64 / 130, 16 / 130, -1 / 130]) 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Poses with velocities at the same instants. NaN where not valid."""
+    """Poses with velocities at the same instants. NaN where not valid.
 
-    t: Array  # (n,) [s]
-    eta: Array  # (n, 3) [m, m, rad]
-    nu: Array  # (n, 3) body velocity [m/s, m/s, rad/s]
-    valid: Mask  # (n,)
-    deviation: Array | None = None  # (n, 3) standard deviation of nu, from a filter
+    t: (n,) [s]
+    eta: (n, 3) [m, m, rad]
+    nu: (n, 3) body velocity [m/s, m/s, rad/s]
+    valid: (n,) those with a velocity
+    deviation: (n, 3) standard deviation of nu, from a filter
+    """
+
+    t: Array
+    eta: Array
+    nu: Array
+    valid: Mask
+    deviation: Array | None = None
 
     def __post_init__(self) -> None:
         freeze(self, "nu")

@@ -9,11 +9,17 @@ from seatrial.util.frames import Array, freeze, frozen_array
 
 @dataclass(frozen=True)
 class Reading:
-    """A reading of one boat; `values` as in the subclasses."""
+    """A reading of one boat; `values` as in the subclasses.
+
+    boat: its name
+    stamp: [s]
+    arrival: [s] at the reader
+    values: measured, as in the subclasses
+    """
 
     boat: str
-    stamp: float  # [s]
-    arrival: float  # [s] at the reader
+    stamp: float
+    arrival: float
     values: Array
 
     def __post_init__(self) -> None:
@@ -47,12 +53,18 @@ class ImuReading(Reading):
 
 @dataclass(frozen=True)
 class Scan(Reading):
-    """A turn of the LiDAR; `stamp` is the first beam's time, the last is `sweep` later."""
+    """A turn of the LiDAR; `stamp` is the first beam's time, the last is `sweep` later.
 
-    angles: Array  # (n,) [rad] from the sensor's direction, positive to port
-    sweep: float  # [s]
-    nearest: float  # [m]
-    farthest: float  # [m]
+    angles: (n,) [rad] from the sensor's direction, positive to port
+    sweep: [s]
+    nearest: [m]
+    farthest: [m]
+    """
+
+    angles: Array
+    sweep: float
+    nearest: float
+    farthest: float
 
     @property
     def ranges(self) -> Array:

@@ -25,10 +25,14 @@ SCENE_FORMAT: Final = "scene 1"
 
 @dataclass(frozen=True)
 class Scene:
-    """Surfaces for contact and for the LiDAR."""
+    """Surfaces for contact and for the LiDAR.
 
-    segments: Array  # (n, 4) x, y of either end [m]
-    circles: Array  # (m, 3) x, y of the centre, radius [m]
+    segments: (n, 4) x, y of either end [m]
+    circles: (m, 3) x, y of the centre, radius [m]
+    """
+
+    segments: Array
+    circles: Array
 
     def __post_init__(self) -> None:
         for name, width in (("segments", 4), ("circles", 3)):

@@ -18,21 +18,36 @@ Count = Annotated[int, msgspec.Meta(ge=1)]
 
 
 class PoseSettings(Strict, frozen=True):
-    """SLAM as a sensor: noise, delay, drop-outs, false matches."""
+    """SLAM as a sensor: noise, delay, drop-outs, false matches.
 
-    rate: Positive | None = None  # [Hz]
-    position_noise: NotNegative | None = None  # [m] standard deviation
-    heading_noise: NotNegative | None = None  # [rad]
-    noise_correlation: NotNegative | None = None  # [s] time constant of the noise; 0: white
-    stamp_jitter: NotNegative | None = None  # [s] standard deviation
-    delay: NotNegative | None = None  # [s] from the stamp to the arrival
-    drop_outs: NotNegative | None = None  # a minute
-    drop_out_shortest: NotNegative | None = None  # [s]
-    drop_out_longest: NotNegative | None = None  # [s]
-    jumps: NotNegative | None = None  # false matches a minute
-    jump_shortest: NotNegative | None = None  # [m]
-    jump_longest: NotNegative | None = None  # [m]
-    jump_samples: Count | None = None  # poses in a row at most
+    rate: [Hz]
+    position_noise: [m] standard deviation
+    heading_noise: [rad]
+    noise_correlation: [s] time constant of the noise; 0: white
+    stamp_jitter: [s] standard deviation
+    delay: [s] from the stamp to the arrival
+    drop_outs: a minute
+    drop_out_shortest: [s]
+    drop_out_longest: [s]
+    jumps: false matches a minute
+    jump_shortest: [m]
+    jump_longest: [m]
+    jump_samples: poses in a row at most
+    """
+
+    rate: Positive | None = None
+    position_noise: NotNegative | None = None
+    heading_noise: NotNegative | None = None
+    noise_correlation: NotNegative | None = None
+    stamp_jitter: NotNegative | None = None
+    delay: NotNegative | None = None
+    drop_outs: NotNegative | None = None
+    drop_out_shortest: NotNegative | None = None
+    drop_out_longest: NotNegative | None = None
+    jumps: NotNegative | None = None
+    jump_shortest: NotNegative | None = None
+    jump_longest: NotNegative | None = None
+    jump_samples: Count | None = None
 
     @classmethod
     def of_plan(cls, sensor: PoseSensor, delay: float = 0.0) -> PoseSettings:
@@ -46,30 +61,52 @@ class PoseSettings(Strict, frozen=True):
 
 
 class ImuSettings(Strict, frozen=True):
-    """An inertial unit at the origin: yaw rate, and acceleration along the hull's axes."""
+    """An inertial unit at the origin: yaw rate, and acceleration along the hull's axes.
 
-    rate: Positive | None = None  # [Hz]
-    yaw_rate_noise: NotNegative | None = None  # [rad/s] standard deviation
-    yaw_rate_bias: NotNegative | None = None  # [rad/s] standard deviation; drawn once
-    acceleration_noise: NotNegative | None = None  # [m/s^2]
-    acceleration_bias: NotNegative | None = None  # [m/s^2]
+    rate: [Hz]
+    yaw_rate_noise: [rad/s] standard deviation
+    yaw_rate_bias: [rad/s] standard deviation; drawn once
+    acceleration_noise: [m/s^2]
+    acceleration_bias: [m/s^2]
+    """
+
+    rate: Positive | None = None
+    yaw_rate_noise: NotNegative | None = None
+    yaw_rate_bias: NotNegative | None = None
+    acceleration_noise: NotNegative | None = None
+    acceleration_bias: NotNegative | None = None
 
 
 class LidarSettings(Strict, frozen=True):
-    """A scanning LiDAR; its first beam is to starboard."""
+    """A scanning LiDAR; its first beam is to starboard.
 
-    rate: Positive | None = None  # [Hz] turns of the mirror
-    field: Positive | None = None  # [rad] from the first beam to the last, symmetric to forward
+    rate: [Hz] turns of the mirror
+    field: [rad] from the first beam to the last, symmetric to forward
+    beams: rays in a turn
+    nearest: [m]
+    farthest: [m]
+    noise: [m] standard deviation
+    bias: [m]
+    mount: [m, m, rad] forward, left, direction
+    """
+
+    rate: Positive | None = None
+    field: Positive | None = None
     beams: Count | None = None
-    nearest: NotNegative | None = None  # [m]
-    farthest: Positive | None = None  # [m]
-    noise: NotNegative | None = None  # [m] standard deviation
-    bias: float | None = None  # [m]
-    mount: tuple[float, float, float] | None = None  # [m, m, rad] forward, left, direction
+    nearest: NotNegative | None = None
+    farthest: Positive | None = None
+    noise: NotNegative | None = None
+    bias: float | None = None
+    mount: tuple[float, float, float] | None = None
 
 
 class Sensors(Strict, frozen=True, omit_defaults=False):
-    """Sensors of a boat; None: no such sensor."""
+    """Sensors of a boat; None: no such sensor.
+
+    pose: SLAM, motion capture or GNSS
+    imu: inertial unit
+    lidar: scanning LiDAR
+    """
 
     pose: PoseSettings | None = PoseSettings()
     imu: ImuSettings | None = ImuSettings()

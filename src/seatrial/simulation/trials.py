@@ -34,20 +34,34 @@ DISTURBANCE_STEP = 0.01  # [s] of the disturbance force
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """One simulated trial: the recording, and the truth at every pose tick."""
+    """One simulated trial: the recording, and the truth at every pose tick.
+
+    name: such as S1
+    vehicle: its vehicle file
+    pose_stamps: (n,) [ns] of the poses that arrived
+    pose: (n, 3) of the SLAM, heading wrapped
+    command_stamps: (m,) [ns] by the joypad's clock
+    command: (m, inputs)
+    pose_arrival: (n,) [ns] by the recorder's clock, which is the poses'
+    command_arrival: (m,) [ns]
+    truth_t: (k,) [s] true times of all pose ticks
+    truth: (k, 6) x, y, psi, u, v, r
+    truth_force: (k, forces) generalised forces after the actuator chain
+    arrived: (k,) ticks whose pose arrived
+    """
 
     name: str
     vehicle: Vehicle
-    pose_stamps: Stamps  # (n,) [ns] of the poses that arrived
-    pose: Array  # (n, 3) of the SLAM, heading wrapped
-    command_stamps: Stamps  # (m,) [ns] by the joypad's clock
-    command: Array  # (m, inputs)
-    pose_arrival: Stamps  # (n,) [ns] by the recorder's clock, which is the poses'
-    command_arrival: Stamps  # (m,) [ns]
-    truth_t: Array  # (k,) [s] true times of all pose ticks
-    truth: Array  # (k, 6) x, y, psi, u, v, r
-    truth_force: Array  # (k, forces) generalised forces after the actuator chain
-    arrived: Mask  # (k,) ticks whose pose arrived
+    pose_stamps: Stamps
+    pose: Array
+    command_stamps: Stamps
+    command: Array
+    pose_arrival: Stamps
+    command_arrival: Stamps
+    truth_t: Array
+    truth: Array
+    truth_force: Array
+    arrived: Mask
 
     @cached_property
     def recording(self) -> Recording:

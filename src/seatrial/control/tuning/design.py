@@ -45,21 +45,36 @@ WORST_DRAWS = 8
 
 @dataclass(frozen=True, eq=False)
 class Tuning:
-    """Gains for one model, and their stability margins."""
+    """Gains for one model, and their stability margins.
+
+    model: of the boat
+    boat: the model, linearised at its motions
+    action: pid or pd
+    knob: [s] closed-loop time constant
+    rate: [Hz] of the controller
+    extra: [s] delay in addition to the thrusters' and the controller's own
+    gains: in accelerations
+    nominal: (3,) of the model, the worst of its motions
+    worst: (3,) of all draws, with the steepest slope of the thrusters' curve
+    draws: 0: the model states no covariance
+    seed: of the draws
+    allocator: None: the boat's own allocation
+    guidance: of a boat without sway thrust
+    """
 
     model: Model
     boat: LinearBoat
     action: Action
-    knob: float  # [s] closed-loop time constant
-    rate: float  # [Hz] of the controller
-    extra: float  # [s] delay in addition to the thrusters' and the controller's own
-    gains: tuple[Gains, Gains, Gains]  # in accelerations
-    nominal: Margins  # (3,) of the model, the worst of its motions
-    worst: Margins  # (3,) of all draws, with the steepest slope of the thrusters' curve
-    draws: int  # 0: the model states no covariance
+    knob: float
+    rate: float
+    extra: float
+    gains: tuple[Gains, Gains, Gains]
+    nominal: Margins
+    worst: Margins
+    draws: int
     seed: int
-    allocator: Allocator | None = None  # None: the boat's own allocation
-    guidance: Guidance | None = None  # of a boat without sway thrust
+    allocator: Allocator | None = None
+    guidance: Guidance | None = None
 
     def __repr__(self) -> str:
         return f"<Tuning of {self.model.name}: {self.action}, knob {self.knob:g} s>"

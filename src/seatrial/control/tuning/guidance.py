@@ -27,13 +27,20 @@ AXES_GUIDED = ("surge", "cross-track", "yaw")  # loops of a boat without sway th
 
 @dataclass(frozen=True)
 class Guidance:
-    """Constants of `core/include/seatrial/control/guidance.hpp`."""
+    """Constants of `core/include/seatrial/control/guidance.hpp`.
 
-    time: float  # [s] T: look-ahead distance over speed
-    radius: float  # [m] least look-ahead distance, and the circle of station keeping
-    slowest: float  # [m/s] a reference below it rests
-    fastest: float  # [m/s] of approach
-    approach: float  # [s] position error over the speed that the surge gains make of it
+    time: [s] T: look-ahead distance over speed
+    radius: [m] least look-ahead distance, and the circle of station keeping
+    slowest: [m/s] a reference below it rests
+    fastest: [m/s] of approach
+    approach: [s] position error over the speed that the surge gains make of it
+    """
+
+    time: float
+    radius: float
+    slowest: float
+    fastest: float
+    approach: float
 
     def coupling(self, speed: float, turn: float = 0.0) -> tuple[float, float]:
         """Heading per cross-track error [rad/m] and per its integral [rad/(m s)].

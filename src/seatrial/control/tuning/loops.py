@@ -34,15 +34,24 @@ ALONG_BEND = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 @dataclass(frozen=True)
 class Margins:
-    """Of each axis (..., 3), loop by loop with the others closed."""
+    """Of each axis (..., 3), loop by loop with the others closed.
 
-    stable: Mask  # (...,) of all three together
-    gain_up: Array  # factor by which thrust may exceed the model's
-    gain_down: Array  # factor to which it may fall; 0: any
-    phase: Array  # [rad]
-    delay: Array  # [s] additional delay that keeps it stable
-    sensitivity: Array  # largest |S|: worst amplification of a disturbance
-    crossover: Array  # [rad/s] highest frequency at which the loop's gain is 1
+    stable: (...,) of all three together
+    gain_up: factor by which thrust may exceed the model's
+    gain_down: factor to which it may fall; 0: any
+    phase: [rad] additional lag that keeps it stable
+    delay: [s] additional delay that keeps it stable
+    sensitivity: largest |S|: worst amplification of a disturbance
+    crossover: [rad/s] highest frequency at which the loop's gain is 1
+    """
+
+    stable: Mask
+    gain_up: Array
+    gain_down: Array
+    phase: Array
+    delay: Array
+    sensitivity: Array
+    crossover: Array
 
     def worst(self) -> "Margins":
         """The worst of the first dimension."""

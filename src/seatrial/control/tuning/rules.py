@@ -12,7 +12,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Gains:
-    """Of one axis, in accelerations: [1/s^2], [1/s^3], [1/s] per error, its integral, its rate."""
+    """Of one axis, in accelerations.
+
+    proportional: [1/s^2] of the error
+    integral: [1/s^3] of its integral
+    derivative: [1/s] of its rate
+    """
 
     proportional: float
     integral: float

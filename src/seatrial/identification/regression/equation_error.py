@@ -32,10 +32,14 @@ EQUATIONS = ("Eq. (14)", "Eq. (15)", "Eq. (16)")  # surge, sway, yaw; Eq. (17) i
 
 @dataclass(frozen=True)
 class EquationErrorSettings:
-    """Settings of the paper's method."""
+    """Settings of the paper's method.
 
-    literal: bool = False  # Eq. (17) as printed: surge acceleration one step late
-    correlation: float = 1.0  # [s] >= 0, correlation time of residuals, for standard errors
+    literal: Eq. (17) as printed: surge acceleration one step late
+    correlation: [s] >= 0, correlation time of residuals, for standard errors
+    """
+
+    literal: bool = False
+    correlation: float = 1.0
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.correlation < np.inf:

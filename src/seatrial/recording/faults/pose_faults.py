@@ -62,11 +62,17 @@ COMMANDS_UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER, FaultKind.EXCLUDED)
 
 @dataclass(frozen=True)
 class Fault:
-    """One interval of bad poses."""
+    """One interval of bad poses.
+
+    kind: what is wrong with them
+    start: [s] from the recording's start
+    end: [s]
+    samples: poses in it
+    """
 
     kind: FaultKind
-    start: float  # [s] from the recording's start
-    end: float  # [s]
+    start: float
+    end: float
     samples: int
 
 

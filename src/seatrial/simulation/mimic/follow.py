@@ -45,16 +45,26 @@ class MimicHealth(enum.Flag):
 
 
 class Carrier(Strict, frozen=True):
-    """Limits and tracking gains of the carrier; the defaults are the core's."""
+    """Limits and tracking gains of the carrier; the defaults are the core's.
 
-    speed: Positive | None = None  # [m/s] most, in any direction
-    yaw_rate: Positive | None = None  # [rad/s]
-    acceleration: Positive | None = None  # [m/s^2]
-    yaw_acceleration: Positive | None = None  # [rad/s^2]
-    lag: NotNegative | None = None  # [s] delay plus time constant, compensated
-    gain: NotNegative | None = None  # [1/s] on the pose error to the virtual boat
-    pose_timeout: Positive | None = None  # [s] open-loop after this long without a carrier pose
-    lost: Positive | None = None  # [m] from the virtual boat at which it is stopped
+    speed: [m/s] most, in any direction
+    yaw_rate: [rad/s]
+    acceleration: [m/s^2]
+    yaw_acceleration: [rad/s^2]
+    lag: [s] delay plus time constant, compensated
+    gain: [1/s] on the pose error to the virtual boat
+    pose_timeout: [s] open-loop after this long without a carrier pose
+    lost: [m] from the virtual boat at which it is stopped
+    """
+
+    speed: Positive | None = None
+    yaw_rate: Positive | None = None
+    acceleration: Positive | None = None
+    yaw_acceleration: Positive | None = None
+    lag: NotNegative | None = None
+    gain: NotNegative | None = None
+    pose_timeout: Positive | None = None
+    lost: Positive | None = None
 
     @property
     def core(self) -> _core.Carrier:
@@ -71,14 +81,23 @@ class Carrier(Strict, frozen=True):
 
 @dataclass(frozen=True)
 class Motion:
-    """Commanded velocity of the carrier, and the state; forward-left-up."""
+    """Commanded velocity of the carrier, and the state; forward-left-up.
 
-    time: float  # [s]
-    velocity: Array  # (3,) for the carrier: forward, left [m/s], yaw [rad/s]
-    asked: Array  # (3,) velocity before the carrier's limits
-    pose: Array  # (3,) of the virtual boat: x, y [m], psi [rad], in the carrier's odometry frame
-    nu: Array  # (3,) of the virtual boat: u, v [m/s], r [rad/s]
-    mismatch: Array  # (3,) boat minus carrier at its last pose, in the carrier's frame [m, m, rad]
+    time: [s]
+    velocity: (3,) for the carrier: forward, left [m/s], yaw [rad/s]
+    asked: (3,) velocity before the carrier's limits
+    pose: (3,) of the virtual boat: x, y [m], psi [rad], in the carrier's odometry frame
+    nu: (3,) of the virtual boat: u, v [m/s], r [rad/s]
+    mismatch: (3,) boat minus carrier at its last pose, in the carrier's frame [m, m, rad]
+    health: whether the carrier follows, and why not
+    """
+
+    time: float
+    velocity: Array
+    asked: Array
+    pose: Array
+    nu: Array
+    mismatch: Array
     health: MimicHealth
 
     def __post_init__(self) -> None:
