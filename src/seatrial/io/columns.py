@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
-import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Column
@@ -90,11 +89,6 @@ def read_tables(path: Path) -> list[TableSeen]:
         raise RecordingError(f"{error}. Is it a note? A .txt file is read as a table") from error
 
 
-def look_at_columns(path: Path) -> list[TableView]:
-    """Every column of a table, or of the tables in a folder."""
-    return [seen.view for seen in read_tables(path)]
-
-
 def columns_text(tables: Sequence[TableView]) -> str:
     """Name and range of every column."""
     lines = []
@@ -103,11 +97,6 @@ def columns_text(tables: Sequence[TableView]) -> str:
         lines.append(f"{table.path}: {table.rows} rows")
         lines += [f"  {column.name:<{width}}  {column.text}" for column in table.columns]
     return "\n".join(lines)
-
-
-def columns_json(path: Path, tables: Sequence[TableView]) -> dict[str, Any]:
-    """The same as JSON."""
-    return {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(list(tables))}
 
 
 def table_seen(path: Path, key: str, table: Table) -> TableSeen:

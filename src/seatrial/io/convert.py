@@ -253,20 +253,19 @@ def _all_topics(path: Path, out: Path) -> list[Path]:
         raise RecordingError(
             f"{path}: without --vehicle only logs of autopilots are converted (.BIN, .log, .ulg, .tlog)"
         )
-    written = []
-    with open_log(path) as log:
-        for topic in over(list(log.topics.values()), "topic"):
-            (samples,) = log.read([Wanted(topic.name, topic.fields)])
-            name = "".join(c if c.isalnum() or c in "_@.-" else "_" for c in topic.name).rstrip("_")
-            table = out / f"{name or 'topic'}.csv"
-            stamp_name = _apart(STAMP, topic.fields)
-            write_table(table, (stamp_name,), topic.fields, samples.stamps, samples.values)
-            written.append(table)
-        if log.parameters:
-            known = sorted((k, v) for k, v in log.parameters.items() if k.isidentifier())
-            rows = "".join(f"{k},{v!r}\n" for k, v in known)
-            write_text(out / "parameters.csv", f"name,value\n{rows}")
-            written.append(out / "parameters.csv")
+    written, log = [], open_log(path)
+    for topic in over(list(log.topics.values()), "topic"):
+        (samples,) = log.read([Wanted(topic.name, topic.fields)])
+        name = "".join(c if c.isalnum() or c in "_@.-" else "_" for c in topic.name).rstrip("_")
+        table = out / f"{name or 'topic'}.csv"
+        stamp_name = _apart(STAMP, topic.fields)
+        write_table(table, (stamp_name,), topic.fields, samples.stamps, samples.values)
+        written.append(table)
+    if log.parameters:
+        known = sorted((k, v) for k, v in log.parameters.items() if k.isidentifier())
+        rows = "".join(f"{k},{v!r}\n" for k, v in known)
+        write_text(out / "parameters.csv", f"name,value\n{rows}")
+        written.append(out / "parameters.csv")
     return written
 
 

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from types import TracebackType
 
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
@@ -48,7 +47,7 @@ class LogSamples:
 
 
 class Log(ABC):
-    """A log opened for reading; a context manager. Constructors raise RecordingError, FileError."""
+    """A log of which the topics are known; no file stays open. Constructors raise RecordingError, FileError."""
 
     path: Path
     kind: str  # for example `ArduPilot log`
@@ -63,20 +62,6 @@ class Log(ABC):
 
         Raises RecordingError where a topic or field is unknown (by `require`).
         """
-
-    def close(self) -> None:  # noqa: B027 (most logs keep no file open)
-        """Close the files."""
-
-    def __enter__(self) -> "Log":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def require(self, name: str, fields: Sequence[str], where: str) -> LogTopic:
         """The topic, which has all these fields. Raises RecordingError; `where`: place in the vehicle file."""

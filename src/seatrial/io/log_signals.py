@@ -4,9 +4,8 @@
 from collections.abc import Sequence
 
 from seatrial.boat.schema import Column
-from seatrial.boat.vehicle import Vehicle
 from seatrial.io.log import Log, Wanted
-from seatrial.io.signals import Request, Rows, Signals, Spec, field_path, of_columns
+from seatrial.io.signals import Request, Rows, Signals, Spec, of_columns
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import RecordingError
 
@@ -14,9 +13,8 @@ from seatrial.util.errors import RecordingError
 class LogSignals(Signals):
     """Topics of an open log."""
 
-    def __init__(self, log: Log, vehicle: Vehicle) -> None:
-        self.path, self.files = log.path, log.files
-        self._log, self._vehicle = log, vehicle
+    def __init__(self, log: Log) -> None:
+        self.path, self.files, self._log = log.path, log.files, log
 
     def place(self, column: Column, spec: Spec, where: str) -> str:
         """The column's topic."""
@@ -27,10 +25,6 @@ class LogSignals(Signals):
                 f"{where} has no {lacks}; name one, or let 'seatrial init {self.path}' write a vehicle file"
             )
         return topic
-
-    def path_of(self, column: Column) -> str:
-        """The path to a column's field in a message."""
-        return field_path(column)
 
     def read(self, requests: Sequence[Request]) -> list[Rows]:
         """The rows of each request, in one pass."""

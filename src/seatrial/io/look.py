@@ -4,9 +4,11 @@
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from seatrial.io.bags.contents import contents, contents_json, contents_text
 from seatrial.io.bags.opening import is_bag
-from seatrial.io.columns import columns_json, columns_text, look_at_columns
+from seatrial.io.columns import columns_text, read_tables
 from seatrial.io.formats import is_log
 from seatrial.io.formats.contents import log_contents
 
@@ -18,5 +20,6 @@ def look(path: Path, *, salvage: bool = False) -> tuple[str, dict[str, Any]]:
         return contents_text(found), contents_json(found)
     if is_log(path):
         return log_contents(path)
-    tables = look_at_columns(path)
-    return columns_text(tables), columns_json(path, tables)
+    tables = [seen.view for seen in read_tables(path)]
+    content = {"path": str(path), "kind": "tables", "tables": msgspec.to_builtins(tables)}
+    return columns_text(tables), content

@@ -56,8 +56,7 @@ def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iter
     if is_log(path):
         with stage("", OPENED):
             log = open_log(path)
-        with log:
-            yield LogSignals(log, vehicle)
+        yield LogSignals(log)
         return
     yield TableSignals(path, vehicle)
 

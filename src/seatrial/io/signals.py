@@ -53,9 +53,9 @@ class Signals(ABC):
     def place(self, column: Column, spec: Spec, where: str) -> str:
         """Topic or table of a column. Raises RecordingError where none is named."""
 
-    @abstractmethod
     def path_of(self, column: Column) -> str:
-        """The column's name in a table, or its path in a message."""
+        """The column's path in a message; of a table its name."""
+        return field_path(column)
 
     @abstractmethod
     def read(self, requests: Sequence[Request]) -> list[Rows]:

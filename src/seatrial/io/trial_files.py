@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Simulated trials as tables or bags, and the truth in its own folder."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import msgspec
@@ -104,15 +105,8 @@ def _write_trial_bag(trial: Trial, path: Path) -> None:
     for name, columns in _by_topic(trial.vehicle).items():
         paths = {field_path(column): raw[:, i] for i, column in columns}
         kind = message_for(next(iter(paths)), f"{source}: commands: inputs")
-        topics.append(
-            BagTopic(
-                name,
-                kind,
-                trial.command_arrival + BAG_EPOCH,
-                trial.command_stamps + BAG_EPOCH,
-                paths,
-            )
-        )
+        arrival, stamps = trial.command_arrival + BAG_EPOCH, trial.command_stamps + BAG_EPOCH
+        topics.append(BagTopic(name, kind, arrival, stamps, paths))
     write_bag(path, topics)
 
 
@@ -131,15 +125,13 @@ def _by_topic(vehicle: Vehicle) -> dict[str, list[tuple[int, Column]]]:
 
 def _raw_pose(trial: Trial) -> Array:
     """x, y, psi (n, 3) in the vehicle file's axes and units."""
-    pose = trial.pose * trial.vehicle.axes.signs
-    return np.column_stack([_raw(pose[:, i], c) for i, c in enumerate(pose_columns(trial.vehicle))])
+    return _raw_values(trial.pose * trial.vehicle.axes.signs, pose_columns(trial.vehicle))
 
 
 def _raw_commands(trial: Trial) -> Array:
     """Commands (m, inputs) in the vehicle file's signs and units."""
-    values = trial.command * trial.vehicle.input_signs
     inputs = trial.vehicle.file.commands.inputs.values()
-    return np.column_stack([_raw(values[:, i], as_column(c)) for i, c in enumerate(inputs)])
+    return _raw_values(trial.command * trial.vehicle.input_signs, map(as_column, inputs))
 
 
 def _write_truth(trial: Trial, path: Path) -> None:
@@ -166,16 +158,19 @@ def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> 
     return path
 
 
-def _raw(value: Array, column: Column) -> Array:
+def _raw(value: Array | Stamps, column: Column, unit: float) -> Array:
     """The inverse of `table.scaled`."""
-    return np.asarray(
-        column.sign * value / TO_SI.get(column.unit or "-", 1.0) * column.scale + column.offset
-    )
+    return np.asarray(column.sign * value / unit * column.scale + column.offset)
 
 
 def _raw_stamps(stamps: Stamps, column: Column) -> Array:
-    return np.asarray(
-        column.sign * stamps / TO_NANOSECONDS[column.unit or "s"] * column.scale + column.offset
+    return _raw(stamps, column, TO_NANOSECONDS[column.unit or "s"])
+
+
+def _raw_values(values: Array, columns: Iterable[Column]) -> Array:
+    """Values (n, columns) in the columns' units."""
+    return np.column_stack(
+        [_raw(x, c, TO_SI.get(c.unit or "-", 1.0)) for x, c in zip(values.T, columns, strict=True)]
     )
 
 

@@ -57,21 +57,18 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
     """Topics of position, heading, yaw rate and motors. Raises RecordingError, FileError."""
     with stage("messages", OPENED):
         log = open_log(path)
-    with log:
-        # 1. All known signals that change, read in one pass.
-        with stage("signals", READ):
-            found = Found(log, candidates(log))
-        # 2. A position, raw before filtered, and a heading; or those that the user names.
-        axes = Axes(choices.axes)
-        pose, rows, stamps, why = _chosen_pose(found, choices, ask)
-        # 3. Motors that the user names, by the parameters, else all outputs that change.
-        given = (
-            None if choices.commands is None else given_commands(LogTopics(log), choices.commands)
-        )
-        driven = [] if given else find_motors(log, choices, ask)
-        if given:
-            commands, channels = {"topic": given[0]}, as_motors(log, *given)
-        voltage = _voltage(found)
+    # 1. All known signals that change, read in one pass.
+    with stage("signals", READ):
+        found = Found(log, candidates(log))
+    # 2. A position, raw before filtered, and a heading; or those that the user names.
+    axes = Axes(choices.axes)
+    pose, rows, stamps, why = _chosen_pose(found, choices, ask)
+    # 3. Motors that the user names, by the parameters, else all outputs that change.
+    given = None if choices.commands is None else given_commands(LogTopics(log), choices.commands)
+    driven = [] if given else find_motors(log, choices, ask)
+    if given:
+        commands, channels = {"topic": given[0]}, as_motors(log, *given)
+    voltage = _voltage(found)
     if not given:
         channels = named((m.name, {"topic": t.name, **m.column}) for t, m in driven)
         commands = {"topic": driven[0][0].name}

@@ -90,13 +90,14 @@ class Bag(ABC):
     def close(self) -> None:
         """Close the files."""
 
-    def _salvaged(self, count: int, lost: int) -> tuple[str, ...]:
+    def _salvaged(self, count: int, lost: int, reason: str = "") -> tuple[str, ...]:
         """Remark on a salvaged bag. Raises RecordingError where it has no message left."""
+        why = f" ({reason})" if reason else ""
         if not count:
             self.close()
-            raise RecordingError(f"{self.path}: no message could be salvaged")
+            raise RecordingError(f"{self.path}: no message could be salvaged{why}")
         parts = f", {lost} damaged parts left out" if lost else ""
-        return (f"salvaged: {count} messages{parts}",)
+        return (f"salvaged{why}: {count} messages{parts}",)
 
     def __enter__(self) -> "Bag":
         return self

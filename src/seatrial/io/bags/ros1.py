@@ -184,15 +184,8 @@ class Ros1Bag(Bag):
             lost += self._scan_chunk(Place(at, None, following))
             at = following
         self._scan_index(end)
-        count = sum(self._counts[i] for i in self._known)
-        if not count:
-            self.close()
-            raise RecordingError(f"{self.path}: no message could be salvaged ({reason})")
         self.topics = self._merged()
-        self.remarks = (
-            f"salvaged ({reason}): {count} messages"
-            + (f", {lost} damaged parts left out" if lost else ""),
-        )
+        self.remarks = self._salvaged(sum(self._counts[i] for i in self._known), lost, reason)
 
     def _scan_chunk(self, place: "Place") -> int:
         """1 if a part of the chunk can't be read."""

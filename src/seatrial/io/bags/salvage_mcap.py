@@ -49,11 +49,7 @@ class SalvagedMcap(Bag):
         self._channels: dict[int, tuple[int, str, str]] = {}  # schema, topic, encoding
         for _ in self._walk(learn=True):
             pass
-        self._known = {
-            number: Topic(topic, *schema_of(self._schemas[schema]))
-            for number, (schema, topic, encoding) in self._channels.items()
-            if schema in self._schemas and encoding == "cdr"
-        }
+        self._known = self._topics()
         counts = Counter(channel for channel, _, _ in self._walk())
         found = [replace(t, messages=counts[i]) for i, t in self._known.items()]
         self.topics = merged_topics(found)
@@ -70,6 +66,15 @@ class SalvagedMcap(Bag):
         for channel, stamp, data in self._walk():
             if channel in wanted:
                 yield wanted[channel], stamp, unpacked(data)
+
+    def _topics(self) -> dict[int, Topic]:
+        """Topics of the channels whose schemas are known, without messages."""
+        found = {}
+        for number, (schema, topic, encoding) in self._channels.items():
+            if schema in self._schemas and encoding == "cdr":
+                name, kind, text = self._schemas[schema]
+                found[number] = Topic(topic, name, 0, text, idl=kind.endswith("idl"))
+        return found
 
     def _walk(self, *, learn: bool = False) -> Iterator[tuple[int, int, bytes]]:
         """Channel, time and content of every message; with `learn` only schemas and channels."""
@@ -161,12 +166,6 @@ class SalvagedMcap(Bag):
                 self._channels.setdefault(number, (schema, topic, encoding))
         except (struct.error, ValueError):
             self._lost += 1
-
-
-def schema_of(schema: tuple[str, str, str]) -> tuple[str, int, str, bool]:
-    """Type, no messages yet, definition, and whether it is IDL."""
-    name, encoding, text = schema
-    return name, 0, text, encoding.endswith("idl")
 
 
 def _chunk_records(body: bytes, *, part: bool) -> bytes:

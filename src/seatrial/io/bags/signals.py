@@ -16,7 +16,6 @@ from seatrial.io.signals import (
     Rows,
     Signals,
     Spec,
-    field_path,
     given_rows,
     of_columns,
     shared_places,
@@ -56,10 +55,6 @@ class BagSignals(Signals):
                 "write a vehicle file"
             )
         return self._bag.topic(topic, "pose: topic" if pose and not column.topic else key).name
-
-    def path_of(self, column: Column) -> str:
-        """The path to a column's field in a message."""
-        return field_path(column)
 
     def read(self, requests: Sequence[Request]) -> list[Rows]:
         """The rows of each request, in one pass; transforms in one of their own."""

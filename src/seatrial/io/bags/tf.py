@@ -61,8 +61,11 @@ def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> T
     with np.errstate(over="ignore", invalid="ignore"):  # NaN is dropped later
         for edge, forward in path:
             step = found[edge]
-            at = _held(step, len(pose)) if edge in static else _interpolated(step, base.stamps)
-            pose = _composed(pose, at if forward else _inverse(at))
+            # a static transform: the last one
+            at = step.values[-1:] if edge in static else _interpolated(step, base.stamps)
+            at = np.broadcast_to(at if forward else _inverse(at), pose.shape)
+            moved = pose[:, :3] + rotated(pose[:, 3:], at[:, :3])  # T_pose T_at
+            pose = np.column_stack([moved, product(pose[:, 3:], at[:, 3:])])
     return Transforms(base.stamps, base.arrival, pose)
 
 
@@ -211,11 +214,6 @@ def _joined(parts: list[Transforms]) -> Transforms:
     )  # fmt: skip
 
 
-def _held(step: Transforms, n: int) -> Array:
-    """A static transform: the last one."""
-    return np.tile(step.values[-1], (n, 1))
-
-
 def _interpolated(step: Transforms, at: Stamps) -> Array:
     """Between the two nearest, as tf2 does; NaN before the first and after the last."""
     stamps, first = np.unique(step.stamps, return_index=True)
@@ -231,11 +229,6 @@ def _interpolated(step: Transforms, at: Stamps) -> Array:
     )
     between = np.where(share <= 0, a, np.where(share >= 1, b, between))  # also next to a NaN
     return np.where(inside, between, np.nan)
-
-
-def _composed(a: Array, b: Array) -> Array:
-    """Poses (n, 7) a then b: T_a T_b."""
-    return np.column_stack([a[:, :3] + rotated(a[:, 3:], b[:, :3]), product(a[:, 3:], b[:, 3:])])
 
 
 def _inverse(a: Array) -> Array:

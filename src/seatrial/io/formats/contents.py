@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from seatrial.io.formats import open_log
 from seatrial.io.formats.known import role
@@ -21,24 +22,23 @@ def log_contents(path: Path) -> tuple[str, dict[str, Any]]:
     """The topics as text and as JSON. Raises RecordingError, FileError."""
     with stage("", OPENED):
         log = open_log(path)
-    with log:
-        streams, length = _streams(log)
-        return _text(log, streams, length), {
-            "path": str(path),
-            "kind": log.kind,
-            "length": length,
-            "topics": [
-                {
-                    **msgspec.to_builtins(s),
-                    "role": s.role or None,
-                    "fields": list(log.topics[s.source].fields),
-                    "units": dict(log.topics[s.source].units),
-                }
-                for s in streams
-            ],
-            "parameters": dict(log.parameters),
-            "remarks": list(log.remarks),
-        }
+    streams, length = _streams(log)
+    return _text(log, streams, length), {
+        "path": str(path),
+        "kind": log.kind,
+        "length": length,
+        "topics": [
+            {
+                **msgspec.to_builtins(s),
+                "role": s.role or None,
+                "fields": list(log.topics[s.source].fields),
+                "units": dict(log.topics[s.source].units),
+            }
+            for s in streams
+        ],
+        "parameters": dict(log.parameters),
+        "remarks": list(log.remarks),
+    }
 
 
 def _streams(log: Log) -> tuple[list[Stream], float]:
@@ -49,11 +49,8 @@ def _streams(log: Log) -> tuple[list[Stream], float]:
         describe(role(t), t.name, t.type, clock=Clock.LOG, stamps=s.stamps)
         for t, s in zip(topics, samples, strict=True)
     ]
-    held = [s.stamps for s in samples if len(s.stamps)]
-    length = (
-        (max(int(s.max()) for s in held) - min(int(s.min()) for s in held)) * 1e-9 if held else 0.0
-    )
-    return streams, length
+    stamps = np.concatenate([s.stamps for s in samples])
+    return streams, 1e-9 * int(np.ptp(stamps)) if len(stamps) else 0.0
 
 
 def _text(log: Log, streams: list[Stream], length: float) -> str:

@@ -4,7 +4,7 @@
 import difflib
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -21,6 +21,7 @@ from seatrial.io.tables.stamps import (
     from_unpadded,
     is_date_time,
     is_unpadded,
+    refuse_empty,
     spread_evenly,
 )
 from seatrial.util.errors import RecordingError
@@ -54,9 +55,11 @@ class Table(ABC):
     units: dict[str, str]  # by column, where the file states them
     remarks: list[str]  # renamed columns, rows left out
 
-    @abstractmethod
     def columns(self, wanted: Sequence[str]) -> Array:
         """The wanted columns (n, len(wanted)); an empty cell is NaN. Raises RecordingError."""
+        for name in wanted:
+            self.find(name)
+        return np.column_stack([self._numbers(name, strict=True) for name in wanted])
 
     def cells(self, name: str) -> Array | list[str]:
         """A column (n,) as numbers, or as text where it holds dates and times."""
@@ -65,9 +68,13 @@ class Table(ABC):
             return texts
         return np.asarray(self.columns([name])[:, 0])
 
-    @abstractmethod
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is missing or not a number."""
+        return np.column_stack([self._numbers(name, strict=False) for name in self.names])
+
+    def _numbers(self, name: str, *, strict: bool) -> Array:
+        """A column (n,) that is there; not `strict`: NaN where a cell is not a number."""
+        raise NotImplementedError
 
     @abstractmethod
     def texts(self, name: str) -> list[str] | None:
@@ -81,16 +88,18 @@ class Table(ABC):
         """A row as an error names it."""
         return f"{self.path} row {row + 1}"
 
-    def number_of(self, name: str, row: int, text: str, strict: bool) -> float:
-        """A cell as a number; NaN: empty, or no number and not `strict`. Raises RecordingError."""
-        try:
-            return float("nan") if no_value(text) else float(text)
-        except ValueError:
-            if not strict:
-                return float("nan")
-            raise RecordingError(
-                f"{self.place(row)}: column '{name}' has '{text[:40]}', expected a number"
-            ) from None
+    def as_numbers(self, name: str, texts: Sequence[str], *, strict: bool) -> Array:
+        """Cells (n,) of text as numbers; NaN: empty, or no number and not `strict`. Raises RecordingError."""
+        found = np.full(len(texts), np.nan)
+        for row, text in enumerate(texts):
+            try:
+                found[row] = np.nan if no_value(text) else float(text)
+            except ValueError:
+                if strict:
+                    raise RecordingError(
+                        f"{self.place(row)}: column '{name}' has '{text[:40]}', expected a number"
+                    ) from None
+        return found
 
     def stamps(self, column: Column, rows: Mask | None = None) -> Stamps:
         """Stamps [ns] of the rows (all of them by default). Raises RecordingError.
@@ -122,7 +131,9 @@ class Table(ABC):
             return from_unpadded(self._written(column.column, index), column, place)
         typed = self.typed_stamps(column.column)
         if typed is not None:
-            return self._given(typed if index is None else typed[index], column.column, place)
+            typed = typed if index is None else typed[index]
+            refuse_empty(typed == self.EMPTY_STAMP, column.column, place)
+            return typed
         cells = self.cells(column.column)
         if isinstance(cells, list):
             chosen = cells if index is None else [cells[i] for i in index.tolist()]
@@ -131,13 +142,6 @@ class Table(ABC):
         if column.unit in (None, "s") and np.any(np.diff(stamps) < 0):
             self._refuse_unpadded(column.column, index)
         return stamps
-
-    def _given(self, typed: Stamps, name: str, place: Callable[[int], str]) -> Stamps:
-        """Raise RecordingError where a cell is empty."""
-        if np.any(typed == self.EMPTY_STAMP):
-            row = int(np.flatnonzero(typed == self.EMPTY_STAMP)[0])
-            raise RecordingError(f"{place(row)}: column '{name}' has no stamp")
-        return typed
 
     def find(self, name: str) -> int:
         """Index of a column. Raises RecordingError."""

@@ -91,7 +91,7 @@ class CaptureTable(Table):
         # 1. Position and rotation as written; all zeros: not seen.
         matrix = all(part in self._parts for part in MATRIX)
         turned = MATRIX if matrix else tuple(p for p in (*ROTATION, "RW") if p in self._parts)
-        raw = self._numbers((*POSITION, *turned))
+        raw = self._written_numbers((*POSITION, *turned))
         raw[(raw == 0.0).all(axis=1)] = np.nan
         raw[np.abs(raw) > LARGEST] = np.nan
         if len(self._header.bodies) == 1 and not np.isfinite(raw).all(axis=1).any():
@@ -108,10 +108,10 @@ class CaptureTable(Table):
         # 3. Times.
         t = self._seconds(len(raw))
         clock = [] if self._begun is None else [self._begun + t]
-        error = [self._scale * self._numbers((ERROR,))] if ERROR in self._parts else []
+        error = [self._scale * self._written_numbers((ERROR,))] if ERROR in self._parts else []
         return np.column_stack([t, *clock, position, rotation, *error])
 
-    def _numbers(self, parts: Sequence[str]) -> Array:
+    def _written_numbers(self, parts: Sequence[str]) -> Array:
         """Columns (n, parts) of the body as written; those of a few bodies are read at once."""
         rows, bodies = self._rows, self._header.bodies
         together = [rows.names[i] for own in bodies.values() for i in own.values()]

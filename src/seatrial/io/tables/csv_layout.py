@@ -103,11 +103,3 @@ def is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def as_number(text: str, *, comma: bool) -> float:
-    """A cell's number; NaN where it is none. `comma`: its decimal mark."""
-    try:
-        return float(text.replace(",", ".") if comma else text)
-    except ValueError:
-        return float("nan")

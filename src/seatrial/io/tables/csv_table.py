@@ -18,7 +18,6 @@ from seatrial.io.tables.csv_layout import (
     COMMENTS,
     MOST_TITLES,
     SPACES,
-    as_number,
     header_cells,
     header_line,
     is_comment,
@@ -92,13 +91,7 @@ class CsvTable(Table):
 
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is missing or not a number."""
-        index = range(len(self.names))
-        commas = set() if self.delimiter == "," else self._have_commas(index)
-        rows = [
-            [as_number(row[i] if i < len(row) else "", comma=i in commas) for i in index]
-            for row, _ in self._rows()
-        ]
-        return np.array(rows, dtype=float).reshape(-1, len(index))
+        return self._read_rows(range(len(self.names)), strict=False)
 
     def cells(self, name: str) -> Array | list[str]:
         """A column (n,) as numbers, or as text where its first cell is a date and time."""
@@ -235,7 +228,7 @@ class CsvTable(Table):
                 continue
             self._keep(names, values)
             return
-        self._keep(wanted, self._read_rows([self.find(name) for name in wanted]))
+        self._keep(wanted, self._read_rows([self.find(name) for name in wanted], strict=True))
 
     def _keep(self, names: Sequence[str], values: Array) -> None:
         self._check_rows(len(values))
@@ -250,11 +243,14 @@ class CsvTable(Table):
                 "breaks; write one line for each row"
             )
 
-    def _read_rows(self, index: Sequence[int]) -> Array:
-        """Row by row: accepts empty cells and decimal commas, and names the line of an error."""
+    def _read_rows(self, index: Sequence[int], *, strict: bool) -> Array:
+        """Row by row: accepts empty cells and decimal commas, and names the line of an error.
+
+        Not `strict`: NaN where a cell is missing or not a number.
+        """
         commas = set() if self.delimiter == "," else self._have_commas(index)
         rows = [
-            [self._cell(row, i, line, comma=i in commas) for i in index]
+            [self._cell(row, i, line, comma=i in commas, strict=strict) for i in index]
             for row, line in self._rows()
         ]
         return np.array(rows, dtype=float).reshape(-1, len(index))
@@ -326,12 +322,16 @@ class CsvTable(Table):
             )
         return row
 
-    def _cell(self, row: list[str], i: int, line: int, *, comma: bool = False) -> float:
+    def _cell(self, row: list[str], i: int, line: int, *, comma: bool, strict: bool) -> float:
+        if i >= len(row) and not strict:
+            return float("nan")
         text = self._checked(row, i, line)[i]
         try:
             plain = text.replace(",", ".") if comma else text
             return float("nan") if no_value(text) else float(plain)
         except ValueError:
+            if not strict:
+                return float("nan")
             hint = ": write a decimal point, not a comma" if COMMA_NUMBER.fullmatch(text) else ""
             raise RecordingError(
                 f"{self.path} line {line}: column '{self.names[i]}' has '{text[:40]}', "

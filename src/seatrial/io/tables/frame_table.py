@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A DataFrame of pandas as a table."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,16 +45,6 @@ class FrameTable(Table):
             found.append(UNNAMED_INDEX if own.name is None else str(own.name))
         self.names, self.remarks = unique_names(found)
         self._columns: dict[str, Series] = dict(zip(self.names, columns, strict=True))
-
-    def columns(self, wanted: Sequence[str]) -> Array:
-        """The wanted columns (n, len(wanted)); an empty cell is NaN."""
-        for name in wanted:
-            self.find(name)
-        return np.column_stack([self._numbers(name, strict=True) for name in wanted])
-
-    def numbers(self) -> Array:
-        """All columns (n, len(names)); NaN where a cell is not a number."""
-        return np.column_stack([self._numbers(name, strict=False) for name in self.names])
 
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) of text or of Python's objects, as text; None of numbers."""
@@ -113,7 +102,7 @@ class FrameTable(Table):
             return np.asarray(np.where(stamps == self.EMPTY_STAMP, np.nan, stamps * 1e-9))
         texts = self.texts(name)
         if texts is not None:
-            return np.array([self.number_of(name, i, one, strict) for i, one in enumerate(texts)])
+            return self.as_numbers(name, texts, strict=strict)
         if column.dtype.kind == "c":
             raise RecordingError(
                 f"{self.path}: column '{name}' has complex numbers, expected real ones"

@@ -3,8 +3,9 @@
 
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from pathlib import Path
 
 from seatrial.io.tables.base import unique_names
@@ -17,13 +18,7 @@ LINES_OF_OPENING = 3  # that tell an export from a plain table
 LONGEST_WORDS = 1 << 10  # [characters] of a line's first cells
 ROWS_SHOWN = 3  # lines after the header: units, and two rows
 # what a row of the header says
-BODY, KIND, QUANTITY, RATE, REST = (
-    "body",
-    "kind",
-    "quantity",
-    "rate",
-    "rest",
-)
+BODY, KIND, QUANTITY, RATE, REST = "body", "kind", "quantity", "rate", "rest"
 POSITION = ("X", "Y", "Z")
 ROTATION = ("RX", "RY", "RZ")  # a quaternion has RW, too
 MATRIX = tuple(f"M{i}" for i in range(9))  # column by column
@@ -147,7 +142,8 @@ def joined_header(path: Path, lines: Sequence[str]) -> JoinedHeader | None:
     names, own = cells, rows.get(BODY, [""] * len(cells))
     if layout.prefixed:
         own, names = _without_prefix(layout, cells)
-    own = _filled(own)
+    filled: Iterator[str] = accumulate(own, lambda last, cell: cell or last)
+    own = [*filled]
     quantities = rows.get(QUANTITY, [""] * len(cells))
     joined = [f"{q} {n}".strip() for q, n in zip(quantities, names, strict=True)]
     # 3. Columns of bodies.
@@ -234,15 +230,6 @@ def _without_prefix(layout: HeaderLayout, cells: Sequence[str]) -> tuple[list[st
         bodies.append(body if known else "")
         names.append(name if known else cell)
     return bodies, names
-
-
-def _filled(row: Sequence[str]) -> list[str]:
-    """Cells; an empty one as that before it."""
-    out, last = [], ""
-    for cell in row:
-        last = cell or last
-        out.append(last)
-    return out
 
 
 def _by_body(

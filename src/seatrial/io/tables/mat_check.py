@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Sizes and nesting of a MATLAB 5 file, checked before a library reads it."""
 
+import math
 import struct
 import zlib
 from dataclasses import dataclass
@@ -138,9 +139,7 @@ def _check_size(
     dims = struct.unpack_from(f"{order}{size // 4}i", content, begin)
     if any(d < 0 for d in dims):
         raise _Damaged("a negative dimension")
-    count = 1
-    for d in dims:
-        count *= d
+    count = math.prod(dims)
     held = sum(size for _, _, size in parts[2:])
     matrices = sum(k == MATRIX for k, _, _ in parts)
     many = matrices if kind in (CELL, STRUCT, OBJECT) else held

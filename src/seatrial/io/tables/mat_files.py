@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Variables of MATLAB files as a tree of vectors: version 5 by SciPy, 7.3 by h5py."""
 
+import math
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -212,9 +213,7 @@ class _Groups:
         shape = tuple(n for n in item.shape or () if n > 1)
         if item.dtype.kind not in "fiub" or not 1 <= len(shape) <= 2:
             return None
-        chunk = item.dtype.itemsize
-        for n in item.chunks or ():
-            chunk *= n
+        chunk = item.dtype.itemsize * math.prod(item.chunks or ())
         self.left -= int(item.size)
         if self.left < 0 or chunk > MOST_CHUNK:
             raise RecordingError(

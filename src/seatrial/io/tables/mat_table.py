@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """MATLAB files as tables: vectors of one length, structs with a time, Simulink's signals."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,17 +9,12 @@ import numpy as np
 
 from seatrial.io.tables.base import Table
 from seatrial.io.tables.mat_files import Tree, read_variables
-from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 TIMES = ("t", "time", "times", "tout", "timestamp", "stamp", "utc", "secs", "datenum")
 # names of fields that hold a signal, and say nothing of it
-CARRIERS = (
-    "signals",
-    "values",
-    "data",
-)
+CARRIERS = ("signals", "values", "data")
 SERIES = {"time", "t", *CARRIERS, "name", "label", "units", "dimensions", "blockname", "title"}
 MOST_PARTS = 32  # columns of a matrix
 LEAST_ROWS = 3
@@ -40,47 +35,15 @@ class MatTable(Table):
         self._columns = {key: self._dated(key, column) for key, column in columns.items()}
         self.names = list(self._columns)
 
-    def columns(self, wanted: Sequence[str]) -> Array:
-        """The wanted columns (n, len(wanted))."""
-        return np.column_stack([self._numbers(name, strict=True) for name in self._found(wanted)])
-
-    def numbers(self) -> Array:
-        """All columns (n, len(names)); NaN where a cell is not a number."""
-        return np.column_stack([self._numbers(name, strict=False) for name in self.names])
-
-    def cells(self, name: str) -> Array | list[str]:
-        """A column (n,) as numbers, or as text where it holds dates and times."""
-        self.find(name)
-        column = self._columns[name]
-        if isinstance(column, list) and is_date_time(next((c for c in column if c), "")):
-            return column
-        return self._numbers(name, strict=True)
-
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) of text; None of numbers."""
         self.find(name)
         column = self._columns[name]
         return column if isinstance(column, list) else None
 
-    def _found(self, wanted: Sequence[str]) -> Sequence[str]:
-        for name in wanted:
-            self.find(name)
-        return wanted
-
     def _numbers(self, name: str, *, strict: bool) -> Array:
         column = self._columns[name]
-        if not isinstance(column, list):
-            return column
-        found = np.full(len(column), np.nan)
-        for i, text in enumerate(column):
-            try:
-                found[i] = float(text) if text else np.nan
-            except ValueError:
-                if strict:
-                    raise RecordingError(
-                        f"{self.place(i)}: column '{name}' has '{text[:40]}', expected a number"
-                    ) from None
-        return found
+        return self.as_numbers(name, column, strict=strict) if isinstance(column, list) else column
 
     def _dated(self, name: str, column: Column) -> Column:
         """MATLAB's serial dates as seconds since 1970."""

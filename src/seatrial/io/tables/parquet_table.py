@@ -53,23 +53,22 @@ class ParquetTable(Table):
         """The wanted columns (n, len(wanted)); an empty cell is NaN."""
         for name in wanted:
             self.find(name)
-        self._read([name for name in wanted if name not in self._read_columns])
+        self._read(wanted)
         if self._rows == 0:
             raise RecordingError(
                 f"{self.path}: has columns but no rows; was anything recorded while the boat was driven?"
             )
-        return np.column_stack([self._as_numbers(name, strict=True) for name in wanted])
+        return super().columns(wanted)
 
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is not a number."""
-        self._read([name for name in self.names if name not in self._read_columns])
-        return np.column_stack([self._as_numbers(name, strict=False) for name in self.names])
+        self._read(self.names)
+        return super().numbers()
 
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) of text; None of numbers."""
         self.find(name)
-        if name not in self._read_columns:
-            self._read([name])
+        self._read([name])
         found = self._read_columns[name]
         return found if isinstance(found, list) else None
 
@@ -78,20 +77,20 @@ class ParquetTable(Table):
         self.find(name)
         if _time_unit(self._types[name]) is None:
             return None
-        if name not in self._read_columns:
-            self._read([name])
+        self._read([name])
         return np.asarray(self._read_columns[name], dtype=np.int64)
 
-    def _as_numbers(self, name: str, *, strict: bool) -> Array:
+    def _numbers(self, name: str, *, strict: bool) -> Array:
         found = self._read_columns[name]
         if isinstance(found, list):
-            return np.array([self.number_of(name, i, text, strict) for i, text in enumerate(found)])
+            return self.as_numbers(name, found, strict=strict)
         if found.dtype == np.int64:  # times
             return np.asarray(np.where(found == self.EMPTY_STAMP, np.nan, found * 1e-9))
         return np.asarray(found, dtype=float)
 
-    def _read(self, names: Sequence[str]) -> None:
-        """Read columns in batches, with the rows counted."""
+    def _read(self, wanted: Sequence[str]) -> None:
+        """Read the columns that are not read yet in batches, with the rows counted."""
+        names = [name for name in wanted if name not in self._read_columns]
         if not names:
             return
         if self._rows * len(names) > MOST_NUMBERS:
@@ -102,7 +101,7 @@ class ParquetTable(Table):
         parts: dict[str, list[Any]] = {name: [] for name in names}
         rows = 0
         with self._errors():
-            for batch in self._file.iter_batches(BATCH, columns=list(names), use_threads=False):
+            for batch in self._file.iter_batches(BATCH, columns=names, use_threads=False):
                 rows += batch.num_rows
                 if rows > self._rows:
                     break

@@ -56,11 +56,6 @@ class TableSignals(Signals):
         name = column.file or spec.file or (POSE_FILE if pose else COMMAND_FILE)
         if name not in self._tables:
             self._open(name, "pose" if pose else "commands")
-        if not (column.column or column.quaternion):
-            names = self._tables[name].names[:LISTED_COLUMNS]
-            raise RecordingError(
-                f"{where} has no column; {self.path / name} has {', '.join(names)}"
-            )
         return name
 
     def _open(self, name: str, key: str) -> None:

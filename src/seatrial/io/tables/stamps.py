@@ -9,7 +9,7 @@ import numpy as np
 
 from seatrial.boat.schema import Column
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Stamps
+from seatrial.util.frames import Array, Mask, Stamps
 
 TO_NANOSECONDS = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0}
 UNPADDED = "s.ns"  # seconds, a point, nanoseconds without leading zeros: 12.45 is 12.000000045 s
@@ -72,11 +72,15 @@ def spread_evenly(stamps: Stamps) -> tuple[Stamps, str]:
     return np.asarray(stamps[0] + np.rint(even).astype(np.int64)), text
 
 
+def refuse_empty(empty: Mask, name: str, place: Place) -> None:
+    """Raise RecordingError where a row has no stamp."""
+    if empty.any():
+        raise RecordingError(f"{place(int(empty.argmax()))}: column '{name}' has no stamp")
+
+
 def from_numbers(raw: Array, column: Column, place: Place) -> Stamps:
     """Stamps (n,) of numbers in the column's unit. Raises RecordingError."""
-    if not np.isfinite(raw).all():
-        row = int(np.flatnonzero(~np.isfinite(raw))[0])
-        raise RecordingError(f"{place(row)}: column '{column.column}' has no stamp")
+    refuse_empty(~np.isfinite(raw), column.column, place)
     with np.errstate(over="ignore"):
         scale = TO_NANOSECONDS[column.unit or "s"]
         raw = unwrapped(raw, 1e9 / scale)
@@ -110,9 +114,7 @@ def unwrapped(raw: Array, second: float) -> Array:
 def from_two_columns(seconds: Array, rest: Array, column: Column, place: Place) -> Stamps:
     """Stamps (n,) of whole seconds in one column and nanoseconds in another. Raises RecordingError."""
     for values, name in ((seconds, column.column), (rest, column.nanoseconds)):
-        if not np.isfinite(values).all():
-            row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise RecordingError(f"{place(row)}: column '{name}' has no stamp")
+        refuse_empty(~np.isfinite(values), name, place)
     odd = (seconds != np.rint(seconds)) | (rest < 0) | (rest >= 1e9)
     if odd.any():
         row = int(np.flatnonzero(odd)[0])
@@ -130,16 +132,14 @@ def from_two_columns(seconds: Array, rest: Array, column: Column, place: Place) 
 
 def from_unpadded(texts: Sequence[str], column: Column, place: Place) -> Stamps:
     """Stamps (n,) of seconds, a point and nanoseconds without leading zeros. Raises RecordingError."""
-    found = np.empty(len(texts), dtype=np.int64)
-    for i, text in enumerate(texts):
-        value = unpadded(text)
-        if value is None:
-            raise RecordingError(
-                f"{place(i)}: column '{column.column}' has '{text[:40]}', expected seconds, a point and at "
-                f"most 9 digits of nanoseconds (unit {UNPADDED})"
-            )
-        found[i] = value
-    return found
+    found = [unpadded(text) for text in texts]
+    if None in found:
+        i = found.index(None)
+        raise RecordingError(
+            f"{place(i)}: column '{column.column}' has '{texts[i][:40]}', expected seconds, a point and at "
+            f"most 9 digits of nanoseconds (unit {UNPADDED})"
+        )
+    return np.array(found, dtype=np.int64)
 
 
 def unpadded(text: str) -> int | None:

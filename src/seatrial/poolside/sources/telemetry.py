@@ -53,7 +53,7 @@ class TelemetrySource(EventSource):
         self.name, self._transport, self._open = name, transport, True
         self._frames, self._clock = FrameStream(), AutopilotClock()
         try:
-            self._conversion = Conversion(vehicle, LogSignals(_Definitions(), vehicle))
+            self._conversion = Conversion(vehicle, LogSignals(_Definitions()))
             _require(self._conversion.wanted)
         except BaseException:
             transport.close()

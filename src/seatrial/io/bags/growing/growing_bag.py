@@ -11,7 +11,7 @@ from typing import BinaryIO
 
 from seatrial.io.bags.bag import Bag, Message, Topic, merged_topics
 from seatrial.io.bags.ros2 import by_number
-from seatrial.util.errors import FileError
+from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import readable
 
 BLOCK = 16 << 20  # [bytes] that are read at once
@@ -66,6 +66,14 @@ class GrowingBag(Bag):
 
     def close(self) -> None:
         """Nothing: no file stays open."""
+
+    def _after_magic(self, block: bytes, magic: bytes, kind: str) -> bytes:
+        """The block behind the file's first bytes, none before they are written. Raises RecordingError."""
+        if self._at == 0 and len(block) >= len(magic):
+            if not block.startswith(magic):
+                raise RecordingError(f"{self.files[-1]}: does not begin like {kind}")
+            self._at, block = len(magic), block[len(magic) :]
+        return block if self._at else b""
 
     @abstractmethod
     def _begin(self) -> None:

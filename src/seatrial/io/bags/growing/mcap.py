@@ -2,9 +2,7 @@
 """An .mcap that a recorder writes now: its records as they are flushed."""
 
 import struct
-from collections.abc import Iterator
 
-from seatrial.io.bags.bag import Topic
 from seatrial.io.bags.growing.growing_bag import BLOCK, LARGEST_RECORD, GrowingBag
 from seatrial.io.bags.salvage_mcap import (
     CHANNEL,
@@ -14,7 +12,6 @@ from seatrial.io.bags.salvage_mcap import (
     MESSAGE,
     SCHEMA,
     SalvagedMcap,
-    schema_of,
 )
 from seatrial.util.errors import RecordingError
 
@@ -38,11 +35,7 @@ class GrowingMcap(GrowingBag, SalvagedMcap):
             length = _length(block, 0)
             if BLOCK < length <= LARGEST_RECORD:
                 block = self._bytes(BLOCK + length)
-        if self._at == 0 and len(block) >= len(MAGIC):
-            if not block.startswith(MAGIC):
-                raise RecordingError(f"{self.files[-1]}: does not begin like an .mcap")
-            self._at, block = len(MAGIC), block[len(MAGIC) :]
-        self._use(block if self._at else b"")
+        self._use(self._after_magic(block, MAGIC, "an .mcap"))
 
     def _use(self, block: bytes) -> None:
         """The whole records of a block."""
@@ -62,25 +55,14 @@ class GrowingMcap(GrowingBag, SalvagedMcap):
     def _take(self, kind: int, body: bytes) -> None:
         """A whole record."""
         self._complete = kind == FOOTER
-        if kind in (SCHEMA, CHANNEL):
-            list(self._record(kind, body, learn=True))
-        elif kind == CHUNK:
-            list(self._chunk(body, learn=True, part=False))
-        self._learn()
-        found: Iterator[tuple[int, int, bytes]] = iter(())
-        if kind == MESSAGE:
-            found = self._record(kind, body, learn=False)
-        elif kind == CHUNK:
-            found = self._chunk(body, learn=False, part=False)
-        self._new += [
-            (self._known[channel].name, stamp, data)
-            for channel, stamp, data in found if channel in self._known
-        ]  # fmt: skip
-
-    def _learn(self) -> None:
-        for number, (schema, topic, encoding) in self._channels.items():
-            if number not in self._known and schema in self._schemas and encoding == "cdr":
-                self._known[number] = Topic(topic, *schema_of(self._schemas[schema]))
+        found: list[tuple[int, int, bytes]] = []
+        for learn in (True, False):
+            if kind == CHUNK:
+                found += self._chunk(body, learn=learn, part=False)
+            elif kind in (SCHEMA, CHANNEL, MESSAGE) and learn is not (kind == MESSAGE):
+                found += self._record(kind, body, learn=learn)
+            self._known |= {n: t for n, t in self._topics().items() if n not in self._known}
+        self._new += [(self._known[i].name, t, data) for i, t, data in found if i in self._known]
 
 
 def _length(block: bytes, at: int) -> int:

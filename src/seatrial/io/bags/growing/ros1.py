@@ -48,13 +48,7 @@ class GrowingRos1(GrowingBag, Ros1Bag):
         return _active(self.files[-1]), self.files[-1]
 
     def _read(self) -> None:
-        block = self._bytes()
-        if self._at == 0 and len(block) >= len(MAGIC):
-            if not block.startswith(MAGIC):
-                raise RecordingError(f"{self.files[-1]}: does not begin like a ROS 1 bag")
-            self._at, block = len(MAGIC), block[len(MAGIC) :]
-        if self._at:
-            self._use(block)
+        self._use(self._after_magic(self._bytes(), MAGIC, "a ROS 1 bag"))
 
     def _use(self, block: bytes) -> None:
         """The whole records of a block."""
