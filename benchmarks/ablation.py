@@ -16,7 +16,7 @@ import argparse
 import contextlib
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 from unittest.mock import patch
 
@@ -25,13 +25,13 @@ import numpy as np
 import seatrial
 from benchmarks import cse1
 from benchmarks.fleet.draw import draw
+from benchmarks.fleet.work import in_errors
 from benchmarks.guided import moved
 from benchmarks.harness import command, store
 from benchmarks.harness.markdown import table
 from benchmarks.harness.page import refill
 from benchmarks.harness.store import Record
 from seatrial import _core
-from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.unmodelled_effects import Unmodelled
 from seatrial.identification.estimator import OutputErrorSettings, output_error
@@ -171,16 +171,8 @@ def _recovered(name: str, seed: int) -> tuple[list[float], int]:
         recordings = [drives[each].recording for each in TRAINING]
     model = output_error(recordings, vehicle)
     truth = true_parameters(plan, model.parameters)
-    errors = _in_errors(model, dict(zip(model.parameters, truth.tolist(), strict=True)))
-    return errors, sum(len(r.t) for r in recordings)
-
-
-def _in_errors(model: Model, truth: Mapping[str, float]) -> list[float]:
-    """What was found less the truth, in standard errors, of all that has one."""
-    values = np.concatenate([model.coefficients, model.constants]).tolist()
-    found = dict(zip(model.parameters, values, strict=True))
-    errors = model.standard_errors
-    return [(found[n] - truth[n]) / errors[n] for n in found if n in truth and errors[n] > 0.0]
+    errors = in_errors(model, dict(zip(model.parameters, truth.tolist(), strict=True)))
+    return [*errors.values()], sum(len(r.t) for r in recordings)
 
 
 def _drawn(effect: str, seed: int) -> tuple[list[float], int]:
@@ -192,7 +184,7 @@ def _drawn(effect: str, seed: int) -> tuple[list[float], int]:
         recordings = [moved(r, effect, length, seed) for r in recordings]
     settings = OutputErrorSettings(effects=(effect,) if effect else ())
     model = output_error(recordings, vehicle, settings=settings)
-    return _in_errors(model, boat.truth), sum(len(r.t) for r in recordings)
+    return [*in_errors(model, boat.truth).values()], sum(len(r.t) for r in recordings)
 
 
 def _ship(left_out: str, _: int) -> tuple[list[float], int]:

@@ -32,11 +32,11 @@ from seatrial.identification.methods import METHODS
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import UNEVEN, Motion
 from seatrial.util.frames import Array, body_velocity
+from seatrial.util.statistics import NORMAL_95
 from tests.boats.drives import RUNS, SHIP
 
 CENTRED = (21, 3)  # poses and degree of the reference
 PAST = (9, 2)  # of starts that know the past only
-NORMAL = 1.96  # of a 95 % interval
 PROPELLERS = 2
 POWER = "scale_power.propellers"
 PAIR = ("pair_offset_across.propellers", "pair_dead_zone.propellers")
@@ -210,7 +210,7 @@ def show(
     slope[names.index(gain)] = -ratio / value
     for name, weight in drag.items():
         slope[names.index(name)] += weight / value
-    spread = NORMAL * float(np.sqrt(slope @ model.covariance @ slope))
+    spread = NORMAL_95 * float(np.sqrt(slope @ model.covariance @ slope))
     print(
         f"  {label:<12} {ratio:8.2f}   {ratio - spread:6.2f} ... {ratio + spread:6.2f}  {truth:10.2f}"
     )

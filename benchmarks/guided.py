@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.fleet.draw import draw
+from benchmarks.fleet.work import in_errors
 from benchmarks.harness import command
 from benchmarks.harness.workers import gathered
 from seatrial.boat.model import Model
@@ -89,15 +90,10 @@ def compared(model: Model, truth: dict[str, float]) -> tuple[tuple[float, ...], 
     """
     held = {"X_vr": 1.0, "Y_ur": -1.0}
     truth = {n: x - held.get(n, 0.0) for n, x in truth.items()}
-    errors = model.standard_errors
-    values = {
-        **model.values,
-        **dict(zip(model.vehicle.constants.names, model.constants, strict=True)),
-    }
-    off = [(values[n] - truth[n]) / errors[n] for n in values if n in truth and errors[n] > 0.0]
+    off, errors = in_errors(model, truth), model.standard_errors
     hull = {n for n in truth if n[:2] in ("X_", "Y_", "N_")}
     more = [n for n in model.values if n not in hull and abs(model.values[n]) > 2.0 * errors[n]]
-    return tuple(off), hull <= set(model.values), len(more)
+    return tuple(off.values()), hull <= set(model.values), len(more)
 
 
 def sums(rows: Sequence[Row]) -> str:

@@ -24,6 +24,7 @@ import msgspec
 import numpy as np
 
 import seatrial
+from benchmarks.harness.measure import free_port
 from benchmarks.studies.poolside.drivers import Guided
 from benchmarks.studies.poolside.drives import AT_WALL, WATERS, inside
 from benchmarks.studies.poolside.waters import Water
@@ -110,16 +111,9 @@ def drive(operator: Operator, api: Api) -> tuple[float, float, list[str]]:
     return float("inf"), at_wall / (tick + 1), driven
 
 
-def free_port(kind: socket.SocketKind) -> int:
-    """A port that nobody has."""
-    with socket.socket(socket.AF_INET, kind) as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
-
-
 def session(water: Water, seed: int) -> None:
     """A whole session of a boat."""
-    lines, page = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_STREAM)
+    lines, page = free_port(), free_port(socket.SOCK_STREAM)
     api = Api(f"http://127.0.0.1:{page}")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)

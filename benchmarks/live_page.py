@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import seatrial
+from benchmarks.harness.measure import free_port
 from seatrial.commands.cli import main as command
 from seatrial.poolside.session import make_session
 from seatrial.poolside.sources import open_source
@@ -65,13 +66,6 @@ def delays(noted: list[list[float]], begin: float, seconds: float) -> np.ndarray
     sent = np.arange(round(POSES * (seconds - 1.0))) / POSES
     first = np.searchsorted(np.maximum.accumulate(shown), sent - 1e-6)
     return at[np.minimum(first, len(at) - 1)] - (begin + sent)
-
-
-def free_port() -> int:
-    """A port of UDP that nobody has."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
-        found.bind(("127.0.0.1", 0))
-        return int(found.getsockname()[1])
 
 
 def measure(seconds: float) -> np.ndarray:

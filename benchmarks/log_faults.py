@@ -18,19 +18,19 @@ import msgspec
 import numpy as np
 
 import seatrial
+from benchmarks.fleet.work import in_errors
 from benchmarks.harness import command
-from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import Trial, plant_model, simulate
 from seatrial.util.errors import SeatrialError
+from seatrial.util.statistics import NORMAL_95
 from tests.boats.log_faults import FAULTS, plain, table, vehicle_for, written
 
 NAMES = ("S1", "S2", "S3")
 PLAN = "paper-like"
-SURE = 1.96  # standard errors of a 95 % interval
 GYRO_RATE, GYRO_NOISE, GYRO_BIAS = 50.0, 0.01, 0.02  # [Hz, rad/s, rad/s]
 GNSS_NOISE = (0.02, 0.02, 0.017)  # [m, m, rad]
 FAST = 150.0  # [Hz] of the truth that a gyro is made of
@@ -47,17 +47,6 @@ def trials_of(boat: Vehicle, seed: int, rate: float | None = None) -> dict[str, 
     if rate is not None:
         plan = msgspec.structs.replace(plan, pose=msgspec.structs.replace(plan.pose, rate=rate))
     return {t.name[:2]: t for t in simulate(plan, boat) if t.name[:2] in NAMES}
-
-
-def errors_of(model: Model, truth: dict[str, float]) -> np.ndarray:
-    """Errors in standard errors of what is known."""
-    return np.array(
-        [
-            (model.values[name] - truth[name]) / error
-            for name, error in model.standard_errors.items()
-            if name in truth and error > 0
-        ]
-    )
 
 
 def faults(boat: Vehicle, truth: dict[str, float], seeds: int) -> None:
@@ -83,7 +72,8 @@ def faults(boat: Vehicle, truth: dict[str, float], seeds: int) -> None:
                 begin = time.process_time()
                 try:
                     recordings = [seatrial.read(path, vehicle) for path in paths]
-                    found.append(errors_of(seatrial.identify(recordings, vehicle), truth))
+                    model = seatrial.identify(recordings, vehicle)
+                    found.append([*in_errors(model, truth).values()])
                 except SeatrialError as error:
                     said = str(error).partition(": ")[2]
                 spent += time.process_time() - begin
@@ -93,7 +83,7 @@ def faults(boat: Vehicle, truth: dict[str, float], seeds: int) -> None:
             continue
         z = np.concatenate(found)
         print(
-            f"| {name} | {np.abs(z).max():.1f} | {100 * np.mean(np.abs(z) < SURE):.0f} % | "
+            f"| {name} | {np.abs(z).max():.1f} | {100 * np.mean(np.abs(z) < NORMAL_95):.0f} % | "
             f"{spent / usual:.2f} | |",
             flush=True,
         )
@@ -117,7 +107,7 @@ def gyro(boat: Vehicle, truth: dict[str, float], seeds: int) -> None:
             without.append(own)
             with_gyro.append(with_yaw_rate(own, np.rint(1e9 * t).astype(np.int64), r, "gyro"))
         before, after = (seatrial.identify(r, boat) for r in (without, with_gyro))
-        errors.append(errors_of(after, truth))
+        errors.append([*in_errors(after, truth).values()])
         for name, error in after.standard_errors.items():
             if error > 0 and before.standard_errors.get(name, 0.0) > 0:
                 sizes.setdefault(name, []).append(before.standard_errors[name] / error)
@@ -126,7 +116,7 @@ def gyro(boat: Vehicle, truth: dict[str, float], seeds: int) -> None:
         print(f"| {name} | {np.median(ratios):.2f} |")
     z = np.concatenate(errors)
     print(
-        f"\nWith the gyro {100 * np.mean(np.abs(z) < SURE):.0f} % of intervals hold the truth; largest error "
+        f"\nWith the gyro {100 * np.mean(np.abs(z) < NORMAL_95):.0f} % of intervals hold the truth; largest error "
         f"{np.abs(z).max():.1f} standard errors."
     )
 

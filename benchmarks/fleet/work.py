@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """The work of one boat: drive, identify, compare with the truth."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from benchmarks.fleet.draw import draw
 from seatrial.boat.findings import finding_text
+from seatrial.boat.model import Model
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_selection import CURVE_STAGES
 from seatrial.identification.selection.actuator_stages import STAGES_SELECTED
@@ -25,6 +27,14 @@ class Row:
     refused: str = ""
 
 
+def in_errors(model: Model, truth: Mapping[str, float]) -> dict[str, float]:
+    """What was found less the truth, in standard errors, of all that has one."""
+    values = np.concatenate([model.coefficients, model.constants]).tolist()
+    found, errors = dict(zip(model.parameters, values, strict=True)), model.standard_errors
+    known = [n for n in found if n in truth and errors[n] > 0.0]
+    return {n: (found[n] - truth[n]) / errors[n] for n in known}
+
+
 def identified(seed: int) -> Row:
     """One boat, drawn, driven and found."""
     boat = draw(seed)
@@ -33,14 +43,12 @@ def identified(seed: int) -> Row:
         model = output_error(recordings, vehicle)
     except SeatrialError as error:
         return Row(seed, {}, (), (), (), str(error))
-    truth, errors = boat.truth, model.standard_errors
-    values = np.concatenate([model.coefficients, model.constants])
-    found = dict(zip(model.parameters, values.tolist(), strict=True))
-    known = [n for n in found if n in truth and errors[n] > 0.0]
+    found = model.parameters
+    freed = set(CURVE_STAGES) - boat.chain.keys()
     return Row(
         seed,
-        {n: (found[n] - truth[n]) / errors[n] for n in known},
+        in_errors(model, boat.truth),
         tuple(n for n in CURVE_STAGES if n in boat.chain and n not in found),
-        tuple(n for n in found if n not in truth or (n in CURVE_STAGES and n not in boat.chain)),
+        tuple(n for n in found if n not in boat.truth or n in freed),
         tuple(finding_text(f) for f in model.estimator.findings if f.kind not in STAGES_SELECTED),
     )

@@ -4,6 +4,7 @@
 import argparse
 import json
 import os
+import socket
 import statistics
 import subprocess
 import sys
@@ -42,15 +43,7 @@ def peak() -> int:
     return int(status.partition("VmHWM:")[2].split()[0]) << 10
 
 
-def measured(
-    name: str,
-    what: str,
-    path: Path,
-    *,
-    repeats: int = 1,
-    cores: int = 0,
-    environment: Mapping[str, str] | None = None,
-) -> Measured:
+def measured(name: str, what: str, path: Path, *, repeats: int = 1, cores: int = 0) -> Measured:
     """Medians of the times and the largest peak [bytes] of `repeats` processes of their own."""
     command = [sys.executable, "-m", f"benchmarks.{name}", "--measure", what, str(path)]
     found = []
@@ -58,13 +51,20 @@ def measured(
         begin = time.perf_counter()
         done = subprocess.run(
             [*command, "--cores", str(cores)], capture_output=True, text=True, check=False,
-            cwd=ROOT, env={**os.environ, **(environment or {})},
+            cwd=ROOT,
         )  # fmt: skip
         if done.returncode:
             raise SystemExit(f"{what}: {done.stderr}")
         found.append({**json.loads(done.stdout), "process": time.perf_counter() - begin})
     middle = {k: statistics.median(f[k] for f in found) for k in found[0] if k in TIMES}
     return {**found[0], **middle, "peak": max(f["peak"] for f in found)}
+
+
+def free_port(kind: socket.SocketKind = socket.SOCK_DGRAM) -> int:
+    """A port that nobody has."""
+    with socket.socket(socket.AF_INET, kind) as found:
+        found.bind(("127.0.0.1", 0))
+        return int(found.getsockname()[1])
 
 
 def spent(pid: int) -> float:

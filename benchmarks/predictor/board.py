@@ -17,13 +17,15 @@ RUNS = 5  # whatever else the machine does is in some of them
 
 def build(folder: Path, compiler: str = "c++", *more: str) -> Path:
     """The program, in `folder`."""
-    made = folder / "onboard"
     tests = ROOT / "core" / "tests"
-    subprocess.run(
-        [compiler, *FLAGS, *more, f"-I{ROOT / 'core' / 'include'}", f"-I{tests}",
-         *(str(tests / source) for source in SOURCES), "-o", str(made)],
-        check=True,
-    )  # fmt: skip
+    return compiled(folder / "onboard", [tests / s for s in SOURCES], compiler, f"-I{tests}", *more)
+
+
+def compiled(made: Path, sources: Sequence[Path], compiler: str = "c++", *more: str) -> Path:
+    """A program of the core, as for a board."""
+    include = f"-I{ROOT / 'core' / 'include'}"
+    command = [compiler, *FLAGS, *more, include, *map(str, sources), "-o", str(made)]
+    subprocess.run(command, check=True)
     return made
 
 

@@ -13,6 +13,7 @@ from benchmarks.predictor.accuracy import rms
 from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
+from seatrial.util.statistics import NORMAL_95
 from tests.boats.drives import (
     CORRELATED,
     RUNS,
@@ -33,7 +34,6 @@ APART = 5.0  # [s] between samples, which are then nearly independent
 SIZE = 6  # pose and velocity
 LEVEL = 0.95
 AHEAD = 1.0  # [s]
-SIGMAS = 1.96  # of one number's 95 % interval
 Frame = Literal["earth", "body"]
 
 
@@ -185,7 +185,7 @@ def ship_table(vehicle: str = "pair") -> str:
     for name, (off, spread) in {**found, **pooled}.items():
         sigma = np.sqrt(np.einsum("nii->ni", spread))
         wrong = " | ".join(f"{1e3 * x:.3g}" for x in np.median(np.abs(off), axis=0))
-        inside = np.mean(np.abs(off) < SIGMAS * sigma, axis=0)
+        inside = np.mean(np.abs(off) < NORMAL_95 * sigma, axis=0)
         together = np.mean(squares(off, spread) < chi2.ppf(LEVEL, 3))
         shown = " | ".join(f"{100 * x:.1f}" for x in (*inside, together))
         rows.append(f"| {name} | {len(off)} | {wrong} | {shown} |")

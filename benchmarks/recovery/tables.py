@@ -9,11 +9,11 @@ import numpy as np
 from benchmarks.harness.markdown import table
 from benchmarks.harness.store import Record
 from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.statistics import NORMAL_95
 from tests.boats.scenes import ALLOCATIONS, PRESETS
 
 LIMIT = {"still": 1.25, "pushed": 1.4}  # RMS error over bound
 BOUND = {"still": "whole", "pushed": "process"}
-NORMAL = 1.96  # standard errors of a 95 % interval
 EDGE_LIMIT, DELAY_LIMIT = 0.01, 0.005  # [-], [s]
 AHEAD_LIMIT = {
     "true": dict.fromkeys(PRESETS, 8.0),
@@ -63,7 +63,7 @@ def bound(records: Sequence[Record], name: str) -> Array:
 def inside(records: Sequence[Record]) -> Array:
     """(seeds, parameters) whether the 95 % interval holds the truth."""
     off = np.abs(stack(records, "found") - stack(records, "truth"))
-    return np.asarray(off <= NORMAL * stack(records, "error"))
+    return np.asarray(off <= NORMAL_95 * stack(records, "error"))
 
 
 def recovery(records: Sequence[Record], scene: str) -> str:

@@ -19,13 +19,13 @@ import numpy as np
 import seatrial
 from benchmarks.harness import command
 from benchmarks.harness.markdown import table
+from benchmarks.studies.changes.work import findings
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import Model
 from seatrial.evaluation.comparison.cause_candidates import CAUSES
-from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.monitoring.change_space import change_space
 from seatrial.monitoring.window_likelihood import windows
-from seatrial.onboard.boat_change import BoatChange, ChangeState
+from seatrial.onboard.boat_change import ChangeState
 from seatrial.recording.recording import Recording
 from tests.boats.drives import RUNS, SHIP
 
@@ -37,22 +37,6 @@ def without_refusal(model: Model) -> Model:
     """The model without its finding of a mismatch."""
     kept = [f for f in model.estimator.findings if f.kind is not FindingKind.MODEL_MISMATCH]
     return replace(model, estimator=msgspec.structs.replace(model.estimator, findings=kept))
-
-
-def all_findings(model: Model, recording: Recording) -> list[BoatChange]:
-    """Along the whole recording; after a change is confirmed the model is used again."""
-    detector, signal = ChangeDetector(model), recording.commands
-    rows = [(int(t), "command", v) for t, v in zip(signal.stamps, signal.values, strict=True)]
-    rows += [(int(t), "pose", v) for t, v in zip(recording.stamps, recording.raw, strict=True)]
-    found = []
-    for stamp, kind, values in sorted(rows, key=lambda row: row[:2]):
-        detector.use(kind, stamp, values)
-        change = detector.look() if kind == "pose" else None
-        if change is not None:
-            found.append(change)
-            if change.state is ChangeState.CONFIRMED:
-                detector.restart(model)
-    return found
 
 
 def scatter(model: Model, recording: Recording) -> float:
@@ -72,7 +56,7 @@ def scatter(model: Model, recording: Recording) -> float:
 
 def row(name: str, model: Model, recording: Recording) -> list[str]:
     """What is found along a run."""
-    found = all_findings(model, recording)
+    found = findings(model, recording, to_the_end=True)
     sure = [change for change in found if change.state is ChangeState.CONFIRMED]
     sizes = [
         c.cause if c.size is None else f"{c.what} {100 * c.size:+.0f} %"

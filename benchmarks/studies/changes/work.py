@@ -42,8 +42,8 @@ def one(seed: int) -> Record:
     return record | {"hand": _unchanged(model, with_hand(seed))} if all_cases else record
 
 
-def findings(model: Model, recording: Recording) -> list[BoatChange]:
-    """What a detector reports along a recording, until a change is confirmed."""
+def findings(model: Model, recording: Recording, *, to_the_end: bool = False) -> list[BoatChange]:
+    """What a detector reports along a recording, until a change is confirmed, or with the model again after it."""
     detector, signal = ChangeDetector(model), recording.commands
     rows = [(int(t), "command", v) for t, v in zip(signal.stamps, signal.values, strict=True)]
     rows += [(int(t), "pose", v) for t, v in zip(recording.stamps, recording.raw, strict=True)]
@@ -53,7 +53,9 @@ def findings(model: Model, recording: Recording) -> list[BoatChange]:
         change = detector.look() if kind == "pose" else None
         found += [] if change is None else [change]
         if change is not None and change.state is ChangeState.CONFIRMED:
-            break
+            if not to_the_end:
+                break
+            detector.restart(model)
     return found
 
 
