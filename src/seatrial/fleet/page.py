@@ -11,12 +11,10 @@ import numpy as np
 from seatrial.fleet.console import asks, change_words, first_line, headline, verdict_of
 from seatrial.fleet.kinds import deviations
 from seatrial.fleet.results import FleetResult
-from seatrial.report.figures.base import BLUE, RED, Figure, figure, marks
+from seatrial.report.figures.base import BLUE, RED, Figure, figure, marks, named_rows
 from seatrial.report.html import page
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.text.cells import Cell, Name, Number, Text, Unit, known
-from seatrial.report.text.latex import latex_text
-from seatrial.report.text.names import plotly_symbol
 from seatrial.report.text.table import Table
 from seatrial.util.files import write_text
 from seatrial.util.frames import AXES, SYMBOLS
@@ -39,10 +37,9 @@ RECORDING_NOTE = (
 
 
 @dataclass(frozen=True)
-class Link(Cell):
+class Link(Text):
     """A boat, and the way to its page."""
 
-    text: str
     path: str | None
 
     def html(self) -> str:
@@ -50,14 +47,6 @@ class Link(Cell):
         if self.path is None:
             return escape(self.text)
         return f'<a href="{escape(quote(self.path))}">{escape(self.text)}</a>'
-
-    def plain(self) -> str:
-        """The name."""
-        return self.text
-
-    def latex(self) -> str:
-        """The name."""
-        return latex_text(self.text)
 
 
 def write_fleet_page(found: FleetResult, path: Path) -> None:
@@ -67,9 +56,9 @@ def write_fleet_page(found: FleetResult, path: Path) -> None:
 
 
 def _verdict(found: FleetResult) -> Section:
-    html = f"""<header><h1>{escape(found.name)}</h1>
+    above = f"""<header><h1>{escape(found.name)}</h1>
 <p class="lead">{escape(headline(found))}</p></header>"""
-    return Section("verdict", "", html)
+    return Section("verdict", "", "", above=above)
 
 
 def _boats(found: FleetResult) -> Section:
@@ -86,10 +75,9 @@ def _boats(found: FleetResult) -> Section:
         if asks(boat):
             marked.add(place)
     table = Table("boats", "All boats", ALL_HEAD, rows, frozenset(marked))
-    html = f"""<section id="boats"><h2>All boats</h2>
-<p class="note">{escape(ALL_NOTE)}</p>
-{table.html()}</section>"""
-    return Section("boats", "All boats", html, tables=(table,))
+    body = f"""<p class="note">{escape(ALL_NOTE)}</p>
+{table.html()}"""
+    return Section("boats", "All boats", body, tables=(table,))
 
 
 def _kinds(found: FleetResult) -> list[Section]:
@@ -112,12 +100,11 @@ def _kinds(found: FleetResult) -> list[Section]:
         ])  # fmt: skip
         drawn = plot(ALL, f"kind-{place}", f"boats of {name} against their kind", "tall",
                      rows=len(kind.parameters))  # fmt: skip
-        html = f"""<section id="kind-{place}"><h2>{escape(name)}</h2>
-<p class="note">{escape(KIND_NOTE)}</p>
+        body = f"""<p class="note">{escape(KIND_NOTE)}</p>
 {drawn}{differing.html() if own else "<p>No boat differs from its kind.</p>"}
-{table.html()}</section>"""
+{table.html()}"""
         figures = {ALL: {f"kind-{place}": _picture(found, name)}}
-        sections.append(Section(f"kind-{place}", name, html, figures, (table, differing)))
+        sections.append(Section(f"kind-{place}", name, body, figures, (table, differing)))
     return sections
 
 
@@ -132,16 +119,13 @@ def _picture(found: FleetResult, name: str) -> Figure:
         if boat.result.kind == name and not boat.not_compared and boat.result.error is None
     ]  # fmt: skip
     # by whether it differs
-    points: dict[bool, list[tuple[float, float, str]]] = {
-        False: [],
-        True: [],
-    }
-    for row, p in enumerate(parameters):
+    points: dict[bool, list[tuple[float, float, str]]] = {False: [], True: []}
+    for place, p in enumerate(parameters):
         own = [boat for boat in compared if p in boat.result.parameters]
         _, tested = deviations(p, [boat.result for boat in own])
         for boat, one in zip(own, tested, strict=True):
             far = p in {d.parameter for d in boat.differs}
-            points[far].append((one.z, -float(row), escape(boat.result.name)))
+            points[far].append((one.z, -float(place), escape(boat.result.name)))
     traces = []
     for far, colour, words in ((False, BLUE, "as its kind"), (True, RED, "differs")):
         if points[far]:
@@ -150,9 +134,7 @@ def _picture(found: FleetResult, name: str) -> Figure:
                 words, np.column_stack([z, rows_of]), colour, "diamond" if far else "circle"
             )
             traces.append(trace | {"text": [*hover], "hoverinfo": "text+x"})
-    places = (-np.arange(len(parameters), dtype=float)).tolist()
-    names = [plotly_symbol(p) for p in parameters]
-    rows = {"tickvals": places, "ticktext": names, "range": [-len(names) + 0.3, 0.7]}
+    rows = named_rows([*parameters])[1]
     return figure(
         traces, "distance from the kind [standard deviations]", "", yaxis=rows, showlegend=True
     )
@@ -167,10 +149,9 @@ def _changes(found: FleetResult) -> list[Section]:
     if not rows:
         return []
     table = Table("changes", "Since last time", ("boat", "verdict", "why"), rows, numbers=False)
-    html = f"""<section id="changes"><h2>Since last time</h2>
-<p class="note">{escape(CHANGE_NOTE)}</p>
-{table.html()}</section>"""
-    return [Section("changes", "Since last time", html, tables=(table,))]
+    body = f"""<p class="note">{escape(CHANGE_NOTE)}</p>
+{table.html()}"""
+    return [Section("changes", "Since last time", body, tables=(table,))]
 
 
 def _bad(found: FleetResult) -> list[Section]:
@@ -181,7 +162,6 @@ def _bad(found: FleetResult) -> list[Section]:
     if not rows:
         return []
     table = Table("recordings", "Bad recordings", ("boat", "recording", "why"), rows, numbers=False)
-    html = f"""<section id="recordings"><h2>Bad recordings</h2>
-<p class="note">{escape(RECORDING_NOTE)}</p>
-{table.html()}</section>"""
-    return [Section("recordings", "Bad recordings", html, tables=(table,))]
+    body = f"""<p class="note">{escape(RECORDING_NOTE)}</p>
+{table.html()}"""
+    return [Section("recordings", "Bad recordings", body, tables=(table,))]

@@ -10,7 +10,7 @@ from importlib.metadata import version
 
 from seatrial.report.figures.base import Figure
 from seatrial.report.figures.embed import pack
-from seatrial.report.sections.base import Section, unfolded
+from seatrial.report.sections.base import Section
 
 # The browser itself refuses every request, whatever a name in a file contains.
 POLICY = (
@@ -20,7 +20,7 @@ POLICY = (
 
 def page(title: str, found: Sequence[Section]) -> str:
     """The whole HTML text of some sections."""
-    body = _kept_together("\n".join(unfolded(section) for section in found))
+    body = _kept_together("\n".join(section.html for section in found))
     figure_data = "\n".join(
         f'<script type="application/json" id="{store}">{pack(figures)}</script>'
         for store, figures in stores(found).items()

@@ -2,7 +2,6 @@
 """Plots of two models."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -26,55 +25,36 @@ from seatrial.report.figures.base import (
     line,
     logarithmic,
     marks,
-    room_for,
+    named_rows,
     speed,
     upright,
     whiskers,
 )
 from seatrial.report.figures.known import LARGEST_ERROR_SHOWN, LEAST_ERROR_SHOWN, reach
-from seatrial.report.figures.prediction import above_commands
-from seatrial.report.text.names import plotly_symbol
+from seatrial.report.figures.prediction import above_commands, over_horizons, rms_line
 from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.frames import SYMBOLS
 from seatrial.util.statistics import NORMAL_95
 
 COMMAND_COLOURS = (GREEN, PURPLE, ORANGE, BLACK)  # other than those of the models
 LARGEST_CHANGE_SHOWN = 120.0  # [%]
 
 
-class Rows(NamedTuple):
-    """Names down the side of a plot."""
-
-    names: Sequence[str]
-
-    @property
-    def place(self) -> Array:
-        """Position of each (n,)."""
-        return -np.arange(len(self.names), dtype=float)
-
-    @property
-    def axis(self) -> Figure:
-        """For the layout."""
-        ticks = [plotly_symbol(name) for name in self.names]
-        return {
-            "tickvals": self.place.tolist(),
-            "ticktext": ticks,
-            "range": [-len(ticks) + 0.3, 0.7],
-        }
+def estimated_names(known: tuple[Identifiability, Identifiability]) -> list[str]:
+    """Parameters that either has estimated."""
+    return list(dict.fromkeys(f.name for one in known for f in one.findings if f.verdict.estimated))
 
 
 def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
     """Relative standard errors [%] of the parameters of either."""
-    names = list(
-        dict.fromkeys(f.name for one in known for f in one.findings if f.verdict.estimated)
-    )
-    rows = Rows(names)
+    names = estimated_names(known)
+    place, rows = named_rows(names)
     traces, shares = [], [np.zeros(0)]
     for one, letter, colour, sign in zip(known, LETTERS, MODEL_COLOURS, MODEL_SIGNS, strict=True):
         own = {f.name: 100.0 * f.relative for f in one.findings if f.verdict.estimated}
         points = [
             (np.clip(own[n], LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN), y)
-            for n, y in zip(names, rows.place, strict=True)
+            for n, y in zip(names, place, strict=True)
             if n in own
         ]
         if points:
@@ -82,7 +62,7 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
             traces.append(marks(letter, np.array(points), colour, sign, size=9) | {"opacity": 1.0})
     return figure(
         traces, "relative error [%]", "",
-        xaxis=logarithmic(*reach(np.concatenate(shares))), yaxis=rows.axis, showlegend=True,
+        xaxis=logarithmic(*reach(np.concatenate(shares))), yaxis=rows, showlegend=True,
         shapes=[upright(100 * SHARP_ERROR, BLACK, "dash"), upright(100 * USABLE_ERROR, BLACK)],
     )  # fmt: skip
 
@@ -90,11 +70,8 @@ def relative_errors(known: tuple[Identifiability, Identifiability]) -> Figure:
 def differences(found: Sequence[Pair]) -> Figure:
     """B less A in standard errors of the difference, with the 95 % limits of one test."""
     tested = [pair for pair in found if pair.z is not None]
-    rows = Rows([pair.name for pair in tested])
-    points = np.array(
-        [[pair.z, y] for pair, y in zip(tested, rows.place.tolist(), strict=True)], dtype=float
-    )
-    points = points.reshape(-1, 2)
+    place, rows = named_rows([pair.name for pair in tested])
+    points = np.column_stack([np.array([pair.z for pair in tested], dtype=float), place])
     changed = np.array([pair.differs for pair in tested], dtype=bool)
     traces = [
         marks("not significant", points[~changed], MODEL_COLOURS[0], "circle", size=9),
@@ -102,7 +79,7 @@ def differences(found: Sequence[Pair]) -> Figure:
     ]
     reach = 1.1 * max(4.0, float(np.abs(points[:, 0]).max(initial=0.0)))
     return figure(
-        traces, "(B − A) / its standard error [–]", "", yaxis=rows.axis,
+        traces, "(B − A) / its standard error [–]", "", yaxis=rows,
         xaxis={"range": [-reach, reach]}, showlegend=True,
         shapes=[upright(0.0, BLACK, "solid"), upright(NORMAL_95, BLACK), upright(-NORMAL_95, BLACK)],
     )  # fmt: skip
@@ -111,7 +88,7 @@ def differences(found: Sequence[Pair]) -> Figure:
 def changes(found: Sequence[Pair]) -> Figure:
     """Change of each parameter from A to B relative to A's value [%], with 95 % intervals."""
     tested = [pair for pair in found if pair.z is not None and pair.a]
-    rows = Rows([pair.name for pair in tested])
+    place, rows = named_rows([pair.name for pair in tested])
     size = np.array([abs(pair.a) for pair in tested])
     x = 100.0 * np.array([abs(pair.b) - abs(pair.a) for pair in tested]) / size
     half = 100.0 * NORMAL_95 * np.array([pair.error for pair in tested]) / size
@@ -125,11 +102,11 @@ def changes(found: Sequence[Pair]) -> Figure:
     ):
         if mine.any():
             shown = np.clip(x[mine], -0.97 * reach, 0.97 * reach)
-            trace = marks(name, np.column_stack([shown, rows.place[mine]]), colour, sign, size=9)
+            trace = marks(name, np.column_stack([shown, place[mine]]), colour, sign, size=9)
             ends = whiskers(x[mine], (x - half)[mine], (x + half)[mine], colour)
             traces.append(trace | {"opacity": 1.0} | ({"error_x": ends} if sign != "cross" else {}))
     return figure(
-        traces, "change of its size from A to B [%]", "", yaxis=rows.axis, xaxis={"range": [-reach, reach]},
+        traces, "change of its size from A to B [%]", "", yaxis=rows, xaxis={"range": [-reach, reach]},
         showlegend=True, shapes=[upright(0.0, BLACK, "solid")],
     )  # fmt: skip
 
@@ -150,8 +127,7 @@ def curves(found: Sequence[Sequence[Curve]], x: str, y: str, limits: Figure) -> 
 
 def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figure:
     """RMS errors of both against the horizon, with intervals."""
-    name, scale = ERROR_UNITS[axis]
-    symbol = SYMBOLS[axis]
+    scale, symbol = ERROR_UNITS[axis][1], SYMBOLS[axis]
     traces = []
     kinds = [main_start(own) for own in rows]
     start = kinds[0] if kinds[0] == kinds[1] else "stencil"
@@ -160,24 +136,10 @@ def horizons(rows: tuple[Sequence[Scored], Sequence[Scored]], axis: int) -> Figu
         if not own:
             continue
         x = np.array([row.horizon for row in own])
-        scores = [row.scores[symbol] for row in own]
-        rms = scale * np.array([s.rms for s in scores])
-        low, high = scale * np.array([s.rms_interval or (s.rms, s.rms) for s in scores]).T
-        look = {"color": colour, "symbol": sign, "size": 8}
-        trace = line(letter, x, rms, colour) | {"mode": "lines+markers", "marker": look}
-        traces.append(trace | {"error_y": whiskers(rms, low, high, colour)})
-        floor = scale * np.array([s.floor for s in scores])
+        traces.append(rms_line(letter, own, axis, colour, sign))
+        floor = scale * np.array([row.scores[symbol].floor for row in own])
         traces.append(line(f"noise floor of {letter}", x, floor, colour, dash="dot"))
-    first = every[0] or every[1]
-    still = scale * np.array([row.scores[symbol].stays_constant for row in first])
-    x = np.array([row.horizon for row in first])
-    traces.append(line("constant velocity", x, still, ORANGE, dash="dash"))
-    ticks = x.tolist()
-    return figure(
-        traces, "horizon [s]", f"RMS error of {symbol} [{name}]",
-        xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},
-        yaxis=room_for(traces), showlegend=True,
-    )  # fmt: skip
+    return over_horizons(traces, every[0] or every[1], axis)
 
 
 def velocity(model: Model, runs: tuple[Run, Run], axis: int) -> Figure:

@@ -28,10 +28,9 @@ def errors(pair: ModelPair) -> Section | None:
     if not parts:
         return None
     note = Template(prose.BOTH_ERRORS).substitute(horizon=f"{pair.horizon:g}")
-    html = f"""<section id="errors"><h2>Residuals</h2>
-<p class="note">{note}</p>
-{"".join(parts)}</section>"""
-    return Section("errors", "Residuals", html, figures)
+    body = f"""<p class="note">{note}</p>
+{"".join(parts)}"""
+    return Section("errors", "Residuals", body, figures)
 
 
 def _figures(a: Run, b: Run) -> dict[str, Figure]:

@@ -36,13 +36,8 @@ def screen(pair: ModelPair) -> tuple[str, dict[str, dict[str, Figure]]]:
     drawn, figure = _picture(pair)
     dials = "".join(dial.html() for dial in (_cause(pair), _changed(pair), _better(pair)))
     dials += _bars(pair)
-    html = first_screen(
-        _title(pair),
-        escape(headline(pair)),
-        drawn,
-        dials,
-        escape(f"Next: {next_text(pair.found)}."),
-    )
+    following = escape(f"Next: {next_text(pair.found)}.")
+    html = first_screen(_title(pair), escape(headline(pair)), drawn, dials, following)
     return html, {ALL: {"picture": figure}}
 
 

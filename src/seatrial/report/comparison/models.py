@@ -16,7 +16,7 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.figures.actuators import ANGLE, COMMANDS, THRUST
 from seatrial.report.figures.base import Figure
 from seatrial.report.sections.actuators import about, plots
-from seatrial.report.sections.base import ALL, Section, plot
+from seatrial.report.sections.base import ALL, Section, plot, verdict_section
 from seatrial.report.sections.known import share, verdict_text
 from seatrial.report.sections.physics import PHYSICS_HEAD, physics_cells
 from seatrial.report.sections.provenance import facts_of
@@ -47,11 +47,7 @@ def verdict(pair: ModelPair) -> Section:
         f'<p class="sanity">{sentence(_opened(note), names)}</p>' for note in found.notes
     )
     screen, figures = first.screen(pair)
-    html = f"""{screen}
-<section id="verdict"><h2 class="quiet">Verdict in numbers</h2>
-<div class="said">{text}</div>
-{notes}</section>"""
-    return Section("verdict", "", html, figures)
+    return verdict_section(screen, text, notes, figures)
 
 
 def causes(pair: ModelPair) -> Section | None:
@@ -67,17 +63,14 @@ def causes(pair: ModelPair) -> Section | None:
     ]  # fmt: skip
     head = ("cause", "probability", "change that fits best", "of")
     table = Table("causes", "Probabilities of causes", head, rows)
-    html = f"""<section id="causes"><h2>Causes</h2>
-<p>{escape(cause_text(pair.found.causes))}.</p>
-{table.html()}<p class="note">{prose.CAUSES}</p></section>"""
-    return Section("causes", "Causes", html, tables=(table,))
+    body = f"""<p>{escape(cause_text(pair.found.causes))}.</p>
+{table.html()}<p class="note">{prose.CAUSES}</p>"""
+    return Section("causes", "Causes", body, tables=(table,))
 
 
 def known(pair: ModelPair) -> Section:
     """Accuracy of the parameters of both."""
-    names = list(
-        dict.fromkeys(f.name for one in pair.known for f in one.findings if f.verdict.estimated)
-    )
+    names = draw.estimated_names(pair.known)
     rows: list[list[Cell]] = []
     for name in names:
         row: list[Cell] = [Name(name)]
@@ -90,12 +83,11 @@ def known(pair: ModelPair) -> Section:
         rows.append(row)
     head = ("parameter", "relative error A", "verdict A", "relative error B", "verdict B")
     table = Table("known", "How well each parameter is known", head, rows)
-    html = f"""<section id="known"><h2>What is known</h2>
-<p class="note">{prose.KNOWN}</p>
+    body = f"""<p class="note">{prose.KNOWN}</p>
 <div class="pair wider">{table.html()}
-{plot(ALL, "known", "relative errors of both", "tall", rows=len(names))}</div></section>"""
+{plot(ALL, "known", "relative errors of both", "tall", rows=len(names))}</div>"""
     return Section(
-        "known", "What is known", html, {ALL: {"known": draw.relative_errors(pair.known)}}, (table,)
+        "known", "What is known", body, {ALL: {"known": draw.relative_errors(pair.known)}}, (table,)
     )
 
 
@@ -112,11 +104,10 @@ def parameters(pair: ModelPair) -> Section:
         figures["differences"] = draw.differences(tested)
         label = "differences in standard errors"
         drawn = plot(ALL, "differences", label, "tall", rows=len(tested))
-    html = f"""<section id="model"><h2>What changed</h2>
-<p class="note">{prose.AXES_NOTE} {prose.DIFFERENCES}</p>
+    body = f"""<p class="note">{prose.AXES_NOTE} {prose.DIFFERENCES}</p>
 {drawn}{table.html()}
-<h3>Equations with numbers</h3>{numbers}</section>"""
-    return Section("model", "What changed", html, {ALL: figures}, (table,))
+<h3>Equations with numbers</h3>{numbers}"""
+    return Section("model", "What changed", body, {ALL: figures}, (table,))
 
 
 def differences(pair: ModelPair) -> Table:
@@ -164,14 +155,12 @@ def actuators(pair: ModelPair) -> Section:
         [step_responses(m) for m in pair.models], "time since the command [s]", "force [share of final value]",
         {"yaxis": {"range": [-0.05, 1.1]}},
     )  # fmt: skip
-    html = f"""<section id="actuators"><h2>Actuators</h2>
-<p class="note">{about(steered=steered)}</p>
-{plots(steered=steered)}
-</section>"""
+    body = f"""<p class="note">{about(steered=steered)}</p>
+{plots(steered=steered)}"""
     figures = {"curve": static, "answer": response}
     if steered:
         figures["angle"] = draw.curves(angles, COMMANDS, ANGLE, {"xaxis": {"range": [-1.02, 1.02]}})
-    return Section("actuators", "Actuators", html, {ALL: figures})
+    return Section("actuators", "Actuators", body, {ALL: figures})
 
 
 def boat(pair: ModelPair) -> Section:
@@ -193,10 +182,9 @@ def boat(pair: ModelPair) -> Section:
         figures[f"start-{SYMBOLS[axis]}"] = draw.start_and_stop(pair.models, axis, until)
     table = Table("boat", "Physics of both models", ("axis", "model", *PHYSICS_HEAD), rows)
     drawn = "".join(plot(ALL, name, "start and stop", "middle") for name in figures)
-    html = f"""<section id="physics"><h2>The boat</h2>
-<div class="three">{drawn}</div>
-{table.html()}<p class="note">{prose.PHYSICS}</p></section>"""
-    return Section("physics", "Boat", html, {ALL: figures}, (table,))
+    body = f"""<div class="three">{drawn}</div>
+{table.html()}<p class="note">{prose.PHYSICS}</p>"""
+    return Section("physics", "Boat", body, {ALL: figures}, (table,), heading="The boat")
 
 
 def advised(pair: ModelPair) -> Section | None:
@@ -207,10 +195,8 @@ def advised(pair: ModelPair) -> Section | None:
         f"<div><h3>{letter}</h3>{_todo(one)}</div>"
         for letter, one in zip(LETTERS, pair.evidence, strict=True)
     )
-    html = (
-        f'<section id="advice"><h2>The next drive</h2>\n<div class="pair">{parts}</div></section>'
-    )
-    return Section("advice", "Next drive", html)
+    body = f'<div class="pair">{parts}</div>'
+    return Section("advice", "Next drive", body, heading="The next drive")
 
 
 def _opened(text: str) -> str:
@@ -239,5 +225,5 @@ def provenance(pair: ModelPair) -> Section:
                 ]
                 rows.append([Text(f"{letter} from"), *(cells if place == 0 else cells[::-1])])
     table = Table("provenance", "Provenance", ("", *LETTERS), rows, numbers=False)
-    html = f'<section id="provenance"><h2>Provenance</h2>\n{table.html()}</section>'
-    return Section("provenance", "Provenance", html, tables=(table,))
+    body = f"{table.html()}"
+    return Section("provenance", "Provenance", body, tables=(table,))

@@ -10,12 +10,12 @@ from seatrial.report.figures.base import Figure
 from seatrial.report.sections.base import (
     ALL,
     Section,
-    axis_heading,
     first_of,
     foldable,
-    plot,
+    recorded_plots,
     store_of,
     three,
+    velocity_plots,
 )
 from seatrial.report.sections.prediction import linked, sizes
 from seatrial.report.text import prose
@@ -30,12 +30,8 @@ def recorded(pair: ModelPair) -> Section | None:
     if pair.evidence is None:
         return None
     runs = pair.evidence[0].runs
-    html = f"""<section id="recorded"><h2>Recordings</h2>
-<div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
-{plot(ALL, "timeline", "when poses and commands were usable", "square", "missing data over time")}</div>
-</section>"""
     figures = {"tracks": draw_recorded.tracks(runs), "timeline": draw_recorded.timeline(runs)}
-    return Section("recorded", "Recordings", html, {ALL: figures})
+    return Section("recorded", "Recordings", recorded_plots(), {ALL: figures})
 
 
 def horizons(pair: ModelPair) -> Section | None:
@@ -49,12 +45,11 @@ def horizons(pair: ModelPair) -> Section | None:
         return None
     rows = pooled(chosen[0]), pooled(chosen[1])
     table = ahead_table(pair.found.ahead)
-    html = f"""<section id="horizons"><h2>Which predicts better</h2>
-<p class="note">{prose.BOTH_HORIZONS}</p>
+    body = f"""<p class="note">{prose.BOTH_HORIZONS}</p>
 {three(ALL, "horizons", "RMS errors of both against the horizon", "middle")}
-{table.html()}<p class="note">{prose.HEAD_TO_HEAD}</p></section>"""
+{table.html()}<p class="note">{prose.HEAD_TO_HEAD}</p>"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
-    return Section("horizons", "Which predicts better", html, {ALL: figures}, (table,))
+    return Section("horizons", "Which predicts better", body, {ALL: figures}, (table,))
 
 
 def ahead_table(found: list[PredictionRow]) -> Table:
@@ -91,18 +86,14 @@ def ahead(pair: ModelPair) -> Section | None:
             f"velocity-{s}": draw.velocity(first.model, (a, b), axis)
             for axis, s in enumerate(SYMBOLS)
         }
-        drawn = "".join(
-            axis_heading(axis)
-            + plot(
-                store,
-                f"velocity-{s}",
-                f"{AXES[axis]} velocity, measured and predicted by both",
-                "wide",
-            )
-            for axis, s in enumerate(SYMBOLS)
-        )
+        drawn = velocity_plots(store, "measured and predicted by both")
         facts = f"A: {sizes(a)}. B: {sizes(b)}"
         parts.append(foldable(a.name, facts, linked(a, drawn), opened=i == opened))
-    html = f"""<section id="prediction"><h2>Measured and predicted, {pair.horizon:g}&nbsp;s ahead</h2>
-{"".join(parts)}</section>"""
-    return Section("prediction", "Prediction", html, figures)
+    body = f"""{"".join(parts)}"""
+    return Section(
+        "prediction",
+        "Prediction",
+        body,
+        figures,
+        heading=f"Measured and predicted, {pair.horizon:g}&nbsp;s ahead",
+    )

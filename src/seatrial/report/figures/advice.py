@@ -6,8 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.identification.experiment_design import ManoeuvreGain
-from seatrial.report.figures.base import BLUE, ORANGE, Figure, figure, marks
-from seatrial.report.text.names import plotly_symbol
+from seatrial.report.figures.base import BLUE, ORANGE, Figure, figure, marks, named_rows
 
 SHORTEST_SHOWN, LONGEST_SHOWN = 1.0, 36000.0  # [s]
 
@@ -15,7 +14,7 @@ SHORTEST_SHOWN, LONGEST_SHOWN = 1.0, 36000.0  # [s]
 def halving(found: Sequence[ManoeuvreGain]) -> Figure:
     """Seconds of the best manoeuvre until each parameter's interval is half as wide."""
     times = np.array([g.seconds for g in found])
-    place = -np.arange(len(found), dtype=float)
+    place, rows = named_rows([g.parameter for g in found])
     beyond = ~(times < LONGEST_SHOWN)
     near = np.column_stack([np.clip(times, SHORTEST_SHOWN, LONGEST_SHOWN), place])
     traces = [marks("halves the interval", near[~beyond], BLUE, "circle", size=9)]
@@ -26,9 +25,5 @@ def halving(found: Sequence[ManoeuvreGain]) -> Figure:
     return figure(
         traces, "further driving [s, min, h]", "",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": text, "range": [0.0, 4.7]},
-        yaxis={
-            "tickvals": place.tolist(), "ticktext": [plotly_symbol(g.parameter) for g in found],
-            "range": [-len(found) + 0.4, 0.6],
-        },
-        showlegend=True,
+        yaxis=rows, showlegend=True,
     )  # fmt: skip

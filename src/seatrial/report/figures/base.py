@@ -78,6 +78,13 @@ def whiskers(values: Array, low: Array, high: Array, colour: str) -> Figure:
             "color": colour, "thickness": 1.5, "width": 4}  # fmt: skip
 
 
+def named_rows(names: Sequence[str]) -> tuple[Array, Figure]:
+    """Places (n,) of names down the side of a plot, and its vertical axis."""
+    place = -np.arange(len(names), dtype=float)
+    text = [plotly_symbol(name) for name in names]
+    return place, {"tickvals": place.tolist(), "ticktext": text, "range": [-len(names) + 0.3, 0.7]}
+
+
 def upright(x: float, colour: str, dash: str = "dot") -> Figure:
     """A line over the whole height."""
     return _across({"x0": x, "x1": x, "yref": "paper", "y0": 0, "y1": 1}, colour, dash)

@@ -15,11 +15,11 @@ from seatrial.report.figures.base import (
     figure,
     level,
     marks,
+    named_rows,
     shortened,
     upright,
     whiskers,
 )
-from seatrial.report.text.names import plotly_symbol
 from seatrial.util.frames import AXES, SYMBOLS
 
 LABEL_LETTERS = 48  # that fit below a plot
@@ -53,7 +53,6 @@ def scores(runs: Sequence[Run]) -> Figure:
 
 def parameters(found: Homogeneity) -> Figure:
     """Each recording's own estimate of each parameter, relative to the model's value [%]."""
-    names = [row.name for row in found.rows]
     count = len(found.recordings)
     traces = []
     for i, recording in enumerate(found.recordings):
@@ -67,10 +66,6 @@ def parameters(found: Homogeneity) -> Figure:
         trace = marks(recording, np.column_stack([x, y]), colour, SIGNS[i % len(SIGNS)], size=7)
         traces.append(trace | {"opacity": 1.0, "error_x": whiskers(x, x - half, x + half, colour)})
     return figure(
-        traces, "difference from the model's value [%]", "",
-        yaxis={
-            "tickvals": [-float(k) for k in range(len(names))],
-            "ticktext": [plotly_symbol(name) for name in names], "range": [-len(names) + 0.4, 0.6],
-        },
+        traces, "difference from the model's value [%]", "", yaxis=named_rows([row.name for row in found.rows])[1],
         shapes=[upright(0.0, BLACK, "dash")], showlegend=True,
     )  # fmt: skip

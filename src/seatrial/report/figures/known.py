@@ -20,9 +20,9 @@ from seatrial.report.figures.base import (
     figure,
     logarithmic,
     marks,
+    named_rows,
     upright,
 )
-from seatrial.report.text.names import plotly_symbol
 from seatrial.util.frames import Array
 
 LOOKS = {  # of a verdict
@@ -39,18 +39,15 @@ def errors(found: Identifiability) -> Figure:
     """Relative standard errors [%], a row for each parameter, with the limits of the verdicts."""
     rows = [f for f in found.findings if f.verdict.estimated]
     share = np.clip([100.0 * f.relative for f in rows], LEAST_ERROR_SHOWN, LARGEST_ERROR_SHOWN)
-    place = -np.arange(len(rows), dtype=float)
+    place, axis = named_rows([f.name for f in rows])
     traces = []
     for verdict, (colour, sign) in LOOKS.items():
         mine = np.array([f.verdict is verdict for f in rows])
         if mine.any():
             points = np.column_stack([share[mine], place[mine]])
             traces.append(marks(verdict.value, points, colour, sign, size=10) | {"opacity": 1.0})
-    names = [plotly_symbol(f.name) for f in rows]
     return figure(
-        traces, "relative error [%]", "",
-        xaxis=logarithmic(*reach(share)),
-        yaxis={"tickvals": place.tolist(), "ticktext": names, "range": [-len(rows) + 0.3, 0.7]},
+        traces, "relative error [%]", "", xaxis=logarithmic(*reach(share)), yaxis=axis,
         shapes=[upright(100 * SHARP_ERROR, BLACK, "dash"), upright(100 * USABLE_ERROR, BLACK)],
         showlegend=True,
     )  # fmt: skip

@@ -100,24 +100,15 @@ def above_commands(
 
 def horizons(rows: Sequence[Scored], axis: int) -> Figure:
     """RMS error against the horizon with 95 % intervals, noise floor, expected RMS, constant velocity."""
-    name, scale = ERROR_UNITS[axis]
-    traces = []
+    scale, traces = ERROR_UNITS[axis][1], []
     for start, label, colour, sign in START_KINDS:
         own = [row for row in rows if row.start == start]
         if not own:
             continue
         scores = [row.scores[SYMBOLS[axis]] for row in own]
         x = np.array([row.horizon for row in own])
-        rms = scale * np.array([s.rms for s in scores])
-        ends = [s.rms_interval or (s.rms, s.rms) for s in scores]
-        low, high = scale * np.array(ends).T
         first = start == main_start(rows)
-        trace = line(label, x, rms, colour) | {"mode": "lines+markers"}
-        traces.append(
-            trace
-            | {"marker": {"color": colour, "symbol": sign, "size": 8},
-               "error_y": whiskers(rms, low, high, colour)}
-        )  # fmt: skip
+        traces.append(rms_line(label, own, axis, colour, sign))
         if start == "odometry":  # nearly the filter's floor
             continue
         floor = scale * np.array([s.floor for s in scores])
@@ -126,12 +117,28 @@ def horizons(rows: Sequence[Scored], axis: int) -> Figure:
         if len(expected) == len(scores):
             trace = line("expected RMS", x, scale * np.array(expected), colour, dash="dashdot")
             traces.append(trace | {"showlegend": first})
-    still = [row for row in rows if row.start == main_start(rows)]
-    if still:
-        values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])
-        x = np.array([row.horizon for row in still])
-        traces.append(line("constant velocity", x, values, ORANGE, dash="dash"))
-    ticks = sorted({row.horizon for row in rows})
+    return over_horizons(traces, [row for row in rows if row.start == main_start(rows)], axis)
+
+
+def rms_line(label: str, rows: Sequence[Scored], axis: int, colour: str, sign: str) -> Figure:
+    """RMS errors of one start against the horizon, with 95 % intervals."""
+    scale = ERROR_UNITS[axis][1]
+    scores = [row.scores[SYMBOLS[axis]] for row in rows]
+    rms = scale * np.array([s.rms for s in scores])
+    low, high = scale * np.array([s.rms_interval or (s.rms, s.rms) for s in scores]).T
+    look = {"color": colour, "symbol": sign, "size": 8}
+    trace = line(label, np.array([row.horizon for row in rows]), rms, colour)
+    ends = whiskers(rms, low, high, colour)
+    return trace | {"mode": "lines+markers", "marker": look, "error_y": ends}
+
+
+def over_horizons(traces: Sequence[Figure], still: Sequence[Scored], axis: int) -> Figure:
+    """Errors against the horizon, with those of constant velocity by `still`."""
+    name, scale = ERROR_UNITS[axis]
+    values = scale * np.array([row.scores[SYMBOLS[axis]].stays_constant for row in still])
+    x = np.array([row.horizon for row in still])
+    traces = [*traces, line("constant velocity", x, values, ORANGE, dash="dash")]
+    ticks = x.tolist()
     return figure(
         traces, "horizon [s]", f"RMS error of {SYMBOLS[axis]} [{name}]",
         xaxis={"type": "log", "tickvals": ticks, "ticktext": [f"{t:g}" for t in ticks]},

@@ -9,9 +9,8 @@ from seatrial.report.figures import actuators as draw
 from seatrial.report.sections.base import ALL, Section, plot
 from seatrial.report.sections.known import verdict_text
 from seatrial.report.text import prose
-from seatrial.report.text.cells import Cell, Name, Number, Text, between, known
+from seatrial.report.text.cells import Cell, Name, Text, with_error
 from seatrial.report.text.table import Table
-from seatrial.util.statistics import NORMAL_95
 
 
 def section(evidence: Evidence) -> Section:
@@ -19,18 +18,16 @@ def section(evidence: Evidence) -> Section:
     model = evidence.model
     scheme = f"Allocation: {model.vehicle.scheme.value}."
     if not model.vehicle.constants.names and not any(g.table for g in model.vehicle.file.chain):
-        html = f"""<section id="actuators"><h2>Actuators</h2>
-<p>{escape(scheme)} {prose.NO_CONSTANTS}</p></section>"""
-        return Section("actuators", "Actuators", html)
+        body = f"""<p>{escape(scheme)} {prose.NO_CONSTANTS}</p>"""
+        return Section("actuators", "Actuators", body)
     table = constants(evidence)
     steered = bool(angle_names(model.vehicle.file.chain))
-    html = f"""<section id="actuators"><h2>Actuators</h2>
-<p class="note">{escape(scheme)} {about(steered=steered)}</p>
+    body = f"""<p class="note">{escape(scheme)} {about(steered=steered)}</p>
 {plots(steered=steered)}
-{table.html()}</section>"""
+{table.html()}"""
     figures = {"curve": draw.static_curve(model), "answer": draw.step_response(model)}
     figures |= {"angle": draw.angle_curve(model)} if steered else {}
-    return Section("actuators", "Actuators", html, {ALL: figures}, (table,))
+    return Section("actuators", "Actuators", body, {ALL: figures}, (table,))
 
 
 def about(*, steered: bool) -> str:
@@ -58,14 +55,8 @@ def constants(evidence: Evidence) -> Table:
     marked = set()
     for place, (name, value) in enumerate(zip(chain.names, model.constants.tolist(), strict=True)):
         found = evidence.known[name]
-        width = NORMAL_95 * found.error
-        interval = (value - width, value + width) if found.error > 0 else None
-        rows.append(
-            [
-                Name(name), Number(value), known(found.error if found.error > 0 else None, 2),
-                between(interval), Text(chain.unit(name)), Text(verdict_text(found)),
-            ]
-        )  # fmt: skip
+        units = Text(chain.unit(name)), Text(verdict_text(found))
+        rows.append([Name(name), *with_error(value, found.error), *units])
         marked |= set() if found.verdict.reliable else {place}
     head = ("constant", "value", "standard error", "95 % interval", "unit", "verdict")
     return Table("constants", "Constants of the actuator chain", head, rows, frozenset(marked))

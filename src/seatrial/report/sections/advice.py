@@ -25,19 +25,18 @@ def section(evidence: Evidence) -> Section:
     items = listing(todo, "advice") if todo else prose.ALL_WELL
     if not evidence.gains:
         why = f"<p class='note'>{prose.NO_GAINS} {escape(evidence.no_information)}</p>"
-        html = f'<section id="advice"><h2>The next drive</h2>\n{items}\n{why}</section>'
-        return Section("advice", "Next drive", html)
+        body = f"{items}\n{why}"
+        return Section("advice", "Next drive", body, heading="The next drive")
     table = gained(evidence)
     other = evidence.model.estimator.method != OUTPUT_ERROR
     more = f" {prose.OTHER_METHOD}" if other else ""
-    html = f"""<section id="advice"><h2>The next drive</h2>
-{items}
+    body = f"""{items}
 <h3>Expected information of further driving</h3>
 <p class="note">{prose.GAINS}{more}</p>
 {plot(ALL, "halving", "time to halve every interval", "tall", rows=len(evidence.gains))}
-{table.html()}</section>"""
+{table.html()}"""
     figures = {"halving": draw.halving(evidence.gains)}
-    return Section("advice", "Next drive", html, {ALL: figures}, (table,))
+    return Section("advice", "Next drive", body, {ALL: figures}, (table,), heading="The next drive")
 
 
 def gained(evidence: Evidence) -> Table:

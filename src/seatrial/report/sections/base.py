@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A section: its text, its plots, its tables."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -24,11 +23,26 @@ class Section:
 
     name: str  # its anchor
     title: str  # in the contents; empty: not in them
-    html: str
+    body: str  # HTML below its heading
     figures: Mapping[str, Mapping[str, Figure]] = field(default_factory=dict)  # by store, by name
     tables: Sequence[Table] = ()
-    folded: bool = False  # its text, below its heading
+    heading: str = ""  # HTML; empty: the title
+    above: str = ""  # HTML before it: the head of a page
+    folded: bool = False  # its body; the heading is the handle
     folded_on_a_phone: bool = False
+
+    @property
+    def html(self) -> str:
+        """The whole section; one without a heading is only what is above it."""
+        heading = self.heading or escape(self.title)
+        if not heading:
+            return self.above
+        shown = f"<h2>{heading}</h2>" if self.title else f'<h2 class="quiet">{heading}</h2>'
+        inside = f"{shown}\n{self.body}"
+        if self.folded or self.folded_on_a_phone:
+            kind = '"fold"' if self.folded else '"fold narrow" open'
+            inside = f"<details class={kind}><summary>{shown}</summary>\n{self.body}</details>"
+        return f'{self.above}<section id="{self.name}">{inside}</section>'
 
 
 def first_screen(
@@ -39,7 +53,33 @@ def first_screen(
 <p class="lead">{verdict}</p>{estimated}</header>
 <div class="screen">{picture}
 <div class="dials">{dials}</div></div>
-<p class="next">{following}</p>"""
+<p class="next">{following}</p>
+"""
+
+
+def verdict_section(
+    screen: str, lines: str, warnings: str, figures: Mapping[str, Mapping[str, Figure]]
+) -> Section:
+    """The first screen, and below it the verdict in numbers."""
+    body = f'<div class="said">{lines}</div>\n{warnings}'
+    return Section("verdict", "", body, figures, heading="Verdict in numbers", above=screen)
+
+
+def recorded_plots() -> str:
+    """The plots `tracks` and `timeline`."""
+    timeline = plot(
+        ALL, "timeline", "when poses and commands were usable", "square", "missing data over time"
+    )
+    return f"""<div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
+{timeline}</div>"""
+
+
+def velocity_plots(store: str, what: str) -> str:
+    """The plot `velocity` of each axis below its heading; `what` it shows of the velocity."""
+    return "".join(
+        axis_heading(axis) + plot(store, f"velocity-{s}", f"{AXES[axis]} velocity, {what}", "wide")
+        for axis, s in enumerate(SYMBOLS)
+    )
 
 
 def with_folds(sections: Sequence[Section], folded: frozenset[str]) -> list[Section]:
@@ -48,20 +88,6 @@ def with_folds(sections: Sequence[Section], folded: frozenset[str]) -> list[Sect
         replace(one, folded=one.name in folded, folded_on_a_phone=one.name in ON_A_PHONE)
         for one in sections
     ]
-
-
-def unfolded(section: Section) -> str:
-    """The text of a section; of a folded one with its heading as the handle."""
-    if not (section.folded or section.folded_on_a_phone):
-        return section.html
-    kind = '"fold"' if section.folded else '"fold narrow" open'
-    head = re.match(
-        r'(<section id="[\w-]+">)(<h2>.*?</h2>)(.*)(</section>)$', section.html, re.DOTALL
-    )
-    if head is None:
-        return section.html
-    opening, title, inside, closing = head.groups()
-    return f"{opening}<details class={kind}><summary>{title}</summary>{inside}</details>{closing}"
 
 
 def store_of(place: int) -> str:

@@ -8,11 +8,10 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
 from seatrial.report.sections.known import verdict_text
 from seatrial.report.text import prose
-from seatrial.report.text.cells import Cell, Name, Number, Text, Unit, between, known
+from seatrial.report.text.cells import Cell, Name, Number, Text, Unit, with_error
 from seatrial.report.text.equations import equations
 from seatrial.report.text.table import Table
 from seatrial.util.frames import Axes
-from seatrial.util.statistics import NORMAL_95
 
 
 def section(evidence: Evidence) -> Section:
@@ -25,15 +24,16 @@ def section(evidence: Evidence) -> Section:
     if model.estimator.steps:
         tables.append(steps(model))
         found = f"<h3>Estimation steps</h3>{tables[-1].html()}"
-    html = f"""<section id="model"><h2>Coefficients and equations</h2>
-<p class="note">{prose.AXES_NOTE}{other} {prose.SIGNIFICANCE_NOTE.format(SIGNIFICANT)}</p>
+    body = f"""<p class="note">{prose.AXES_NOTE}{other} {prose.SIGNIFICANCE_NOTE.format(SIGNIFICANT)}</p>
 {tables[0].html()}
 <h3>Equations</h3>
 {equations(structure)}
 <p>With numbers (SI units, forces in command units):</p>
 {equations(structure, model.values)}
-{found}{remark}</section>"""
-    return Section("model", "Model", html, tables=tuple(tables))
+{found}{remark}"""
+    return Section(
+        "model", "Model", body, tables=tuple(tables), heading="Coefficients and equations"
+    )
 
 
 def coefficients(evidence: Evidence) -> Table:
@@ -46,16 +46,8 @@ def coefficients(evidence: Evidence) -> Table:
     marked = set()
     for place, (name, value) in enumerate(model.values.items()):
         found = evidence.known[name]
-        width = NORMAL_95 * found.error
-        interval = (value - width, value + width) if found.error > 0 else None
-        row: list[Cell] = [
-            Name(name),
-            Number(value),
-            known(found.error if found.error > 0 else None, 2),
-            between(interval),
-            Unit(model.structure.units[name]),
-            Text(verdict_text(found)),
-        ]
+        units = Unit(model.structure.units[name]), Text(verdict_text(found))
+        row: list[Cell] = [Name(name), *with_error(value, found.error), *units]
         if own_axes:
             row.append(Number(-value if name in model.structure.flipped_coefficients else value))
         rows.append(row)

@@ -41,10 +41,9 @@ def section(evidence: Evidence) -> Section | None:
     if not table.rows and not missing:
         return None
     shown = table.html() if table.rows else f"<p>{prose.NO_EFFECTS}</p>"
-    html = f"""<section id="effects"><h2>Effects</h2>
-<p class="note">{prose.EFFECTS}</p>
-{shown}{listing(missing) if missing else ""}</section>"""
-    return Section("effects", "Effects", html, tables=(table,) if table.rows else ())
+    body = f"""<p class="note">{prose.EFFECTS}</p>
+{shown}{listing(missing) if missing else ""}"""
+    return Section("effects", "Effects", body, tables=(table,) if table.rows else ())
 
 
 def effects(model: Model) -> Table:

@@ -34,13 +34,12 @@ def section(evidence: Evidence) -> Section | None:
         if run.tested
     )
     note = Template(prose.ERRORS).substitute(horizon=f"{evidence.horizon:g}")
-    html = f"""<section id="errors"><h2>Residuals</h2>
-<p class="note">{note}</p>
-{parts}</section>"""
+    body = f"""<p class="note">{note}</p>
+{parts}"""
     figures = {
         store_of(i): _figures(evidence, run) for i, run in enumerate(evidence.runs) if run.tested
     }
-    return Section("errors", "Residuals", html, figures, (correlations(evidence),))
+    return Section("errors", "Residuals", body, figures, (correlations(evidence),))
 
 
 def correlations(evidence: Evidence) -> Table:

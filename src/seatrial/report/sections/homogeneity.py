@@ -39,9 +39,15 @@ def section(evidence: Evidence) -> Section | None:
         high = len(found.rows) * max(1, len(evidence.runs) // 3)
         parts.append(plot(ALL, "repeat-parameters", label, "tall", label, rows=high))
         parts.append(fine("as a table", tables[0].html()))
-    html = f"""<section id="repeat"><h2>Homogeneity across recordings</h2>
-{"".join(parts)}</section>"""
-    return Section("repeat", "Homogeneity", html, {ALL: figures}, tuple(tables))
+    body = f"""{"".join(parts)}"""
+    return Section(
+        "repeat",
+        "Homogeneity",
+        body,
+        {ALL: figures},
+        tuple(tables),
+        heading="Homogeneity across recordings",
+    )
 
 
 def shifts(found: Homogeneity) -> Table:

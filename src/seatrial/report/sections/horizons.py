@@ -33,12 +33,18 @@ def section(evidence: Evidence) -> Section | None:
     said = [prose.HORIZONS_NOTE]
     if any(row.start == "odometry" for row in rows):
         said.append(prose.ODOMETRY_NOTE)
-    html = f"""<section id="horizons"><h2>Prediction error against horizon</h2>
-<p class="note">{escape(names_of(chosen))} ({kind}), pooled. {" ".join(said)}</p>
+    body = f"""<p class="note">{escape(names_of(chosen))} ({kind}), pooled. {" ".join(said)}</p>
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
-{notes}{fine("as a table", table.html())}{fine("by recording", every.html())}</section>"""
+{notes}{fine("as a table", table.html())}{fine("by recording", every.html())}"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
-    return Section("horizons", "Horizons", html, {ALL: figures}, (table, every))
+    return Section(
+        "horizons",
+        "Horizons",
+        body,
+        {ALL: figures},
+        (table, every),
+        heading="Prediction error against horizon",
+    )
 
 
 def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Scored]]]) -> Table:

@@ -27,24 +27,21 @@ def section(evidence: Evidence) -> Section:
     names = names_in(model)
     notes = [sentence(finding_text(f), names) for f in model.estimator.findings]
     if not found.names:
-        html = f"""<section id="known"><h2>What is known</h2>
-<p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}</section>"""
-        return Section("known", "What is known", html)
+        body = f"""<p>{prose.NOTHING_ESTIMATED}</p>{listing(notes)}"""
+        return Section("known", "What is known", body)
     lines = [*map(combined, found.combinations), *condition_text(found)]
     combinations = [sentence(line, names) for line in lines]
     scatter = model.estimator.method == EQUATION_ERROR
     warned = f'<p class="warning">{escape(caution(model))}</p>' if scatter else ""
     table = verdicts(found)
     matrix = f'<p class="note">{prose.CORRELATIONS}</p>{correlation_map(found)}'
-    html = f"""<section id="known"><h2>What is known</h2>
-<p class="note">{prose.KNOWN}</p>
+    body = f"""<p class="note">{prose.KNOWN}</p>
 {warned}<div class="pair wider">{table.html()}
 {plot(ALL, "known", "relative error of every parameter", "tall", rows=len(found.names))}</div>
 {listing([*combinations, *notes])}
-{fine("correlations of the estimates", matrix, printed=True)}
-</section>"""
+{fine("correlations of the estimates", matrix, printed=True)}"""
     tables = (table, correlations(found))
-    return Section("known", "What is known", html, {ALL: {"known": draw.errors(found)}}, tables)
+    return Section("known", "What is known", body, {ALL: {"known": draw.errors(found)}}, tables)
 
 
 def verdicts(found: Identifiability) -> Table:

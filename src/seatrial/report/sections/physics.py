@@ -26,9 +26,8 @@ def section(evidence: Evidence) -> Section:
     found = evidence.physics
     if found.unstable or not found.axes:
         text = f"{found.unstable}." if found.unstable else "No command drives any axis."
-        html = f"""<section id="physics"><h2>Implied physics: compare with your boat</h2>
-<p class="warning">{escape(text)}</p></section>"""
-        return Section("physics", "Boat", html)
+        body = f"""<p class="warning">{escape(text)}</p>"""
+        return Section("physics", "Boat", body, heading="Implied physics: compare with your boat")
     table = boat(evidence)
     drawn = "".join(
         plot(
@@ -45,14 +44,20 @@ def section(evidence: Evidence) -> Section:
             f'<p class="warning">{100 * found.unstable_share:.0f} % of the models drawn from the parameter '
             f"covariance are unstable: drive more before you use the model.</p>"
         )
-    html = f"""<section id="physics"><h2>Implied physics: compare with your boat</h2>
-<p class="sanity">{escape(physics_line(evidence.model))}</p>
+    body = f"""<p class="sanity">{escape(physics_line(evidence.model))}</p>
 {warning}<div class="three">{drawn}</div>
-{table.html()}<p class="note">{prose.PHYSICS} {prose.RISE}</p></section>"""
+{table.html()}<p class="note">{prose.PHYSICS} {prose.RISE}</p>"""
     figures = {
         f"start-{SYMBOLS[one.axis]}": draw.start_and_stop(evidence.model, one) for one in found.axes
     }
-    return Section("physics", "Boat", html, {ALL: figures}, (table,))
+    return Section(
+        "physics",
+        "Boat",
+        body,
+        {ALL: figures},
+        (table,),
+        heading="Implied physics: compare with your boat",
+    )
 
 
 def boat(evidence: Evidence) -> Table:

@@ -7,11 +7,11 @@ from string import Template
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import PLOT_WINDOW, Run
 from seatrial.report.figures import prediction as draw
-from seatrial.report.sections.base import Section, axis_heading, first_of, foldable, plot, store_of
+from seatrial.report.sections.base import Section, first_of, foldable, store_of, velocity_plots
 from seatrial.report.text import prose
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import SYMBOLS
 
 BUTTONS = (
     ("whole", "whole run"),
@@ -26,16 +26,21 @@ def section(evidence: Evidence) -> Section:
     runs, horizon = evidence.runs, f"{evidence.horizon:g}"
     parts = "\n".join(_one(run, i, opened=i == first_of(runs)) for i, run in enumerate(runs))
     note = Template(prose.PREDICTION).substitute(horizon=horizon, window=f"{PLOT_WINDOW:g}")
-    html = f"""<section id="prediction"><h2>Measured and predicted, {horizon}&nbsp;s ahead</h2>
-<p class="note">{note}</p>
-{parts}</section>"""
+    body = f"""<p class="note">{note}</p>
+{parts}"""
     figures = {
         store_of(i): {
             f"velocity-{s}": draw.velocity(evidence.model, run, a) for a, s in enumerate(SYMBOLS)
         }
         for i, run in enumerate(runs)
     }
-    return Section("prediction", "Prediction", html, figures)
+    return Section(
+        "prediction",
+        "Prediction",
+        body,
+        figures,
+        heading=f"Measured and predicted, {horizon}&nbsp;s ahead",
+    )
 
 
 def sizes(run: Run) -> str:
@@ -65,14 +70,5 @@ def linked(run: Run, inside: str) -> str:
 
 def _one(run: Run, place: int, *, opened: bool) -> str:
     warning = "" if run.tested else f'<p class="warning">{escape(run.failure)}</p>'
-    drawn = "".join(
-        axis_heading(axis)
-        + plot(
-            store_of(place),
-            f"velocity-{s}",
-            f"{AXES[axis]} velocity, measured and predicted",
-            "wide",
-        )
-        for axis, s in enumerate(SYMBOLS)
-    )
+    drawn = velocity_plots(store_of(place), "measured and predicted")
     return foldable(run.name, sizes(run), warning + linked(run, drawn), opened=opened)

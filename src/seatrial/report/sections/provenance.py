@@ -21,12 +21,10 @@ def section(evidence: Evidence) -> Section:
     model = evidence.model
     lines = "".join(f"<dt>{escape(k)}</dt><dd>{escape(v)}</dd>" for k, v in facts(evidence))
     tables = (files(evidence), envelope(model))
-    html = f"""<section id="provenance"><h2>Provenance</h2>
-<dl class="facts">{lines}</dl>
+    body = f"""<dl class="facts">{lines}</dl>
 <h3>Files</h3>{tables[0].html()}
-<h3>Envelope</h3><p class="note">{prose.ENVELOPE}</p>{tables[1].html()}
-</section>"""
-    return Section("provenance", "Provenance", html, tables=tables)
+<h3>Envelope</h3><p class="note">{prose.ENVELOPE}</p>{tables[1].html()}"""
+    return Section("provenance", "Provenance", body, tables=tables)
 
 
 def facts(evidence: Evidence) -> list[tuple[str, str]]:

@@ -16,6 +16,7 @@ from seatrial.report.sections.base import (
     first_of,
     foldable,
     plot,
+    recorded_plots,
     store_of,
     three,
 )
@@ -35,14 +36,12 @@ def section(evidence: Evidence) -> Section:
         _one(run, i, driven, opened=i == first_of(runs)) for i, run in enumerate(runs)
     )
     note = Template(prose.RECORDED_NOTE).substitute(scatter=draw.SCATTER)
-    html = f"""<section id="recorded"><h2>Recordings</h2>
-<p class="note">{note}</p>
-<div class="pair">{plot(ALL, "tracks", "tracks of all recordings", "square", "tracks")}
-{plot(ALL, "timeline", "when poses and commands were usable", "square", "missing data over time")}</div>
+    body = f"""<p class="note">{note}</p>
+{recorded_plots()}
 {summary(evidence).html()}
 <h3>Speeds against commands</h3>
 {three(ALL, "cells", "time at each speed and command", axes=driven)}
-{parts}</section>"""
+{parts}"""
     figures = {
         ALL: {
             "tracks": draw.tracks(runs),
@@ -53,7 +52,7 @@ def section(evidence: Evidence) -> Section:
     for i, run in enumerate(runs):
         cover = {f"coverage-{SYMBOLS[a]}": draw.coverage(model, run, a) for a in driven}
         figures[store_of(i)] = {"track": draw.track(run), **cover}
-    return Section("recorded", "Recordings", html, figures, (summary(evidence), excitations(runs)))
+    return Section("recorded", "Recordings", body, figures, (summary(evidence), excitations(runs)))
 
 
 def summary(evidence: Evidence) -> Table:

@@ -19,10 +19,11 @@ def section(evidence: Evidence) -> Section | None:
     table = scores(evidence)
     marked = prose.MARKED if table.marked else ""
     definitions = Template(prose.SCORES).substitute(horizon=f"{evidence.horizon:g}")
-    html = f"""<section id="scores"><h2>Scores {evidence.horizon:g} s ahead</h2>
-{table.html()}
-{marked}<dl class="note">{definitions}</dl></section>"""
-    return Section("scores", "Scores", html, tables=(table,))
+    body = f"""{table.html()}
+{marked}<dl class="note">{definitions}</dl>"""
+    return Section(
+        "scores", "Scores", body, tables=(table,), heading=f"Scores {evidence.horizon:g} s ahead"
+    )
 
 
 def scores(evidence: Evidence) -> Table:

@@ -20,6 +20,7 @@ from seatrial.report.sections.base import (
     first_of,
     first_screen,
     plot,
+    verdict_section,
 )
 from seatrial.report.sections.effects import in_short
 from seatrial.report.text import prose
@@ -50,13 +51,9 @@ def section(evidence: Evidence) -> Section:
         "".join(dial.html() for dial in dials(evidence)) + _uses(evidence), following,
         estimated=_effects(evidence),
     )  # fmt: skip
-    html = f"""{screen}
-<section id="verdict"><h2 class="quiet">Verdict in numbers</h2>
-<div class="said">{lines}</div>
-{warnings}</section>"""
     predictions = [("predicted", run.predicted, RED)] if run.tested else []
     figures = {"picture": draw.picture(model, run, predictions)}
-    return Section("verdict", "", html, {ALL: figures})
+    return verdict_section(screen, lines, warnings, {ALL: figures})
 
 
 def _effects(evidence: Evidence) -> str:
@@ -71,14 +68,8 @@ def _picture(evidence: Evidence, run: Run) -> str:
     kind = "not seen" if run.unseen else "seen"
     ahead = f" and predicted {evidence.horizon:g}\u00a0s ahead" if run.tested else "; no prediction"
     caption = f"{run.name} ({kind}): measured{ahead}"
-    return plot(
-        ALL,
-        "picture",
-        f"{caption}, the busiest minute",
-        "picture",
-        caption,
-        low=PANELS_HEAD + PANEL_HEIGHT * len(driven_axes(evidence.model)),
-    )
+    low = PANELS_HEAD + PANEL_HEIGHT * len(driven_axes(evidence.model))
+    return plot(ALL, "picture", f"{caption}, the busiest minute", "picture", caption, low=low)
 
 
 def dials(evidence: Evidence) -> list[Dial]:

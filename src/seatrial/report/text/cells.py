@@ -12,6 +12,7 @@ import numpy as np
 from seatrial.report.text.latex import latex_number, latex_text
 from seatrial.report.text.markup import NOT_A_NUMBER, data, unit
 from seatrial.report.text.names import html_symbol, latex_symbol
+from seatrial.util.statistics import NORMAL_95
 
 
 class Cell(ABC):
@@ -149,19 +150,12 @@ class Name(Cell):
         return names + latex_text(self.more)
 
 
-@dataclass(frozen=True)
-class Unit(Cell):
+class Unit(Text):
     """A unit such as `m/s^2`."""
-
-    text: str
 
     def html(self) -> str:
         """With raised powers."""
         return unit(self.text)
-
-    def plain(self) -> str:
-        """As files have it."""
-        return self.text
 
     def latex(self) -> str:
         """With raised powers."""
@@ -192,6 +186,13 @@ NOTHING = Nothing()
 def known(value: float | None, digits: int = 4, scale: float = 1.0) -> Cell:
     """A number, or a dash where there is none."""
     return NOTHING if value is None or not np.isfinite(value) else Number(value, digits, scale)
+
+
+def with_error(value: float, error: float, digits: int = 4) -> list[Cell]:
+    """A value, its standard error and its 95 % interval; dashes where it has none."""
+    width = NORMAL_95 * error
+    interval = (value - width, value + width) if error > 0 else None
+    return [Number(value, digits), known(error if error > 0 else None, 2), between(interval)]
 
 
 def between(pair: Sequence[float] | None, digits: int = 3, scale: float = 1.0) -> Cell:

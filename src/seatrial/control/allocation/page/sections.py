@@ -34,13 +34,14 @@ def verdict(found: AllocationComparison) -> Section:
         given = [Number(x, 3) for x in found.boat.T[axes, k].tolist()]
         rows.append([Text(name), *given, zone, Number(float(own.limits[k]), 3)])
     table = Table("thrusters", "Wrench of each thruster's unit thrust", head, rows)
-    html = f"""<header><h1>{escape(found.boat.vehicle.name)}</h1>
+    head_of_page = f"""<header><h1>{escape(found.boat.vehicle.name)}</h1>
 <p class="subtitle">Thrust allocation</p></header>
-<section id="verdict"><h2 class="quiet">Verdict</h2>
-<div class="said"><p>Scheme: {escape(own.scheme.value)}. {escape(own.why[0].upper() + own.why[1:])}.</p>
+"""
+    why = escape(own.why[0].upper() + own.why[1:])
+    body = f"""<div class="said"><p>Scheme: {escape(own.scheme.value)}. {why}.</p>
 <p>At the limits: {escape(found.priority)}.</p></div>
-{table.html()}<p class="note">T from {kind}; forward-left-up axes, command units.</p></section>"""
-    return Section("verdict", "", html, tables=(table,))
+{table.html()}<p class="note">T from {kind}; forward-left-up axes, command units.</p>"""
+    return Section("verdict", "", body, tables=(table,), heading="Verdict", above=head_of_page)
 
 
 def authority(found: AllocationComparison) -> Section:
@@ -62,11 +63,10 @@ def authority(found: AllocationComparison) -> Section:
         figures[name] = draw.slices(found, first, second)
         label = f"attainable {AXES[first]} and {AXES[second]}, the other axis at rest"
         drawn += plot(ALL, name, label, "square", label)
-    html = f"""<section id="authority"><h2>Authority</h2>
-<div class="three">{drawn}</div>
+    body = f"""<div class="three">{drawn}</div>
 {table.html()}<p class="note">Every wrench within an outline is attained exactly. The unit of a thruster is
-its thrust at command 1.</p></section>"""
-    return Section("authority", "Authority", html, {ALL: figures}, (table,))
+its thrust at command 1.</p>"""
+    return Section("authority", "Authority", body, {ALL: figures}, (table,))
 
 
 def idling(found: AllocationComparison) -> Section:
@@ -81,10 +81,9 @@ def idling(found: AllocationComparison) -> Section:
         elif not row.drives:
             rows.append([Text(row.name), NOTHING, *(NOTHING for _ in names), Text(row.why)])
     table = Table("idle", "At zero wrench", head, rows)
-    html = f"""<section id="idle"><h2>At zero wrench</h2>
-{table.html()}<p class="note">Power: thrust to the power of 3/2 (momentum theory); 1 is one thruster at
-full command.</p></section>"""
-    return Section("idle", "At zero wrench", html, tables=(table,))
+    body = f"""{table.html()}<p class="note">Power: thrust to the power of 3/2 (momentum theory);
+1 is one thruster at full command.</p>"""
+    return Section("idle", "At zero wrench", body, tables=(table,))
 
 
 def driven(found: AllocationComparison) -> Section | None:
@@ -111,11 +110,12 @@ def driven(found: AllocationComparison) -> Section | None:
                 table.html() + plot(store, name, label, "wide", label), opened=place == 0,
             )
         )  # fmt: skip
-    html = f"""<section id="drives"><h2>Along recorded commands</h2>
-{"".join(parts)}<p class="note">A crossing: a command enters its thruster's dead zone, or jumps over it.
-Wrench error: RMS of resulting minus requested wrench, over the RMS of the requested one; limits
-count. Limited: share of the time in which limits reduce the wrench.</p></section>"""
-    return Section("drives", "Drives", html, figures, tuple(tables))
+    body = f"""{"".join(parts)}<p class="note">A crossing: a command enters its thruster's dead zone,
+or jumps over it. Wrench error: RMS of resulting minus requested wrench, over the RMS of the requested one; limits
+count. Limited: share of the time in which limits reduce the wrench.</p>"""
+    return Section(
+        "drives", "Drives", body, figures, tuple(tables), heading="Along recorded commands"
+    )
 
 
 def _drive_table(found: AllocationComparison, place: int) -> Table:

@@ -48,13 +48,12 @@ def gains(tuning: Tuning) -> Section:
     lines = "".join(
         f"<p>{sentence(text)}</p>" for text in (*guidance_lines(tuning), *remarks(tuning))
     )
-    html = f"""<header><h1>{escape(tuning.model.name)}</h1>
+    head_of_page = f"""<header><h1>{escape(tuning.model.name)}</h1>
 <p class="subtitle">{tuning.action.upper()} tracking controller by internal model control, knob
 {tuning.knob:g}&nbsp;s, {tuning.rate:g}&nbsp;Hz</p></header>
-<section id="gains"><h2>Gains</h2>
-{table.html()}
-{lines}</section>"""
-    return Section("gains", "Gains", html, tables=(table,))
+"""
+    body = f"{table.html()}\n{lines}"
+    return Section("gains", "Gains", body, tables=(table,), above=head_of_page)
 
 
 def safety(tuning: Tuning) -> Section:
@@ -70,19 +69,18 @@ def safety(tuning: Tuning) -> Section:
         [Text(drawn)],
         *_rows(tuning.worst, tuning.loops),
     ]
-    head = (
-        "axis",
+    measures = (
         "gain margin",
         "phase margin [deg]",
         "delay [s]",
         "sensitivity",
         "crossover [rad/s]",
     )
+    head = ("axis", *measures)
     table = Table("margins", "Margins", head, rows)
     guided = "" if tuning.guidance is None else f'<p class="note">{GUIDED}</p>'
-    html = f"""<section id="margins"><h2>Margins</h2>
-{table.html()}<p class="note">{MARGINS.replace("$limit", f"{SENSITIVITY_LIMIT:g}")}</p>{guided}</section>"""
-    return Section("margins", "Margins", html, tables=(table,))
+    body = f"""{table.html()}<p class="note">{MARGINS.replace("$limit", f"{SENSITIVITY_LIMIT:g}")}</p>{guided}"""
+    return Section("margins", "Margins", body, tables=(table,))
 
 
 def _rows(found: Margins, loops: Sequence[str]) -> list[list[Cell]]:
@@ -98,28 +96,26 @@ def _rows(found: Margins, loops: Sequence[str]) -> list[list[Cell]]:
 
 def steps(tuning: Tuning, curves: Responses) -> Section:
     """Step responses."""
-    html = f"""<section id="steps"><h2>Step of the reference</h2>
-<p class="note">{STEPS}</p>
-{three(ALL, "step", "pose after a step of the reference", "middle")}</section>"""
+    body = f"""<p class="note">{STEPS}</p>
+{three(ALL, "step", "pose after a step of the reference", "middle")}"""
     figures = {
         f"step-{s}": draw.step(curves.step, i, tuning.loops[i]) for i, s in enumerate(SYMBOLS)
     }
-    return Section("steps", "Steps", html, {ALL: figures})
+    return Section("steps", "Steps", body, {ALL: figures}, heading="Step of the reference")
 
 
 def bode(tuning: Tuning, curves: Responses) -> Section:
     """Bode plots and sensitivity."""
-    html = f"""<section id="bode"><h2>Frequency response</h2>
-<p class="note">{BODE}</p>
+    body = f"""<p class="note">{BODE}</p>
 {three(ALL, "gain", "gain of the open loop", "middle")}
 {three(ALL, "phase", "phase of the open loop", "middle")}
-{three(ALL, "sensitivity", "sensitivity", "middle")}</section>"""
+{three(ALL, "sensitivity", "sensitivity", "middle")}"""
     figures = {}
     for i, s in enumerate(SYMBOLS):
         figures[f"gain-{s}"] = draw.gain(curves.gain, i, tuning.loops[i])
         figures[f"phase-{s}"] = draw.phase(curves.phase, i, tuning.loops[i])
         figures[f"sensitivity-{s}"] = draw.sensitivity(curves.sensitivity, i, tuning.loops[i])
-    return Section("bode", "Frequency response", html, {ALL: figures})
+    return Section("bode", "Frequency response", body, {ALL: figures})
 
 
 def provenance(tuning: Tuning) -> Section:
@@ -134,5 +130,5 @@ def provenance(tuning: Tuning) -> Section:
     ]
     rows: list[list[Cell]] = [[Text(name), Text(value)] for name, value in facts]
     table = Table("provenance", "Provenance", ("", ""), rows, numbers=False)
-    html = f'<section id="provenance"><h2>Provenance</h2>\n{table.html()}</section>'
-    return Section("provenance", "Provenance", html, tables=(table,))
+    body = f"{table.html()}"
+    return Section("provenance", "Provenance", body, tables=(table,))
