@@ -35,10 +35,7 @@ from seatrial.workflow.fitness import (
 REFERENCE_LENGTH = 60.0  # [s] of the drive that predictions are needed for
 REFERENCE_PERIOD = 0.1  # [s] of its poses
 # [s] as of the paper-like plan's operator
-REFERENCE_PULSES, REFERENCE_PAUSES = (
-    (0.5, 3.0),
-    (0.2, 2.0),
-)
+REFERENCE_PULSES, REFERENCE_PAUSES = (0.5, 3.0), (0.2, 2.0)
 PREDICTED_EVERY = 1.0  # [s] between the starts of its predictions
 # of a need's variance, which exact knowledge of a parameter takes away: it is needed
 TAKES_PART = 0.1

@@ -53,11 +53,7 @@ class SignalHealth:
         self._edits: tuple[Edit, ...] = ()
         self._begin: int | None = None  # [ns]
         # judged [ns] of stamps, examined [ns] of now
-        self._jumps, self._judged, self._examined = (
-            0,
-            0,
-            0,
-        )
+        self._jumps = self._judged = self._examined = 0
         self._two_places = ""
         self._remark = Found("ok", "")
         self._lock = Lock()

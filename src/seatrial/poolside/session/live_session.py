@@ -266,23 +266,15 @@ class Session:
         failed = self._failed.get("source")
         end = ENDED if failed is None else f"The source failed: {failed}. Press stop and save."
         over = [end] if self.drained else []
-        found = [
-            *over,
-            self._slow,
-            self._parts.estimator.problem,
-            *self._parts.source.problems,
-            *others,
-        ]
+        problems = self._parts.estimator.problem, *self._parts.source.problems
+        found = [*over, self._slow, *problems, *others]
         return next((text for text in found if text), "")
 
     def _not_recorded(self) -> Sequence[SignalState]:
         """A signal that is not one: the recording, where it can't be written."""
-        found = self._failed.get(RECORDING)
-        return (
-            []
-            if found is None
-            else [SignalState(RECORDING, RECORDING, 0, level="error", finding=found)]
-        )
+        if (found := self._failed.get(RECORDING)) is None:
+            return ()
+        return [SignalState(RECORDING, RECORDING, 0, level="error", finding=found)]
 
     def _publish(self, **changed: object) -> None:
         with self._lock:

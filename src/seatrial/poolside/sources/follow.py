@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from threading import Event
 
 import numpy as np
 
@@ -113,8 +112,8 @@ class FollowSource(EventSource):
             raise LiveError(_not_followed(path))
         if not path.parent.is_dir():
             raise FileError(f"{path}: there is no folder {path.parent}")
-        self.name, self._path, self._vehicle = name, path, vehicle
-        self._closed = Event()
+        super().__init__(name)
+        self._path, self._vehicle = path, vehicle
         self._tables: list[GrowingTable] = []
         self._conversion: Conversion | None = None
         self._wait = ""  # what it waits for
@@ -129,10 +128,6 @@ class FollowSource(EventSource):
                     self._begin(Path(folder))
                 if self._conversion is not None:
                     yield from self._added(self._conversion)
-
-    def close(self) -> None:
-        """See `EventSource`."""
-        self._closed.set()
 
     @property
     def problems(self) -> tuple[str, ...]:

@@ -4,7 +4,6 @@
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Event
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.bags.growing.db3 import GrowingDb3
@@ -50,8 +49,8 @@ class FollowBag(EventSource):
     def __init__(self, name: str, bag: GrowingBag, vehicle: Vehicle) -> None:
         if not bag.path.parent.is_dir():
             raise FileError(f"{bag.path}: there is no folder {bag.path.parent}")
-        self.name, self._bag, self._vehicle = name, bag, vehicle
-        self._closed = Event()
+        super().__init__(name)
+        self._bag, self._vehicle = bag, vehicle
         self._signals = BagSignals(self._bag, vehicle, salvage=True)
         self._conversion: Conversion | None = None
         self._wait = ""  # what it waits for
@@ -72,10 +71,6 @@ class FollowBag(EventSource):
         while before != self._bag.place:
             before = self._bag.place
             yield from self._events(self._bag.grow())
-
-    def close(self) -> None:
-        """See `EventSource`."""
-        self._closed.set()
 
     @property
     def problems(self) -> tuple[str, ...]:

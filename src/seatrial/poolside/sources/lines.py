@@ -29,24 +29,18 @@ class LineSource(EventSource):
     by_columns = False
 
     def __init__(self, name: str, vehicle: Vehicle, endpoint: Source) -> None:
-        self.name, self._endpoint, self._open = name, endpoint, True
+        super().__init__(name)
+        self._endpoint = endpoint
         self._readers = {form: Reader(vehicle, form) for form in ("json", "csv")}
         self._mistakes = Mistakes("lines")
-        self._handled: int | None = None  # [ns] arrival of the line that is at work
 
     def __iter__(self) -> Iterator[SourceEvent]:
         """See `EventSource`. Lines that arrived before it was closed are used."""
-        while self._open and not self._endpoint.ended:
+        while not (self._closed.is_set() or self._endpoint.ended):
             looked = monotonic()
             yield from self._events(self._endpoint.read(WAIT))
             sleep(max(0.0, looked + GATHER - monotonic()))
         yield from self._events(self._endpoint.read(0.0))
-
-    @property
-    def behind(self) -> float:
-        """See `EventSource`."""
-        handled = self._handled
-        return 0.0 if handled is None else max(0.0, 1e-9 * (time_ns() - handled))
 
     def _events(self, lines: Iterable[str]) -> Iterator[SourceEvent]:
         for line in lines:
@@ -59,7 +53,7 @@ class LineSource(EventSource):
 
     def close(self) -> None:
         """See `EventSource`."""
-        self._open = False
+        super().close()
         if isinstance(self._endpoint, Datagrams):
             self._endpoint.close()
 

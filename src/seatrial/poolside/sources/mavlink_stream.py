@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from seatrial.io.formats import frame_size
 from seatrial.io.formats.layout import topic_name
 from seatrial.io.formats.mavlink import (
     AUTOPILOT,
     LONGEST,
     STAMP,
+    STARTS,
     Message,
     frame_at,
     messages,
@@ -63,12 +65,9 @@ class FrameStream:
     def _may_begin(data: bytes, at: int) -> bool:
         """Whether a frame may begin here that has not arrived whole."""
         left = len(data) - at
-        if data[at] not in (0xFE, 0xFD) or left >= LONGEST:
+        if data[at] not in STARTS or left >= LONGEST:
             return False
-        if left < 12:
-            return True
-        size = 8 + data[at + 1] if data[at] == 0xFE else 12 + data[at + 1] + 13 * (data[at + 2] & 1)
-        return left < size
+        return left < 12 or left < frame_size(data, at)
 
     def _heard(self, message: Message, sender: Sender, payload: bytes) -> Heard:
         if self._autopilot is None or (self._autopilot[1] != AUTOPILOT == sender[1]):

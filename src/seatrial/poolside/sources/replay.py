@@ -4,7 +4,6 @@
 import time
 from collections.abc import Iterator
 from pathlib import Path
-from threading import Event
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.reader import open_signals
@@ -29,7 +28,8 @@ class ReplaySource(EventSource):
             raise LiveError(
                 f"speed {speed:g}: expected times the recording's pace, up to {FASTEST:g}; 0: as fast as possible"
             )
-        self.name, self._speed, self._closed = str(path), speed, Event()
+        super().__init__(str(path))
+        self._speed = speed
         with open_signals(path, vehicle, salvage=salvage) as signals:
             self._conversion = Conversion(vehicle, signals)
             wanted = self._conversion.wanted
@@ -50,10 +50,6 @@ class ReplaySource(EventSource):
                 return
             self._now = event.arrival
             yield event
-
-    def close(self) -> None:
-        """See `EventSource`."""
-        self._closed.set()
 
     @property
     def problems(self) -> tuple[str, ...]:

@@ -4,6 +4,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from threading import Event
 from time import time_ns
 from typing import Literal, get_args
 
@@ -61,9 +62,14 @@ class EventSource(ABC):
     def __iter__(self) -> Iterator[SourceEvent]:
         """The events, in the order of their arrival."""
 
-    @abstractmethod
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self._closed = Event()
+        self._handled: int | None = None  # [ns] arrival of what is at work
+
     def close(self) -> None:
         """End the iteration, and free what is open."""
+        self._closed.set()
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -77,7 +83,8 @@ class EventSource(ABC):
     @property
     def behind(self) -> float:
         """Seconds since the row arrived that is used now: how far this computer falls behind."""
-        return 0.0
+        handled = self._handled
+        return 0.0 if handled is None else max(0.0, 1e-9 * (time_ns() - handled))
 
     def __enter__(self) -> "EventSource":
         return self

@@ -16,10 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.io.formats.mavlink import (
-    TIMES,
-    messages,
-)
+from seatrial.io.formats.mavlink import TIMES, messages
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.io.log_signals import LogSignals
 from seatrial.io.signals import Request, of_columns
@@ -50,7 +47,8 @@ class TelemetrySource(EventSource):
     """MAVLink messages of the vehicle file's topics."""
 
     def __init__(self, name: str, vehicle: Vehicle, transport: Transport) -> None:
-        self.name, self._transport, self._open = name, transport, True
+        super().__init__(name)
+        self._transport = transport
         self._frames, self._clock = FrameStream(), AutopilotClock()
         try:
             self._conversion = Conversion(vehicle, LogSignals(_Definitions()))
@@ -59,7 +57,6 @@ class TelemetrySource(EventSource):
             transport.close()
             raise
         self._broken = ""
-        self._handled: int | None = None  # [ns] arrival of the block that is at work
         self._blocks: queue.Queue[tuple[int, bytes]] = queue.Queue(MOST_WAITING)
         self._thread = threading.Thread(target=self._fill, name="telemetry", daemon=True)
         self._heard: set[str] = set()
@@ -69,7 +66,7 @@ class TelemetrySource(EventSource):
         self._thread.start()
         waiting: list[_Row] = []
         settled = 0  # [ns] arrival from which stamps are known; 0: no message yet
-        while not (self._blocks.empty() and (self._broken or not self._open)):
+        while not (self._blocks.empty() and (self._broken or self._closed.is_set())):
             try:
                 arrival, block = self._blocks.get(timeout=WAIT)
             except queue.Empty:
@@ -88,15 +85,9 @@ class TelemetrySource(EventSource):
         for row in waiting:  # of less than `SETTLING`
             yield from self._events(row)
 
-    @property
-    def behind(self) -> float:
-        """See `EventSource`."""
-        handled = self._handled
-        return 0.0 if handled is None else max(0.0, 1e-9 * (time.time_ns() - handled))
-
     def close(self) -> None:
         """See `EventSource`."""
-        self._open = False
+        super().close()
         if self._thread.ident:
             self._thread.join()
         self._transport.close()
@@ -117,13 +108,13 @@ class TelemetrySource(EventSource):
 
     def _fill(self) -> None:
         """Read until closed; a thread's."""
-        while self._open:
+        while not self._closed.is_set():
             try:
                 block = self._transport.read()
             except OSError as error:
                 self._broken = f"{self.name}: can't be read any more ({error})"
                 return
-            while block and self._open:
+            while block and not self._closed.is_set():
                 try:
                     self._blocks.put((time.time_ns(), block), timeout=WAIT)
                     block = b""
