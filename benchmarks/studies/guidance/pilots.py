@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: MIT
 """Controllers: poses as they arrive in, commands to both thrusters out."""
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 
 from benchmarks.studies.guidance.boat import SETTLING, TICK
-from seatrial import Odometer
+from benchmarks.studies.tracking.pilots import Differences, Filtered, OnSource, wrapped
 from seatrial.control import Course, Reference, TrackingController, Tuning, WaitingReference
-from seatrial.util.frames import Array, body_velocity
+from seatrial.util.frames import Array
 
-NS = 1_000_000_000
 SMOOTHING = 0.4  # [s] of differenced poses
 # [s] of the course about the point passed last, in which the nearest is sought
 BACK, AHEAD = 2.0, 4.0
@@ -20,32 +18,12 @@ TRACK_STEP = 0.05  # [s]
 INTEGRAL = 0.2  # [1/s] of the hand-tuned controllers, times their proportional gain
 
 
-def wrapped(angle: float) -> float:
-    """In (-pi, pi]."""
-    return float(np.angle(np.exp(1j * angle)))
-
-
-class Pilot(ABC):
-    """Steers one run."""
-
-    @abstractmethod
-    def pose(self, stamp: float, eta: Array) -> None:
-        """A pose of time stamp [s] arrives."""
-
-    @abstractmethod
-    def command(self, t: float, course: Course) -> Array:
-        """At t [s]."""
-
-
-class Tuned(Pilot):
+class Tuned(OnSource):
     """`seatrial.TrackingController` on our odometry."""
 
     def __init__(self, tuning: Tuning) -> None:
-        self.odometer, self.controller = Odometer(tuning.model), TrackingController(tuning)
-
-    def pose(self, stamp: float, eta: Array) -> None:
-        """To the odometer."""
-        self.odometer.pose(round(stamp * NS), eta)
+        super().__init__(Filtered(tuning.model))
+        self.controller = TrackingController(tuning)
 
     def wanted(self, t: float, course: Course, eta: Array) -> tuple[Reference, Reference]:
         """The reference at t [s] and as far ahead as the thrusters are late; eta (3,): the boat's pose."""
@@ -54,11 +32,9 @@ class Tuned(Pilot):
 
     def command(self, t: float, course: Course) -> Array:
         """As the controller has it."""
-        now = self.odometer.look(round(t * NS))
-        values = self.controller.command(
-            t, now.pose, now.velocity, *self.wanted(t, course, now.pose)
-        )
-        self.odometer.command(round(t * NS), values)
+        eta, nu = self.source.motion(t)
+        values = self.controller.command(t, eta, nu, *self.wanted(t, course, eta))
+        self.source.commanded(t, values)
         return values
 
 
@@ -88,39 +64,31 @@ class HandGains:
     ahead: float  # [m] look-ahead distance
 
 
-class ByHand(Pilot):
+class ByHand(OnSource):
     """PID of the heading, PI of the speed, plain line of sight to the nearest point of the course.
 
     On the newest pose and its filtered difference, as on many boats.
     """
 
     def __init__(self, gains: HandGains) -> None:
+        super().__init__(Differences(SMOOTHING))
         self.gains = gains
-        self.stamp, self.eta, self.rate = -np.inf, np.zeros(3), np.zeros(3)
         self.sums = np.zeros(2)  # of the heading's and the speed's error
         self.passed = 0.0  # [s] time of the course's point that was nearest
-
-    def pose(self, stamp: float, eta: Array) -> None:
-        """One more."""
-        dt = stamp - self.stamp
-        if np.isfinite(dt) and dt > 0.0:
-            step = eta - self.eta
-            step[2] = wrapped(step[2])
-            self.rate = self.rate + (step / dt - self.rate) * -np.expm1(-dt / SMOOTHING)
-        self.stamp, self.eta = stamp, eta
 
     def command(self, t: float, course: Course) -> Array:
         """The along-track error adds 0.3 of itself a second to the wanted speed."""
         g, wanted = self.gains, course.at(t - SETTLING)
+        eta, nu = self.source.motion(t)
         speed = float(np.hypot(*wanted.rate[:2]))
-        self.passed, near = nearest(course, self.passed, self.eta)
+        self.passed, near = nearest(course, self.passed, eta)
         c, s = np.cos(near[2]), np.sin(near[2])
-        across = c * (self.eta[1] - near[1]) - s * (self.eta[0] - near[0])
+        across = c * (eta[1] - near[1]) - s * (eta[0] - near[0])
         along = c * (wanted.eta[0] - near[0]) + s * (wanted.eta[1] - near[1])
-        turn = wrapped(near[2] - np.arctan(across / g.ahead) - self.eta[2])
-        surge = speed + 0.3 * along - body_velocity(self.eta[2:], self.rate[None])[0, 0]
+        turn = wrapped(near[2] - np.arctan(across / g.ahead) - eta[2])
+        surge = speed + 0.3 * along - nu[0]
         self.sums = np.clip(self.sums + TICK * INTEGRAL * np.array([turn, surge]), -0.5, 0.5)
-        yaw = g.heading[0] * (turn + self.sums[0]) - g.heading[1] * self.rate[2]
+        yaw = g.heading[0] * (turn + self.sums[0]) - g.heading[1] * nu[2]
         thrust = g.speed * (surge + self.sums[1])
         yaw = float(np.clip(yaw, -1.0, 1.0))
         thrust = float(np.clip(thrust, abs(yaw) - 1.0, 1.0 - abs(yaw)))

@@ -18,7 +18,8 @@ from benchmarks.studies.guidance.boat import (
     identified,
     truth,
 )
-from benchmarks.studies.guidance.pilots import ByHand, HandGains, Pilot, Tuned, Waiting, nearest
+from benchmarks.studies.guidance.pilots import ByHand, HandGains, Tuned, Waiting, nearest
+from benchmarks.studies.tracking.pilots import Pilot
 from seatrial.boat.model import Model
 from seatrial.control import (
     KNOB,

@@ -18,11 +18,10 @@ from benchmarks.studies.slam.scene import pool_scene
 from benchmarks.studies.slam.se2 import between, transform
 from benchmarks.studies.slam.study import (
     SEEDS,
+    chosen,
     driven,
     error,
     range_errors,
-    scans,
-    without_drop_outs,
 )
 from seatrial.util.frames import Array, Mask
 from tests import hector_tools
@@ -144,18 +143,18 @@ def identified(folder: Path) -> tuple[list[Outcome], dict[str, seatrial.Model]]:
 
 def outcome(ros: Ros1, case: Case, seed: int, models: Path, bag: Path | None = None) -> Outcome:
     """One case with one seed."""
-    made, rest, chosen = driven(case.driving, seed), at_rest(case.driving, seed), given(case, seed)
-    forced = Forced(forced_scan(len(chosen)), FALSE_START) if case.forced else None
-    found = play(ros, STARTS[case.start], made, chosen, models, forced=forced, bag=bag)
+    made, rest, used = driven(case.driving, seed), at_rest(case.driving, seed), given(case, seed)
+    forced = Forced(forced_scan(len(used)), FALSE_START) if case.forced else None
+    found = play(ros, STARTS[case.start], made, used, models, forced=forced, bag=bag)
     t, pose, start = found.t, found.pose, found.start
     if STARTS[case.start].lock_step:  # where Hector gives no more poses, the last one holds
-        t = np.array([scan.stamp for scan in chosen[1:]])
+        t = np.array([scan.stamp for scan in used[1:]])
         held = np.maximum(np.searchsorted(found.t, t + 1e-3) - 1, 0)
         pose, start = pose[held], start[held]
     true = between(rest, made.poses(t))
     points = transform(rest, found.map_points)
     return Outcome(
-        case, seed, len(chosen) - 1, len(found.t), error(true, pose), error(true, start),
+        case, seed, len(used) - 1, len(found.t), error(true, pose), error(true, start),
         pool_scene().distance(points), points,
     )  # fmt: skip
 
@@ -167,10 +166,8 @@ def forced_scan(scans: int) -> int:
 
 def given(case: Case, seed: int) -> list[Scan]:
     """One scan at rest, and those of the drive that Hector gets."""
-    chosen = scans(case.driving, seed)[:: case.every]
-    if case.drop_outs:
-        chosen = without_drop_outs(chosen, seed)
-    return [resting(case.driving, seed), *chosen]
+    used = chosen(case.driving, seed, case.every, case.drop_outs)
+    return [resting(case.driving, seed), *used]
 
 
 @cache

@@ -19,11 +19,11 @@ from benchmarks.studies.hector.study import (
     Outcome,
     Study,
 )
-from benchmarks.studies.slam.lidar import RATE
-from benchmarks.studies.slam.study import DROP_OUTS, OFF, SEEDS
-from benchmarks.studies.slam.tables import losses, per_cent, percentile
+from benchmarks.studies.slam.study import OFF, SEEDS
+from benchmarks.studies.slam.tables import losses, pace, per_cent, percentile
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
+from seatrial.util.statistics import NORMAL_95
 
 PACES = (1, 3, 15)  # of the scans that one is given
 MAIN = (ALONE, VELOCITY, ODOMETRY, BY_NODE)
@@ -52,23 +52,17 @@ HEAD = (
 )  # fmt: skip
 
 
-def pace(case: Case) -> str:
-    """How often a scan is given."""
-    shown = f"{RATE / case.every:.2g} Hz"
-    return f"{shown}, {DROP_OUTS.per_minute:g} gaps a minute" if case.drop_outs else shown
-
-
 def matched(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> str:
     """Start, match, pose and map by pace and start estimate."""
     rows = []
     for case in sorted(cases, key=lambda c: (c.drop_outs, c.every)):
         o = [x for x in outcomes if x.case == case]
         used = 100.0 * sum(x.used for x in o) / sum(x.scans for x in o)
-        false, lost = losses(o).split(" | ")
+        false, lost = losses([x.false for x in o])
         rows.append([
-            pace(case), case.start, f"{used:.3g}", *percentile([x.start_error for x in o]).split(" | "),
-            false, str(sum(x.false_matches for x in o)), lost,
-            *percentile([x.error for x in o]).split(" | "), per_cent([x.map_error > OFF for x in o]),
+            pace(case.every, case.drop_outs), case.start, f"{used:.3g}",
+            *percentile([x.start_error for x in o]), false, str(sum(x.false_matches for x in o)), lost,
+            *percentile([x.error for x in o]), per_cent([x.map_error > OFF for x in o]),
         ])  # fmt: skip
     return markdown(HEAD, rows, text=2)
 
@@ -86,7 +80,7 @@ def forced(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> str:
     for case in cases:
         o = [x for x in outcomes if x.case == case]
         rows.append([
-            case.driving, case.start, per_cent([x.after for x in o]), losses(o).split(" | ")[1],
+            case.driving, case.start, per_cent([x.after for x in o]), losses([x.false for x in o])[1],
             per_cent([x.map_error > OFF for x in o]),
         ])  # fmt: skip
     return markdown(head, rows, text=2)
@@ -98,7 +92,7 @@ def coefficients(models: dict[str, seatrial.Model]) -> str:
     true = plant_model(load_plan("hard"), seatrial.load_vehicle("mallard-mp"))
     for i, name in enumerate(true.vehicle.structure.coefficients):
         cells = [
-            f"{m.coefficients[i]:.3g} ± {1.96 * float(np.sqrt(m.covariance[i, i])):.2g}"
+            f"{m.coefficients[i]:.3g} ± {NORMAL_95 * float(np.sqrt(m.covariance[i, i])):.2g}"
             for m in (gentle, both)
         ]
         found.append([name, f"{true.coefficients[i]:.3g}", *cells])

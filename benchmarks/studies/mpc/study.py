@@ -42,17 +42,8 @@ def compiled(plan: str) -> Nmpc:
     """The same with its step as generated C."""
     found, folder = Nmpc(identified(OWN, plan), pool=(FREE, FREE)), Path(tempfile.mkdtemp())
     library = folder / "step.so"
-    build = [
-        "gcc",
-        "-O2",
-        "-shared",
-        "-fPIC",
-        str(found.generate(folder)),
-        "-o",
-        str(library),
-        "-lm",
-    ]
-    subprocess.run(build, check=True)
+    source = str(found.generate(folder))
+    subprocess.run(["gcc", "-O2", "-shared", "-fPIC", source, "-o", library, "-lm"], check=True)
     found.use(library)
     return found
 

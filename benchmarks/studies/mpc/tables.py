@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The tables of docs/mpc.md."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -11,10 +11,9 @@ from benchmarks.studies.guidance.study import SPEEDS
 from benchmarks.studies.guidance.tables import WEAK, cell
 from benchmarks.studies.mpc.guided import followed
 from benchmarks.studies.mpc.study import WALLED, at_walls, both, chosen, compiled, controller, timed
-from benchmarks.studies.tracking.loop import Outcome
 from benchmarks.studies.tracking.scenes import SCHEMES, SHAPES, truth
 from benchmarks.studies.tracking.study import SEEDS
-from benchmarks.studies.tracking.tables import position
+from benchmarks.studies.tracking.tables import heading_error, position
 from seatrial.util.frames import Array
 
 WEATHER = ("hard", "paper-like, current")
@@ -42,7 +41,7 @@ def courses() -> str:
                 every = [*found.tuned.values(), found.predictive]
                 rows.append(
                     [f"{shape}, {chosen(shape, hurry).duration:.0f} s", conditions,
-                     *(f"{position(one)}, {heading(one)}" for one in every),
+                     *(f"{position(one)}, {heading_error(one)}" for one in every),
                      str(sum(crossings(one.command) for one in found.predictive)), str(found.unsolved)]
                 )  # fmt: skip
     pids = [f"PID, {scheme} [mm, mrad]" for scheme in SCHEMES]
@@ -58,11 +57,6 @@ def courses() -> str:
         rows,
         text=2,
     )
-
-
-def heading(found: Sequence[Outcome]) -> str:
-    """RMS over all seeds."""
-    return f"{1e3 * np.sqrt(np.mean([one.heading**2 for one in found])):.1f}"
 
 
 def times() -> str:

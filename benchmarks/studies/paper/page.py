@@ -3,7 +3,8 @@
 
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import partial, reduce
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -40,13 +41,7 @@ def of(records: Sequence[Mapping[str, Any]], finding: str) -> Found:
 
 def mean(found: Sequence[Mapping[str, Any]], *path: str) -> Array:
     """Over the seeds of what lies under these names."""
-    values = []
-    for one in found:
-        value: Any = one
-        for name in path:
-            value = value[name]
-        values.append(value)
-    return np.asarray(np.mean(values, axis=0))
+    return np.asarray(np.mean([reduce(getitem, path, one) for one in found], axis=0))
 
 
 def table_two(records: Sequence[Mapping[str, Any]]) -> str:

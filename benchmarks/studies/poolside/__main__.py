@@ -10,20 +10,20 @@ the intervals that they reach are the goal of the second column.
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from functools import partial
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.harness import command, store
 from benchmarks.harness.markdown import table
 from benchmarks.harness.page import refill
-from benchmarks.harness.workers import Job
+from benchmarks.harness.workers import Job, spread
 from benchmarks.studies.poolside.drives import DRIVERS, WATERS, Outcome, record
 
-PAGE = Path(__file__).resolve().parents[3] / "docs" / "poolside-study.md"
+PAGE = command.DOCS / "poolside-study.md"
 FIRST = 4001  # seed
 HEAD = (
     "boat", "driver", "drives", "minutes to enough", "minutes to the intervals of S1 to S3",
@@ -50,6 +50,23 @@ def spelled(seconds: Sequence[float]) -> str:
     return f"{middle} ({low} to {high})"
 
 
+def of_waters(name: str, text: str | None, seeds: int) -> argparse.ArgumentParser:
+    """A command that drives each boat with a number of seeds."""
+    parser = command.parser(name, text)
+    command.with_seeds(parser, seeds, FIRST)
+    parser.add_argument("--waters", nargs="*", default=list(WATERS), choices=list(WATERS))
+    return parser
+
+
+def by_water(
+    given: argparse.Namespace, work: Callable[[str, int], Any]
+) -> Iterator[tuple[str, list[Any]]]:
+    """Each chosen boat with what the work makes of all seeds."""
+    for water in given.waters:
+        jobs = [(water, seed) for seed in range(FIRST, FIRST + given.seeds)]
+        yield water, [one for _, one in spread(work, jobs, given.workers)]
+
+
 def _done(given: argparse.Namespace, present: str) -> list[tuple[Job, store.Record]]:
     """The stored drives, with their water, seed and driver."""
     records = store.chosen(store.read(given.results), present, any_code=given.any_code)
@@ -62,9 +79,7 @@ def _outcome(one: store.Record) -> Outcome:
 
 def main(arguments: Sequence[str]) -> None:
     """Run, print, and write into the page on request."""
-    parser = command.parser("studies.poolside", __doc__)
-    command.with_seeds(parser, 5, FIRST)
-    parser.add_argument("--waters", nargs="*", default=list(WATERS), choices=list(WATERS))
+    parser = of_waters("studies.poolside", __doc__, 5)
     parser.add_argument("--write", action="store_true", help="into the page")
     command.with_results(parser, "build/poolside.jsonl")
     given = parser.parse_args(arguments)

@@ -14,9 +14,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from benchmarks.harness import command
-from benchmarks.harness.workers import spread
-from benchmarks.studies.poolside.__main__ import FIRST
+from benchmarks.studies.poolside.__main__ import by_water, of_waters
 from benchmarks.studies.poolside.drivers import Guided, Protocol
 from benchmarks.studies.poolside.drives import LONGEST, WATERS, Drive
 from seatrial.boat.model import Model
@@ -73,11 +71,8 @@ def _segments(model: Model) -> Iterator[tuple[Array, Array, float, Array]]:
             yield pattern.t, pattern.commands, pattern.seconds, begin
     for k in range(RANDOM):
         hold = SHORTEST_HOLDS[k % len(SHORTEST_HOLDS)]
-        yield (
-            *_random_sticks(model, rng, hold, RANDOM_SECONDS),
-            RANDOM_SECONDS,
-            begins[k % len(begins)],
-        )
+        sticks = _random_sticks(model, rng, hold, RANDOM_SECONDS)
+        yield *sticks, RANDOM_SECONDS, begins[k % len(begins)]
 
 
 def _random_sticks(
@@ -104,13 +99,9 @@ def _d_optimal(rates: Array) -> Array:
 
 def main(arguments: Sequence[str]) -> None:
     """Print a line a drive, and the medians."""
-    parser = command.parser("studies.poolside.bound", __doc__)
-    command.with_seeds(parser, 5, FIRST)
-    parser.add_argument("--waters", nargs="*", default=list(WATERS), choices=list(WATERS))
-    given = parser.parse_args(arguments)
-    for water in given.waters:
-        jobs = [(water, seed) for seed in range(FIRST, FIRST + given.seeds)]
-        found = np.array([one for _, one in spread(bound, jobs, given.workers)])
+    given = of_waters("studies.poolside.bound", __doc__, 5).parse_args(arguments)
+    for water, drives in by_water(given, bound):
+        found = np.array(drives)
         for length, guided, best in found:
             print(f"{water}: S1 to S3 {length:.0f} s, guided {guided:.0f} s, mixture {best:.0f} s")
         guided, best = np.median(found[:, 1:] / found[:, :1], axis=0)

@@ -11,9 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.harness import command
-from benchmarks.harness.workers import spread
-from benchmarks.studies.poolside.__main__ import FIRST, spelled
+from benchmarks.studies.poolside.__main__ import by_water, of_waters, spelled
 from benchmarks.studies.poolside.drivers import Guided
 from benchmarks.studies.poolside.drives import LONGEST, WATERS, Drive, Outcome
 
@@ -26,13 +24,8 @@ def outcome(water: str, seed: int) -> Outcome:
 
 def main(arguments: Sequence[str]) -> None:
     """Print a line a boat."""
-    parser = command.parser("studies.poolside.coverage", __doc__)
-    command.with_seeds(parser, 12, FIRST)
-    parser.add_argument("--waters", nargs="*", default=list(WATERS), choices=list(WATERS))
-    given = parser.parse_args(arguments)
-    for water in given.waters:
-        jobs = [(water, seed) for seed in range(FIRST, FIRST + given.seeds)]
-        found = [one for _, one in spread(outcome, jobs, given.workers)]
+    given = of_waters("studies.poolside.coverage", __doc__, 12).parse_args(arguments)
+    for water, found in by_water(given, outcome):
         held = np.concatenate([one.inside for one in found])
         missed = [len(one.inside) - sum(one.inside) for one in found]
         minutes = spelled([one.enough for one in found])

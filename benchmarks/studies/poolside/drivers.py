@@ -18,7 +18,6 @@ PROTOCOL = 200.0  # [s] of each trial
 REACTION = 0.3  # [s] from the page to the sticks
 STICK_ERROR = 0.075  # of a stick's size, standard deviation
 BACK = 0.4  # of the free half-length, within which a boat that turned back may go on
-TOUCHING = 0.1  # [m]
 
 
 class Driver(ABC):

@@ -94,11 +94,9 @@ def outcome(case: Case, seed: int) -> Outcome:
 
 def track(case: Case, seed: int) -> Track:
     """One case with one seed, as the SLAM estimates it."""
-    chosen = scans(case.driving, seed)[:: case.every]
-    if case.drop_outs:
-        chosen = without_drop_outs(chosen, seed)
-    start = guess(case, seed, chosen[0].stamp)
-    return localise(chosen, start, undistort=case.undistort, reach=case.reach)
+    used = chosen(case.driving, seed, case.every, case.drop_outs)
+    start = guess(case, seed, used[0].stamp)
+    return localise(used, start, undistort=case.undistort, reach=case.reach)
 
 
 def guess(case: Case, seed: int, t: float) -> Guess:
@@ -128,6 +126,12 @@ def scans(driving: str, seed: int) -> list[Scan]:
     made, scene = driven(driving, seed), pool_scene()
     stamps = np.arange(1, round(DURATION * RATE)) / RATE
     return [scan(scene, made.poses, stamp, bias, rng) for stamp in stamps.tolist()]
+
+
+def chosen(driving: str, seed: int, every: int, drop_outs: bool) -> list[Scan]:
+    """The scans of a drive that a case uses."""
+    kept = scans(driving, seed)[::every]
+    return without_drop_outs(kept, seed) if drop_outs else kept
 
 
 def range_errors(driving: str, seed: int) -> tuple[np.random.Generator, float]:

@@ -27,6 +27,26 @@ class HandGains:
     turn: tuple[float, float]
 
 
+def wrapped(angle: float) -> float:
+    """In (-pi, pi]."""
+    return float(np.angle(np.exp(1j * angle)))
+
+
+class Source(ABC):
+    """What tells pose and velocity."""
+
+    @abstractmethod
+    def pose(self, stamp: float, eta: Array) -> None:
+        """A pose of time stamp [s] arrives."""
+
+    @abstractmethod
+    def motion(self, t: float) -> tuple[Array, Array]:
+        """Pose and body velocity, as known at t [s]."""
+
+    def commanded(self, t: float, values: Array) -> None:  # noqa: B027 - some need no commands
+        """A command that was sent."""
+
+
 class Pilot(ABC):
     """Steers one run."""
 
@@ -39,10 +59,22 @@ class Pilot(ABC):
         """At t [s]."""
 
 
-class Differences:
-    """Velocity over ground of differenced poses."""
+class OnSource(Pilot):
+    """A pilot whose motion is a source's."""
 
-    def __init__(self) -> None:
+    def __init__(self, source: Source) -> None:
+        self.source = source
+
+    def pose(self, stamp: float, eta: Array) -> None:
+        """To the source."""
+        self.source.pose(stamp, eta)
+
+
+class Differences(Source):
+    """Velocity over ground of differenced poses, smoothed over a time [s]."""
+
+    def __init__(self, smoothing: float = SMOOTHING) -> None:
+        self.smoothing = smoothing
         self.stamp, self.eta, self.rate = -np.inf, np.zeros(3), np.zeros(3)
 
     def pose(self, stamp: float, eta: Array) -> None:
@@ -50,8 +82,8 @@ class Differences:
         dt = stamp - self.stamp
         if np.isfinite(dt) and dt > 0.0:
             step = eta - self.eta
-            step[2] = np.angle(np.exp(1j * step[2]))
-            self.rate = self.rate + (step / dt - self.rate) * -np.expm1(-dt / SMOOTHING)
+            step[2] = wrapped(step[2])
+            self.rate = self.rate + (step / dt - self.rate) * -np.expm1(-dt / self.smoothing)
         self.stamp, self.eta = stamp, eta
 
     def motion(self, t: float) -> tuple[Array, Array]:
@@ -60,7 +92,7 @@ class Differences:
         return self.eta, body_velocity(self.eta[2:], self.rate[None])[0]
 
 
-class Filtered:
+class Filtered(Source):
     """Our odometry: `seatrial.Odometer`, which gets every command."""
 
     def __init__(self, model: Model) -> None:
@@ -80,43 +112,34 @@ class Filtered:
         self.odometer.command(round(t * NS), values)
 
 
-class ByHand(Pilot):
+class ByHand(OnSource):
     """A PD in body axes; the command's direction is kept where an input is full."""
 
-    def __init__(self, gains: HandGains, source: Differences | Filtered) -> None:
-        self.source = source
+    def __init__(self, gains: HandGains, source: Source) -> None:
+        super().__init__(source)
         self.p = np.array([gains.plane[0], gains.plane[0], gains.turn[0]])
         self.d = np.array([gains.plane[1], gains.plane[1], gains.turn[1]])
-
-    def pose(self, stamp: float, eta: Array) -> None:
-        """To the velocity's source."""
-        self.source.pose(stamp, eta)
 
     def command(self, t: float, course: Course) -> Array:
         """P of the pose error, D of the velocity error."""
         eta, nu = self.source.motion(t)
         wanted = course.at(t)
         off = wanted.eta - eta
-        off[2] = np.angle(np.exp(1j * off[2]))
+        off[2] = wrapped(off[2])
         error, rate = body_velocity(np.array([eta[2]] * 2), np.vstack([off, wanted.rate]))
         values = self.p * error + self.d * (rate - nu)
-        values = values / max(1.0, np.abs(values).max())
-        if isinstance(self.source, Filtered):
-            self.source.commanded(t, values)
-        return np.asarray(values)
+        values = np.asarray(values / max(1.0, np.abs(values).max()))
+        self.source.commanded(t, values)
+        return values
 
 
-class Tuned(Pilot):
+class Tuned(OnSource):
     """`seatrial.TrackingController` on our odometry."""
 
     def __init__(self, tuning: Tuning, *, feed_forward: bool = True) -> None:
-        self.source = Filtered(tuning.model)
+        super().__init__(Filtered(tuning.model))
         self.controller = TrackingController(tuning, feed_forward=feed_forward)
         self.lead = self.controller.gains.lead
-
-    def pose(self, stamp: float, eta: Array) -> None:
-        """To the odometer."""
-        self.source.pose(stamp, eta)
 
     def command(self, t: float, course: Course) -> Array:
         """As the controller has it."""

@@ -2,7 +2,7 @@
 """What is run, and what comes out."""
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
@@ -14,19 +14,21 @@ from benchmarks.studies.tracking.scenes import CONDITIONS, Conditions, course, i
 from seatrial.boat.model import Model
 from seatrial.control import KNOB, Course, Tuning, tune
 from seatrial.control.mpc import by_thrusters
+from seatrial.control.tuning.design import Action
 
 SEEDS = (1, 2, 3)
 KNOBS = (0.35, 0.5, 1.0, 2.0, 4.0)  # [s]
 CURRENTS = ((0.0, 0.0), (0.015, 0.0))  # [m/s] against a boat that keeps still
 FOLLOWING = ("sign-pattern", "null-space")  # allocators that are tried on the courses
 STANDING = ("moore-penrose", *FOLLOWING)  # and keeping still
+EASY = "paper-like"  # conditions of the allocators and of keeping still
 WATCH = 180.0  # [s] it keeps still; the last half counts
 
 
 @cache
-def tuned(scheme: str, plan: str, knob: float = KNOB, action: str = "pid") -> Tuning:
+def tuned(scheme: str, plan: str, knob: float = KNOB, action: Action = "pid") -> Tuning:
     """By the identified model."""
-    return tune(identified(scheme, plan), knob, action="pd" if action == "pd" else "pid")
+    return tune(identified(scheme, plan), knob, action=action)
 
 
 def hand(scheme: str, conditions: str, odometry: bool) -> Pilot:
@@ -63,30 +65,22 @@ def at_knob(scheme: str, conditions: str, knob: float) -> tuple[Outcome, ...]:
 
 
 @cache
-def allocated(allocation: str, plan: str, action: str = "pid") -> Tuning:
+def allocated(allocation: str, action: Action = "pid") -> Tuning:
     """MP's boat with its thrusters commanded one by one, by an allocator."""
-    model = by_thrusters(identified("MP", plan))
-    return tune(model, KNOB, action="pd" if action == "pd" else "pid", allocation=allocation)
+    return tune(by_thrusters(identified("MP", EASY)), KNOB, action=action, allocation=allocation)
 
 
 @cache
-def by_allocator(allocation: str, conditions: str, shape: str) -> tuple[Outcome, ...]:
+def by_allocator(allocation: str, shape: str) -> tuple[Outcome, ...]:
     """One a seed, with feed-forward."""
-    given, plant = CONDITIONS[conditions], by_thrusters(truth("MP"))
-    return tuple(
-        run(plant, Tuned(allocated(allocation, given.plan)), course(shape), given, seed)
-        for seed in SEEDS
-    )
+    pilot, plant = partial(Tuned, allocated(allocation)), by_thrusters(truth("MP"))
+    return tuple(run(plant, pilot(), course(shape), CONDITIONS[EASY], seed) for seed in SEEDS)
 
 
 def keeping_still(
     plant: Model, tuning: Tuning, current: tuple[float, float]
 ) -> tuple[float, float]:
     """How far [m] the boat swings along its own axis from end to end, and its mean offset [m]."""
-    found = run(
-        plant, Tuned(tuning), Course(Still(), WATCH), Conditions("paper-like", current), SEEDS[0]
-    )
-    late = found.error[found.t > 0.5 * WATCH, 0]
-    return float(np.ptp(late)), float(
-        np.hypot(*found.error[found.t > 0.5 * WATCH, :2].mean(axis=0))
-    )
+    found = run(plant, Tuned(tuning), Course(Still(), WATCH), Conditions(EASY, current), SEEDS[0])
+    late = found.error[found.t > 0.5 * WATCH, :2]
+    return float(np.ptp(late[:, 0])), float(np.hypot(*late.mean(axis=0)))

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from typing import get_args
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from benchmarks.studies.tracking.loop import Outcome
 from benchmarks.studies.tracking.scenes import CONDITIONS, SCHEMES, SHAPES, course, truth
 from benchmarks.studies.tracking.study import (
     CURRENTS,
+    EASY,
     FOLLOWING,
     KNOBS,
     PILOTS,
@@ -23,8 +25,11 @@ from benchmarks.studies.tracking.study import (
     outcomes,
     tuned,
 )
+from seatrial.boat.model import Model
+from seatrial.control import Tuning
 from seatrial.control.mpc import by_thrusters
 from seatrial.control.tuning.dead_zone import dead_zone
+from seatrial.control.tuning.design import Action
 
 
 def tracking() -> str:
@@ -53,7 +58,7 @@ def heading() -> str:
     for scheme in SCHEMES:
         for conditions in CONDITIONS:
             found = [outcomes(scheme, conditions, "eight", pilot) for pilot in PILOTS]
-            cells = [f"{_heading(each)}, {_unrest(each)}" for each in found]
+            cells = [f"{heading_error(each)}, {_unrest(each)}" for each in found]
             rows.append([scheme, conditions, *cells])
     return table(["", "SLAM", *PILOTS], rows, text=2)
 
@@ -78,13 +83,14 @@ def knobs() -> str:
 
 def still() -> str:
     """Keeping still: what the dead zone leaves."""
-    boats = {s: (truth(s), partial(tuned, s, "paper-like")) for s in SCHEMES}
+    boats: dict[str, tuple[Model, Callable[..., Tuning]]] = {
+        s: (truth(s), partial(tuned, s, EASY)) for s in SCHEMES
+    }
     for name in STANDING:
-        by_name = partial(allocated, name, "paper-like")
-        boats[f"MP, {name}"] = (by_thrusters(truth("MP")), by_name)
+        boats[f"MP, {name}"] = (by_thrusters(truth("MP")), partial(allocated, name))
     rows = []
     for boat, (plant, tuning_for) in boats.items():
-        for action in ("pid", "pd"):
+        for action in get_args(Action):
             tuning = tuning_for(action=action)
             dead = dead_zone(tuning.model, tuning.boat, tuning.allocator)[0]
             cells = []
@@ -103,12 +109,13 @@ def allocators() -> str:
     """Tuned PID with feed-forward by an allocator: RMS distance, heading, and the commands' changes."""
     rows = []
     for shape in SHAPES:
-        found = [by_allocator(name, "paper-like", shape) for name in FOLLOWING]
-        rows.append([shape, *(f"{position(f)}, {_heading(f)}, {_unrest(f)}" for f in found)])
+        found = [by_allocator(name, shape) for name in FOLLOWING]
+        rows.append([shape, *(f"{position(f)}, {heading_error(f)}, {_unrest(f)}" for f in found)])
     return table(["course", *FOLLOWING], rows)
 
 
-def _heading(found: Sequence[Outcome]) -> str:
+def heading_error(found: Sequence[Outcome]) -> str:
+    """RMS over all seeds [mrad]."""
     return f"{1e3 * np.sqrt(np.mean([o.heading**2 for o in found])):.1f}"
 
 
