@@ -111,12 +111,7 @@ def names() -> list[str]:
         "`import seatrial`, then `help(seatrial.NAME)`; `print` shows a model, scores, an inspection, "
         f"comparison or tuning like its command: {library}."
     )
-    lines = [
-        "## Commands",
-        "",
-        "`seatrial COMMAND --help` shows options and examples.",
-        "",
-    ]
+    lines = ["## Commands", "", "`seatrial COMMAND --help` shows options and examples.", ""]
     lines += [*rows, "", "## Library", ""]
     return [*lines, *textwrap.wrap(text, 120, break_on_hyphens=False)]
 

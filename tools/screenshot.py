@@ -30,8 +30,7 @@ def screenshot(
             executable_path=shutil.which("chromium"), args=list(ARGUMENTS)
         )
         page = browser.new_page(
-            viewport={"width": width, "height": height},
-            color_scheme="dark" if dark else "light",
+            viewport={"width": width, "height": height}, color_scheme="dark" if dark else "light"
         )
         page.goto(report if isinstance(report, str) else report.resolve().as_uri())
         if at:

@@ -14,10 +14,7 @@ from tests.boats.hulls import CORNERS, CROSS, TUG, Hull, driven
 LENGTH = (0.3, 2.0)  # [m]
 DISPLACED = (10.0, 30.0)  # [kg] of a boat of one metre; with the length's cube
 # mass across over that along; inertia over a rod's
-ADDED_ACROSS, ADDED_YAW = (
-    (1.1, 1.8),
-    (0.8, 2.0),
-)
+ADDED_ACROSS, ADDED_YAW = ((1.1, 1.8), (0.8, 2.0))
 THRUST = (0.025, 0.25)  # [m/s^2] of one thruster, over the mass
 FROUDE = (0.3, 1.2)  # full speed [m/s] over the root of the length [m]
 SIDEWAYS, TURNING = (0.4, 0.9), (0.8, 2.0)  # full speed across over that ahead, of the ends over it

@@ -18,11 +18,7 @@ from benchmarks.harness.measure import spent
 ROOT = Path(__file__).parents[2]
 SECONDS = 30
 # odometry, commands [Hz]; odometry at 0: after every command
-CASES = (
-    (0, 100),
-    (100, 20),
-    (100, 100),
-)
+CASES = ((0, 100), (100, 20), (100, 100))
 AXES = ("surge, mm/s", "sway, mm/s", "yaw, mrad/s")
 
 

@@ -64,10 +64,7 @@ def undisturbed(problem: Problem, theta: Array, trials: Sequence[Trial]) -> Prob
     """
     n = problem.n_coefficients
     boat = _core.Boat(
-        problem.vehicle.structure.compiled,
-        np.ascontiguousarray(theta[:n]),
-        0,
-        problem.step,
+        problem.vehicle.structure.compiled, np.ascontiguousarray(theta[:n]), 0, problem.step
     )
     moved = []
     for recording, trial in zip(problem.recordings, trials, strict=True):

@@ -182,11 +182,5 @@ def ahead(model: Model, paper: Model, trial: Trial) -> dict[str, list[float]]:
     return out
 
 
-KINDS = {
-    "still": still,
-    "pushed": still,
-    "together": together,
-    "faults": faults,
-    "noise": noise,
-}
+KINDS = {"still": still, "pushed": still, "together": together, "faults": faults, "noise": noise}
 OTHERS = {"moved": moved, "terms": terms}

@@ -16,13 +16,7 @@ from benchmarks.studies.slam.drives import STICKS
 from benchmarks.studies.slam.lidar import Scan, scan
 from benchmarks.studies.slam.scene import pool_scene
 from benchmarks.studies.slam.se2 import between, transform
-from benchmarks.studies.slam.study import (
-    SEEDS,
-    chosen,
-    driven,
-    error,
-    range_errors,
-)
+from benchmarks.studies.slam.study import SEEDS, chosen, driven, error, range_errors
 from seatrial.util.frames import Array, Mask
 from tests import hector_tools
 from tests.ros1_node_tools import build
@@ -99,10 +93,7 @@ class Study:
 
 
 def run(
-    cases: Sequence[Case],
-    folder: Path,
-    seeds: Sequence[int] = SEEDS,
-    workers: Workers = None,
+    cases: Sequence[Case], folder: Path, seeds: Sequence[int] = SEEDS, workers: Workers = None
 ) -> Study:
     """All cases with every seed; the models are kept in the folder."""
     build()

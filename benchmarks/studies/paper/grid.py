@@ -9,11 +9,7 @@ import numpy as np
 
 CELL, LEFT, TOP, BETWEEN = (92, 34), 70, 62, 50  # [px]
 # distinct for colour-blind readers
-BLUE, WHITE, ORANGE = (
-    (33, 102, 172),
-    (255, 255, 255),
-    (214, 96, 40),
-)
+BLUE, WHITE, ORANGE = ((33, 102, 172), (255, 255, 255), (214, 96, 40))
 MOST = np.log(2.5)  # a ratio whose colour is full
 
 

@@ -13,12 +13,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.older_files.notes import with_findings
-from seatrial.boat.schema import (
-    ChainGroup,
-    CoefficientEntry,
-    EnvelopeEntry,
-    ModelFile,
-)
+from seatrial.boat.schema import ChainGroup, CoefficientEntry, EnvelopeEntry, ModelFile
 from seatrial.boat.structure import Structure
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.util.arguments import expect

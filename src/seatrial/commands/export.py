@@ -50,10 +50,7 @@ def add(command: argparse.ArgumentParser) -> None:
         help="sdf: added mass in surge and sway [kg] and in yaw [kg m^2], not part of --mass (default: 0 0 0)",
     )  # fmt: skip
     command.add_argument(
-        "--ros",
-        type=int,
-        choices=(1, 2),
-        help="ros: version of ROS, 1 or 2 (default: 2)",
+        "--ros", type=int, choices=(1, 2), help="ros: version of ROS, 1 or 2 (default: 2)"
     )
     add_json(command)
 

@@ -134,11 +134,7 @@ def _identify(
     """What the recordings tell: the model's file, and the texts."""
     from seatrial.boat.model_file import save
     from seatrial.commands.shared.results import identified
-    from seatrial.identification.methods import (
-        EquationErrorSettings,
-        identify_with_fit,
-        summary,
-    )
+    from seatrial.identification.methods import EquationErrorSettings, identify_with_fit, summary
     from seatrial.inspection.overview import inspect
     from seatrial.workflow.next_step import after_identify
 

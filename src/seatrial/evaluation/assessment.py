@@ -18,13 +18,7 @@ from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
 from seatrial.evaluation.prediction import Lookahead, Prediction
 from seatrial.evaluation.reference import Reference, smoothed_motion
 from seatrial.evaluation.residuals import Correlation, residuals
-from seatrial.evaluation.scores import (
-    HorizonScore,
-    RecordingScore,
-    Scores,
-    Start,
-    fingerprint,
-)
+from seatrial.evaluation.scores import HorizonScore, RecordingScore, Scores, Start, fingerprint
 from seatrial.evaluation.scoring import axis_scores, score, seen
 from seatrial.evaluation.starts_and_ends import check_horizon
 from seatrial.evaluation.through_water import through_water
@@ -69,10 +63,7 @@ class Assessment:
 
 
 def assess(
-    model: Model,
-    recordings: Sequence[Recording],
-    horizon: float,
-    reference: Reference = "smoothed",
+    model: Model, recordings: Sequence[Recording], horizon: float, reference: Reference = "smoothed"
 ) -> list[Assessment]:
     """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
 

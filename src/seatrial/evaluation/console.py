@@ -115,10 +115,7 @@ def horizons_text(scores: Scores) -> str:
         for s in get_args(Start)
         if any(x.start == s for r in scores.recordings for x in r.horizons)
     ]
-    lines = [
-        "RMS error ahead",
-        f"  {'recording':<{width}}  start      unit  {head}",
-    ]
+    lines = ["RMS error ahead", f"  {'recording':<{width}}  start      unit  {head}"]
     for row in scores.recordings:
         for i, (axis, start) in enumerate(product(range(3), starts)):
             scale, unit = UNITS[axis]

@@ -14,14 +14,7 @@ from seatrial.boat.actuators import SHORTEST_LAG, STAGES, USES
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Structure
-from seatrial.export.chain import (
-    Actuator,
-    Allocation,
-    Shape,
-    SteadyCurve,
-    allocation_of,
-    curves_of,
-)
+from seatrial.export.chain import Actuator, Allocation, Shape, SteadyCurve, allocation_of, curves_of
 from seatrial.export.spelling import line
 from seatrial.util.frames import Array, Axes
 

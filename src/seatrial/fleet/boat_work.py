@@ -80,15 +80,7 @@ def _digest(boat: Boat) -> str:
         for path in (boat.vehicle, boat.previous)
     ]
     options = msgspec.to_builtins(boat.options)
-    return work_digest(
-        boat.name,
-        boat.kind,
-        str(boat.vehicle),
-        given,
-        files,
-        boat.test,
-        options,
-    )
+    return work_digest(boat.name, boat.kind, str(boat.vehicle), given, files, boat.test, options)
 
 
 def _digest_of_files(path: Path) -> object:

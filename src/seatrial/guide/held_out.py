@@ -6,10 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.guide.answers import (
-    LAST_QUARTER,
-    TEST_QUESTION,
-)
+from seatrial.guide.answers import LAST_QUARTER, TEST_QUESTION
 from seatrial.guide.steps import Task
 from seatrial.io.reader import recording_names
 from seatrial.recording.excitation import find_roles

@@ -67,8 +67,7 @@ class RecentLog:
     def recording(self, start: int, end: int) -> Recording:
         """What is known of the interval between two stamps [ns]. Raises RecordingError."""
         return recording_of_signals(
-            self.vehicle,
-            lambda kind, width: self._table(kind, width, *_span(kind, start, end)),
+            self.vehicle, lambda kind, width: self._table(kind, width, *_span(kind, start, end))
         )
 
     def _table(

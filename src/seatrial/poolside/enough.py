@@ -11,14 +11,7 @@ from seatrial.poolside.needs import Need, needs_of
 from seatrial.poolside.state import PredictionState, UseState
 from seatrial.util.errors import ModelError
 from seatrial.util.format import percent
-from seatrial.workflow.fitness import (
-    CONSISTENT,
-    CONSISTENT_SO_SO,
-    Criterion,
-    Level,
-    Reason,
-    Use,
-)
+from seatrial.workflow.fitness import CONSISTENT, CONSISTENT_SO_SO, Criterion, Level, Reason, Use
 
 STEADY_UPDATES = 3  # of the model, and
 STEADY_SECONDS = 10.0  # [s] in which a verdict must not change

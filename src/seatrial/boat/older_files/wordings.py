@@ -241,10 +241,7 @@ WORDINGS: Sequence[tuple[str, Read]] = (
         r"no coefficient differs clearly from zero: .*",
         _plain(FindingKind.NO_SIGNIFICANT_COEFFICIENT),
     ),
-    (
-        r"no second of these recordings can be predicted: .*",
-        _plain(FindingKind.NOT_PREDICTABLE),
-    ),
+    (r"no second of these recordings can be predicted: .*", _plain(FindingKind.NOT_PREDICTABLE)),
     (
         r"in (?P<axes>\w+(?: and \w+)*), one second ahead hardly better than constant or zero velocity: .*",
         _axes,
@@ -299,14 +296,8 @@ WORDINGS: Sequence[tuple[str, Read]] = (
         r"The prior was identified from (?P<recordings>.+), too: what is in there counts twice; .*",
         _plain(FindingKind.PRIOR_COUNTED_TWICE, "recordings"),
     ),
-    (
-        r"no starts from a filter, no residuals: (?P<reason>.*)",
-        _plain(FindingKind.NO_FILTER),
-    ),
-    (
-        r"the error is (?P<each>.*) what the model foresees of itself: (?P<why>.*)",
-        _unexpected,
-    ),
+    (r"no starts from a filter, no residuals: (?P<reason>.*)", _plain(FindingKind.NO_FILTER)),
+    (r"the error is (?P<each>.*) what the model foresees of itself: (?P<why>.*)", _unexpected),
     (
         rf"poses are (?P<period>{NUMBER}) s apart: the stencil's velocities, .*",
         _plain(FindingKind.SLOW_POSES),

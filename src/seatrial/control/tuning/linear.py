@@ -11,12 +11,7 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.control.allocation.steered import full_accelerations, steering_of
-from seatrial.control.tuning.steered import (
-    gear_lag,
-    steered_authority,
-    steered_mix,
-    steered_push,
-)
+from seatrial.control.tuning.steered import gear_lag, steered_authority, steered_mix, steered_push
 from seatrial.util.errors import ControlError, ModelError
 from seatrial.util.frames import AXES, SYMBOLS, Array, freeze
 

@@ -20,12 +20,7 @@ from seatrial.evaluation.comparison.cause_candidates import (
     Problem,
     candidates,
 )
-from seatrial.evaluation.comparison.parameters import (
-    Pair,
-    View,
-    estimated_in_both,
-    thrust_and_drag,
-)
+from seatrial.evaluation.comparison.parameters import Pair, View, estimated_in_both, thrust_and_drag
 from seatrial.evaluation.comparison.thrust_curves import stages_apart
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Array

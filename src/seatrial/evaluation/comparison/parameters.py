@@ -9,11 +9,7 @@ import numpy as np
 from seatrial.boat.actuators import STAGES
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
-from seatrial.evaluation.comparison.common_factor import (
-    CommonFactor,
-    ScaledEstimate,
-    common_factor,
-)
+from seatrial.evaluation.comparison.common_factor import CommonFactor, ScaledEstimate, common_factor
 from seatrial.evaluation.comparison.thrust_curves import EDGES, stages_apart
 from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
 from seatrial.util.frames import AXES, Array

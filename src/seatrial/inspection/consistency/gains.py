@@ -188,11 +188,7 @@ def gains_of_axis(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gai
     inflation = max(1.0, float(np.trace(np.linalg.solve(white, spread))) / n)
     covariance = (1.0 - WHITE_SHRINKAGE) * spread + WHITE_SHRINKAGE * inflation * white
     leak = UNMODELLED_SHARE**2 * float(values @ normal @ values) * np.linalg.inv(normal)
-    return Gains(
-        values,
-        values / np.sqrt(np.diag(covariance)),
-        np.linalg.inv(covariance + leak),
-    )
+    return Gains(values, values / np.sqrt(np.diag(covariance)), np.linalg.inv(covariance + leak))
 
 
 def _jackknife_covariance(

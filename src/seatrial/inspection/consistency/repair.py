@@ -23,11 +23,7 @@ class Repair:
     """Edits of a vehicle file's columns, in the file's own terms and axes."""
 
     # of x, y, psi; None: as is
-    units: tuple[str | None, str | None, str | None] = (
-        None,
-        None,
-        None,
-    )
+    units: tuple[str | None, str | None, str | None] = (None, None, None)
     exchanged: bool = False  # x and y change places, before the signs
     pose_signs: tuple[int, int, int] = (1, 1, 1)  # of x, y, psi
     turn: int = 0  # quarter turns that are added to psi, after its sign

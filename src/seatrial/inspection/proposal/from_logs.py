@@ -37,13 +37,7 @@ from seatrial.inspection.proposal.sources import (
 )
 from seatrial.io.columns import TableSeen
 from seatrial.io.formats import open_log
-from seatrial.io.formats.known import (
-    HEADINGS,
-    POSITIONS,
-    VOLTAGES,
-    YAW_RATES,
-    Known,
-)
+from seatrial.io.formats.known import HEADINGS, POSITIONS, VOLTAGES, YAW_RATES, Known
 from seatrial.io.log import LogTopic
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes, Stamps

@@ -52,12 +52,7 @@ from seatrial.util.frames import Array
 COMMAND_TABLE_WORDS = (*COMMAND_WORDS, "joy", "stick", "input")  # in the names of tables
 NOT_COMMANDS = (("theta",),)  # beside those that are other signals by their names
 # last words of columns that are no command
-MODES = (
-    ("mode",),
-    ("armed",),
-    ("state",),
-    ("status",),
-)
+MODES = (("mode",), ("armed",), ("state",), ("status",))
 SCALE_WORDS = frozenset(("volt", "voltage", "battery", "rpm", "current"))
 SWITCH_VALUES = 2  # of a switch; commands beside it have more than twice as many
 MOST_SPARE = 12  # columns in the comment

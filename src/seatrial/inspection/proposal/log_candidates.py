@@ -6,13 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.io.formats.known import (
-    HEADINGS,
-    POSITIONS,
-    VOLTAGES,
-    YAW_RATES,
-    Known,
-)
+from seatrial.io.formats.known import HEADINGS, POSITIONS, VOLTAGES, YAW_RATES, Known
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 
 LEAST_POSITIONS = 20  # different ones, of a topic that is a position

@@ -7,15 +7,8 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
-from seatrial.inspection.proposal.sources import (
-    Ask,
-    Choices,
-    choose,
-    listed_topics,
-)
-from seatrial.io.formats.known import (
-    OUTPUTS,
-)
+from seatrial.inspection.proposal.sources import Ask, Choices, choose, listed_topics
+from seatrial.io.formats.known import OUTPUTS
 from seatrial.io.log import Log, LogTopic, Wanted
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array

@@ -27,9 +27,7 @@ def in_one_zone(sources: Sources, apart: float) -> Iterator[Sources]:
         stamp = _less(spec["stamp"], late)
         note = f"{found}: offset {stamp['offset']:.15g} written to {key}: stamp; check"
         yield replace(
-            sources,
-            **{key: spec | {"stamp": stamp}},
-            notes={**sources.notes, CLOCK: [note]},
+            sources, **{key: spec | {"stamp": stamp}}, notes={**sources.notes, CLOCK: [note]}
         )
 
 

@@ -11,15 +11,7 @@ from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, Samples, collect
 from seatrial.io.bags.poses import chosen_stamps, of_one_frame, usual_columns
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose
-from seatrial.io.signals import (
-    Request,
-    Rows,
-    Signals,
-    Spec,
-    given_rows,
-    of_columns,
-    shared_places,
-)
+from seatrial.io.signals import Request, Rows, Signals, Spec, given_rows, of_columns, shared_places
 from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Mask

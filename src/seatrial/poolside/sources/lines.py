@@ -7,13 +7,7 @@ from time import monotonic, sleep, time_ns
 from seatrial.boat.vehicle import Vehicle
 from seatrial.onboard.live.endpoints import LOOPBACK, Arrived, Datagrams, Source
 from seatrial.onboard.live.protocol import Reader
-from seatrial.poolside.sources.source import (
-    EVENT_KINDS,
-    EventSource,
-    Mistakes,
-    SourceEvent,
-    usable,
-)
+from seatrial.poolside.sources.source import EVENT_KINDS, EventSource, Mistakes, SourceEvent, usable
 from seatrial.util.errors import LiveError, SeatrialError
 
 WAIT = 0.2  # [s] after which a closed source is noticed

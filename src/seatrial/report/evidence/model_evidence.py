@@ -59,10 +59,7 @@ class Evidence:
 
 
 def collect(
-    model: Model,
-    recordings: Sequence[Recording],
-    horizon: float,
-    scores: Scores | None = None,
+    model: Model, recordings: Sequence[Recording], horizon: float, scores: Scores | None = None
 ) -> Evidence:
     """All of it, with `scores` as `validate` wrote them or computed here; see `gather` for what is raised."""
     with stage("predicting", 0.65):

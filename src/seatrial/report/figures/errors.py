@@ -91,12 +91,7 @@ def correlation(run: Run, axis: int) -> Figure:
     upper = line("white", ends, white, GREEN, dash="dash") | {"legendgroup": "white"}
     lower = upper | {"y": -white, "showlegend": False}
     reach = upright(steps * run.recording.period, ORANGE)
-    traces = [
-        line("errors", lag, rho, RED),
-        area("overlap", lag, -band, band, BLUE),
-        upper,
-        lower,
-    ]
+    traces = [line("errors", lag, rho, RED), area("overlap", lag, -band, band, BLUE), upper, lower]
     return figure(traces, *titles, **layout, shapes=[reach])
 
 

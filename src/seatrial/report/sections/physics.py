@@ -30,12 +30,7 @@ def section(evidence: Evidence) -> Section:
         return Section("physics", "Boat", body, heading="Implied physics: compare with your boat")
     table = boat(evidence)
     drawn = "".join(
-        plot(
-            ALL,
-            f"start-{SYMBOLS[one.axis]}",
-            f"{AXES[one.axis]}: start and stop",
-            "small",
-        )
+        plot(ALL, f"start-{SYMBOLS[one.axis]}", f"{AXES[one.axis]}: start and stop", "small")
         for one in found.axes
     )
     warning = ""

@@ -23,13 +23,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     no_stamp,
 )
 from seatrial.inspection.proposal.columns.up import about_y, refuse_steep, refuse_y_up, upright
-from seatrial.inspection.proposal.sources import (
-    OPTIONS,
-    Ask,
-    Choices,
-    assigned,
-    choose,
-)
+from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, assigned, choose
 from seatrial.io.columns import ColumnView, TableSeen
 from seatrial.util.errors import RecordingError
 

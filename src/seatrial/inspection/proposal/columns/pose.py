@@ -22,18 +22,9 @@ from seatrial.inspection.proposal.columns.signals import (
     shown,
     stated_unit,
 )
-from seatrial.inspection.proposal.columns.stamps import (
-    StampFound,
-    find_stamp,
-    recognised,
-)
+from seatrial.inspection.proposal.columns.stamps import StampFound, find_stamp, recognised
 from seatrial.inspection.proposal.columns.yaw_rate import YawRate, find_yaw_rate, seconds_of
-from seatrial.inspection.proposal.sources import (
-    Ask,
-    Choices,
-    Recognised,
-    Sureness,
-)
+from seatrial.inspection.proposal.sources import Ask, Choices, Recognised, Sureness
 from seatrial.io.columns import TableSeen
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Axes

@@ -18,14 +18,8 @@ from seatrial.inspection.proposal.columns.signals import (
     shown,
     yaw_rates,
 )
-from seatrial.inspection.proposal.columns.stamps import (
-    StampFound,
-    find_stamp,
-)
-from seatrial.inspection.proposal.sources import (
-    Recognised,
-    Sureness,
-)
+from seatrial.inspection.proposal.columns.stamps import StampFound, find_stamp
+from seatrial.inspection.proposal.sources import Recognised, Sureness
 from seatrial.io.columns import TableSeen
 from seatrial.util.frames import Array
 
