@@ -14,7 +14,7 @@ import seatrial
 from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import Integration, RecordingEntry
 from seatrial.commands.cli import main
-from seatrial.evaluation.comparison.compare import compare, comparison_json
+from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import Joint
 from seatrial.evaluation.comparison.prediction import rms_difference
@@ -121,7 +121,8 @@ def test_the_command_line(heavier, mp, af, tmp_path, capsys):
     shown = capsys.readouterr().out
     content = json.loads((tmp_path / "c.json").read_text())
     a, b = (load(file) for file in files)
-    want = comparison_json(compare(a, b, [seatrial.read(run, a.vehicle)], labels=tuple(files)))
+    found = compare(a, b, [seatrial.read(run, a.vehicle)], labels=tuple(files))
+    want = msgspec.to_builtins(found)
     assert content == json.loads(json.dumps(want))
     assert f"{100 * content['ahead'][0]['axes']['u']['a']:.3f}" in shown
     save(after.with_vehicle(af), tmp_path / "af.yaml")

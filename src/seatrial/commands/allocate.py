@@ -11,7 +11,6 @@ from seatrial.commands.shared import (
     add_json,
     add_recordings,
     check_page,
-    guard,
     read_all,
     refuse_options,
     write_json,
@@ -66,10 +65,7 @@ def run(args: argparse.Namespace) -> None:
     )
     from seatrial.workflow.next_step import NextStep, after_allocate, command
 
-    inputs = args.boat, args.vehicle, *args.recordings
-    guard(args.json, "{", *inputs)
-    guard(args.out, "<!doctype html", *inputs)
-    check_page(args)
+    check_page(args, args.boat, args.vehicle, *args.recordings)
     if not args.recordings:
         refuse_options(args, "recordings; none is given", *HOW_TO_READ)
     boat, vehicle = load_boat(args.boat, args.vehicle)

@@ -12,7 +12,6 @@ from seatrial.commands.shared import (
     add_json,
     add_recordings,
     check_page,
-    guard,
     horizon_of,
     read_all,
     refuse_options,
@@ -34,12 +33,8 @@ def add(command: argparse.ArgumentParser) -> None:
     add_horizon(command, f"how far ahead [s], besides {DEFAULT_HORIZON:g} s")
     add_json(command)
     command.add_argument(
-        "-o",
-        "--out",
-        type=Path,
-        metavar="HTML",
-        help="also write one offline HTML file with both models",
-    )
+        "-o", "--out", type=Path, metavar="HTML", help="also write one offline HTML file with both models"
+    )  # fmt: skip
     add_exports(command)
 
 
@@ -47,18 +42,10 @@ def run(args: argparse.Namespace) -> None:
     """Two models side by side, on the terminal and as a page."""
     from seatrial.boat.model_file import load
     from seatrial.boat.vehicle import load_vehicle
-    from seatrial.evaluation.comparison.compare import (
-        COMPARISON_FORMAT,
-        compare,
-        comparison_json,
-        drive_of,
-    )
+    from seatrial.evaluation.comparison.compare import COMPARISON_FORMAT, compare, drive_of
     from seatrial.evaluation.comparison.console import comparison_text, next_text
 
-    inputs = args.a, args.b, args.vehicle, *args.recordings
-    guard(args.json, "{", *inputs)
-    guard(args.out, "<!doctype html", *inputs)
-    check_page(args)
+    check_page(args, args.a, args.b, args.vehicle, *args.recordings)
     if not args.recordings:
         refuse_options(args, "recordings; none is given", "vehicle", "horizon", *HOW_TO_READ)
     a, b = load(args.a), load(args.b)
@@ -71,7 +58,7 @@ def run(args: argparse.Namespace) -> None:
     labels = str(args.a), str(args.b)
     with stage("comparing", None if args.out is None else 0.5):
         found = compare(a, b, recordings, horizon=horizon_of(args), labels=labels)
-    write_json(args, COMPARISON_FORMAT, comparison_json(found))
+    write_json(args, COMPARISON_FORMAT, found)
     if args.out is not None:
         from seatrial.report.comparison import write_comparison
 

@@ -15,8 +15,6 @@ from seatrial.workflow.fitness import Use
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from seatrial.boat.model import Model
-    from seatrial.boat.vehicle import Vehicle
     from seatrial.poolside.area import Area
     from seatrial.poolside.session import Session
     from seatrial.poolside.web.server import PageServer
@@ -83,15 +81,14 @@ def _add_page(command: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Serve the page until the session is stopped there, or by Ctrl-C."""
-    from seatrial.boat.vehicle import Vehicle
+    from seatrial.control.allocation import load_boat
     from seatrial.poolside.session import RECORDING, Wishes, make_session
     from seatrial.poolside.sources import open_source
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # keeps the recording, as Ctrl-C
     open_port = _server()
     guard(args.json, "{", args.boat, args.source, args.area)
-    boat = _boat(args.boat)
-    vehicle = boat if isinstance(boat, Vehicle) else boat.vehicle
+    boat, vehicle = load_boat(args.boat)
     wishes = Wishes(
         _area(args), tuple(map(Use, args.use)) or tuple(Use), tuple(args.effect), args.mcap
     )
@@ -155,17 +152,6 @@ def _next(args: argparse.Namespace, paths: dict[str, str]) -> str:
         return after_predict(Path(paths["model"])).text
     vehicle = Path(paths["recording"]) / "vehicle.yaml"
     return f"next: {command('inspect', paths['recording'], '--vehicle', vehicle)}"
-
-
-def _boat(path: str) -> "Vehicle | Model":
-    """A model file's model, or a vehicle."""
-    from seatrial.boat.model_file import load
-    from seatrial.boat.vehicle import load_vehicle
-    from seatrial.util.files import read_yaml
-
-    if Path(path).is_file() and str(read_yaml(Path(path)).get("seatrial")).startswith("model"):
-        return load(path)
-    return load_vehicle(path)
 
 
 def _area(args: argparse.Namespace) -> "Area | None":

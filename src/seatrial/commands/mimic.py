@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_ports, guard_lines, refuse_options, write_json
+from seatrial.commands.shared import add_json, add_ports, guard_lines, lines_of, write_json
 from seatrial.onboard.live.line_loop import CLOCKS, RATE
 from seatrial.onboard.live.protocol import LINE_FORMATS
 from seatrial.util.printing import complain
@@ -53,19 +53,15 @@ def run(args: argparse.Namespace) -> None:
     from seatrial.boat.physics import axis_physics
     from seatrial.commands.shared.results import MimicResult
     from seatrial.onboard.live import Settings
-    from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.mimic import Carrier, Mimic
     from seatrial.simulation.mimic.server import MimicStream
 
-    if args.udp is None:
-        refuse_options(args, "--udp PORT", "to")
     guard_lines(args, args.model)
     names = [name.replace("-", "_") for name in LIMITS]
     carrier = Carrier(**{name: getattr(args, name) for name in names})
     settings = Settings(args.format, args.rate, args.clock)
     mimic = Mimic(args.model, carrier)
     axis_physics(mimic.model)
-    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
     stream = MimicStream(mimic, settings, complain)
-    stream.serve(source)
+    stream.serve(lines_of(args))
     write_json(args, "mimic 1", MimicResult(str(args.model), stream.lines, stream.mistakes))

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 from seatrial.commands.shared import (
     HOW_TO_READ,
     add_json,
+    add_ports,
     add_recordings,
     guard,
+    lines_of,
     load_model,
     read_all,
     refuse_options,
@@ -69,11 +71,10 @@ def _add_stream(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="read lines from standard input, or --udp, until the stream ends",
     )
-    command.add_argument(
-        "--udp", type=int, metavar="PORT", help="live: read lines from this port on loopback"
-    )
-    command.add_argument(
-        "--to", type=int, metavar="PORT", help="live: port to answer to (default: the last sender)"
+    add_ports(
+        command,
+        "live: read lines from this port on loopback",
+        "live: port to answer to (default: the last sender)",
     )
 
 
@@ -94,7 +95,6 @@ def run(args: argparse.Namespace) -> None:
 
 def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
     from seatrial.onboard.live import serve
-    from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.util.errors import LiveError
 
     if args.json is not None:
@@ -102,12 +102,8 @@ def _predict_live(args: argparse.Namespace, settings: "Settings") -> None:
     if args.out is not None or args.vehicle is not None:
         raise LiveError("--live writes to standard output or UDP, by the model's own vehicle")
     refuse_options(args, "recordings; --live reads lines", *HOW_TO_READ)
-    if args.udp is None:
-        refuse_options(args, "--udp PORT", "to")
-
     adaptation = _adaptation(args)
-    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
-    serve(args.model, source, settings, complain, adaptation)
+    serve(args.model, lines_of(args), settings, complain, adaptation)
 
 
 def _adaptation(args: argparse.Namespace) -> "Adaptation | None":

@@ -4,7 +4,7 @@
 import argparse
 from pathlib import Path
 
-from seatrial.commands.shared import add_json, add_ports, guard_lines, refuse_options, write_json
+from seatrial.commands.shared import add_json, add_ports, guard_lines, lines_of, write_json
 from seatrial.simulation.protocol import LINE_KINDS
 from seatrial.simulation.server import SimSettings
 from seatrial.util.printing import complain
@@ -46,12 +46,9 @@ def run(args: argparse.Namespace) -> None:
     """Lines until the input ends, or the duration is over."""
     from seatrial.boat.physics import axis_physics, negative_latencies
     from seatrial.commands.shared.results import SimResult
-    from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.simulation.server import serve
     from seatrial.simulation.world import World
 
-    if args.udp is None:
-        refuse_options(args, "--udp PORT", "to")
     guard_lines(args, *args.models, args.scene)
     kinds = [kind.strip() for kind in args.lines.split(",") if kind.strip()]
     settings = SimSettings(args.rate, args.speed, args.duration, kinds)
@@ -61,8 +58,7 @@ def run(args: argparse.Namespace) -> None:
         axis_physics(added)
         for words in negative_latencies(added):
             complain(f"{added.name}: {words}")
-    source = Pipes() if args.udp is None else Datagrams(args.udp, args.to)
-    stream = serve(world, source, settings, complain)
+    stream = serve(world, lines_of(args), settings, complain)
     names = [boat.name for boat in world.boats]
     found = SimResult(names, args.seed, world.time, stream.lines, stream.mistakes)
     write_json(args, "sim 1", found)

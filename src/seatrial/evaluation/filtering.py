@@ -30,7 +30,7 @@ from seatrial.evaluation.input_errors import InputErrors, input_errors
 from seatrial.recording.asynchronous import used_asynchronous
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.faults.pose_faults import FaultKind
-from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion, stencil_deviation
 from seatrial.util.errors import DivergenceError, RecordingError
@@ -101,8 +101,7 @@ def filter_series(recording: Recording, errors: InputErrors | None = None) -> _c
     if moving.valid.any():
         start[3:] = moving.nu[np.flatnonzero(moving.valid)[0]]
         # noise of the first poses only, so that the run stays causal
-        with suppress(RecordingError):
-            noise = pose_noise(recording, first=START_POSES)
+        if noise := known_pose_noise(recording, first=START_POSES):
             spread = np.hypot(spread, stencil_deviation(noise, recording, first=START_POSES))
     afresh = _restarts(recording, use, moving, start[3:], spread)
     eta = np.where(recording.valid[:, None], recording.eta, 0.0)
@@ -278,8 +277,7 @@ def _pieces(recording: Recording, length: float) -> list[Recording]:
 def _start_noise(recordings: Sequence[Recording]) -> Array:
     """Start of the noise estimate: pose noise from fourth differences."""
     noise = NOISE_START.copy()
-    with suppress(RecordingError):  # too few poses in a row
-        own = pose_noise(*recordings)
+    if own := known_pose_noise(*recordings):
         noise[:2] = np.maximum([own.position, own.heading], NOISE_FIRST)
     return noise
 

@@ -7,6 +7,7 @@ both models; a filter's starts depend on the model that it runs on.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import msgspec
 import numpy as np
@@ -118,15 +119,11 @@ def _refuse_incomparable(model: Model, other: Model, recordings: Sequence[Record
         )
     for one in (model, other):
         axis_physics(one)
-        _check_commands(one, recordings)
-
-
-def _check_commands(model: Model, recordings: Sequence[Recording]) -> None:
-    for recording in recordings:
-        if recording.commands.names != model.vehicle.inputs:
+    for one, recording in product((model, other), recordings):
+        if recording.commands.names != one.vehicle.inputs:
             raise ModelError(
                 f"{recording.name}: has commands {', '.join(recording.commands.names)}; model "
-                f"{model.name} is driven by {', '.join(model.vehicle.inputs)}: only models of one "
+                f"{one.name} is driven by {', '.join(one.vehicle.inputs)}: only models of one "
                 "boat and its commands can be compared"
             )
 

@@ -10,12 +10,11 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import InputUse
 from seatrial.recording.excitation import EXCITED, Excitation, beyond_full
 from seatrial.recording.faults.course_heading import course_doubt
-from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.undriven import undriven_motion
 from seatrial.recording.velocity import SLOW, motion, stencil_deviation
-from seatrial.util.errors import RecordingError
 from seatrial.util.format import percent
 from seatrial.util.frames import AXES
 
@@ -128,9 +127,7 @@ def _input(use: InputUse, moves: Set[str]) -> list[str]:
 
 def _speeds_from_noise(recording: Recording) -> tuple[float, float]:
     """90th percentiles [m/s], [rad/s] of the speeds that pose noise alone gives by the stencil."""
-    try:
-        noise = pose_noise(recording)
-    except RecordingError:
+    if (noise := known_pose_noise(recording)) is None:
         return 0.0, 0.0
     plane, _, turn = stencil_deviation(noise, recording).tolist()
     return RAYLEIGH_90 * plane, NORMAL_90 * turn
@@ -175,11 +172,8 @@ def _wraps_in_radians(recording: Recording) -> bool:
 
 def _moves_only_by_noise(recording: Recording) -> bool:
     """Whether the boat is commanded and its poses spread no more than their noise does."""
-    if not recording.commands.values.any():
-        return False
-    try:
-        noise = pose_noise(recording)
-    except RecordingError:
+    noise = known_pose_noise(recording)
+    if noise is None or not recording.commands.values.any():
         return False
     apart = np.ptp(np.percentile(recording.eta[recording.valid], (5, 95), axis=0), axis=0)
     return bool(

@@ -17,7 +17,7 @@ from seatrial.inspection.consistency.between_recordings import check_each_record
 from seatrial.inspection.consistency.check import ConsistencyReport
 from seatrial.inspection.coverage import AxisCoverage, InputUse, coverage, input_use
 from seatrial.recording.clocks import clock_verdicts
-from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Stream
 from seatrial.recording.undriven import undriven_motion
@@ -119,15 +119,10 @@ def _view(
     # 2. Advice on the recording and on its clocks.
     advice = recording_advice(recording, found, inputs, moves, vehicle) or [GOOD]
     advice += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
-    # 3. Pose noise, where the recording is long enough for it.
-    try:
-        noise = pose_noise(recording)
-    except RecordingError:
-        noise = None
     return RecordingView(
         recording.name, recording.offset, recording.duration, len(recording.t), 1 / recording.period,
-        jitter(recording), recording.usable, noise, recording.streams, tuple(_faults(recording)),
-        tuple(axes), tuple(inputs), tuple(advice),
+        jitter(recording), recording.usable, known_pose_noise(recording), recording.streams,
+        tuple(_faults(recording)), tuple(axes), tuple(inputs), tuple(advice),
     )  # fmt: skip
 
 

@@ -47,6 +47,14 @@ def _noise_of(recordings: Sequence[Recording], first: int | None = None) -> Nois
     return _entry(_white_deviation(differences))
 
 
+def known_pose_noise(*recordings: Recording, first: int | None = None) -> NoiseEntry | None:
+    """The same; None where too few usable poses are in a row."""
+    try:
+        return pose_noise(*recordings, first=first)
+    except RecordingError:
+        return None
+
+
 def pose_noise_given_motion(recording: Recording, moved: Array) -> NoiseEntry:
     """`pose_noise` with the boat's motion removed: poses `moved` (n, 3) from any start and heading.
 

@@ -9,11 +9,12 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from functools import cache, partial
 from typing import Generic, TypeVar
 
+from seatrial.util.context import held
 from seatrial.util.progress import over, shared
 
 MOST_THREADS = 256
@@ -54,24 +55,14 @@ _farm: ContextVar[Farm | None] = ContextVar("farm", default=None)
 _most_cores: ContextVar[int | None] = ContextVar("most_cores", default=None)
 
 
-@contextmanager
-def working_on(farm: Farm) -> Iterator[None]:
+def working_on(farm: Farm) -> AbstractContextManager[None]:
     """`farmed` inside gives its items to this farm."""
-    token = _farm.set(farm)
-    try:
-        yield
-    finally:
-        _farm.reset(token)
+    return held(_farm, farm)
 
 
-@contextmanager
-def on_one_core() -> Iterator[None]:
+def on_one_core() -> AbstractContextManager[None]:
     """No threads inside: this process is one of many on its computer."""
-    token = _most_cores.set(1)
-    try:
-        yield
-    finally:
-        _most_cores.reset(token)
+    return held(_most_cores, 1)
 
 
 def cores() -> int:
@@ -148,16 +139,13 @@ class _Shared(Generic[T, R]):
         return [self._found[place] for place in range(len(self._items))]
 
     def _help(self) -> None:
-        token = _most_cores.set(self._most)
-        try:
+        with held(_most_cores, self._most):
             while (place := self._next()) is not None:
                 try:
                     self._found[place] = self._work(self._items[place])
                 except BaseException as error:  # raised by `results`; no further items
                     self._errors[place] = error
                     self._left.clear()
-        finally:
-            _most_cores.reset(token)
 
     def _next(self) -> int | None:
         try:

@@ -3,11 +3,11 @@
 
 import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, suppress
 from contextvars import ContextVar
 from typing import TextIO
 
+from seatrial.util.context import held
 from seatrial.util.errors import printable
 from seatrial.util.progress import hidden
 
@@ -39,24 +39,14 @@ def put(data: str) -> None:
         print(printable(data), end="")
 
 
-@contextmanager
-def tables_fit(columns: int | None) -> Iterator[None]:
+def tables_fit(columns: int | None) -> AbstractContextManager[None]:
     """Tables that are made inside leave out what matters least where they are wider; None: any width."""
-    token = table_columns.set(columns)
-    try:
-        yield
-    finally:
-        table_columns.reset(token)
+    return held(table_columns, columns)
 
 
-@contextmanager
-def data_only() -> Iterator[None]:
+def data_only() -> AbstractContextManager[None]:
     """Standard output is for `put` alone; `say` is silent there."""
-    token = _data_only.set(True)
-    try:
-        yield
-    finally:
-        _data_only.reset(token)
+    return held(_data_only, True)
 
 
 def complain(words: str, program: str = "seatrial") -> None:

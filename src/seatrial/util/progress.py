@@ -12,12 +12,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from itertools import islice
 from math import exp
 from typing import TYPE_CHECKING, TypeVar
 
+from seatrial.util.context import held
 from seatrial.util.status import Status, time_left
 
 if TYPE_CHECKING:
@@ -210,24 +211,16 @@ def show_progress(report: Report | None = None, *, quiet: bool = False) -> Itera
         yield
 
 
-@contextmanager
-def _listening(work: _Work) -> Iterator[None]:
-    before = _current.get()
-    _current.set(_Part(work, "", 1.0))
-    try:
-        yield
-    finally:
-        _current.set(before)
+def _listening(work: _Work) -> AbstractContextManager[None]:
+    return held(_current, _Part(work, "", 1.0))
 
 
 @contextmanager
 def _inside(whole: _Part, part: _Part) -> Iterator[None]:
     """Work on a part, which then is a done part of the whole."""
-    before = _current.get()
-    _current.set(part)
-    part.tell()
     try:
-        yield
+        with held(_current, part):
+            part.tell()
+            yield
     finally:
-        _current.set(before)
         whole.finish(part)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from seatrial.boat.model import Model
     from seatrial.boat.vehicle import Vehicle
     from seatrial.inspection.proposal.sources import Choices
+    from seatrial.onboard.live.endpoints import Datagrams, Pipes
     from seatrial.recording.recording import Recording
 
 JSON_HELP = "also write the result as JSON; -: to standard output, in place of the text"
@@ -137,10 +138,12 @@ def check_png(args: argparse.Namespace) -> None:
         check()
 
 
-def check_page(args: argparse.Namespace) -> None:
-    """`check_png` of a command whose page is optional: figures and tables belong to it."""
+def check_page(args: argparse.Namespace, *inputs: object) -> None:
+    """Guard JSON and page of a command whose page is optional: figures and tables belong to it."""
     from seatrial.util.errors import FileError
 
+    guard(args.json, "{", *inputs)
+    guard(args.out, "<!doctype html", *inputs)
     if args.out is None and (args.figures or args.tables):
         raise FileError("--figures and --tables belong to the HTML file: say where with -o")
     check_png(args)
@@ -157,17 +160,24 @@ def choices_of(args: argparse.Namespace, name: str | None) -> "Choices":
     )  # fmt: skip
 
 
-def add_ports(command: argparse.ArgumentParser) -> None:
-    """Those of lines over UDP."""
-    command.add_argument(
-        "--udp",
-        type=int,
-        metavar="PORT",
-        help="read lines from this port on loopback instead of standard input",
-    )
-    command.add_argument(
-        "--to", type=int, metavar="PORT", help="port to answer to (default: the last sender)"
-    )
+def add_ports(
+    command: argparse.ArgumentParser,
+    udp: str = "read lines from this port on loopback instead of standard input",
+    to: str = "port to answer to (default: the last sender)",
+) -> None:
+    """Those of lines over UDP, which `lines_of` reads."""
+    command.add_argument("--udp", type=int, metavar="PORT", help=udp)
+    command.add_argument("--to", type=int, metavar="PORT", help=to)
+
+
+def lines_of(args: argparse.Namespace) -> "Pipes | Datagrams":
+    """Where the lines come from, and where the answers go. Raises SeatrialError."""
+    from seatrial.onboard.live.endpoints import Datagrams, Pipes
+
+    if args.udp is None:
+        refuse_options(args, "--udp PORT", "to")
+        return Pipes()
+    return Datagrams(args.udp, args.to)
 
 
 def add_recordings(

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import msgspec
 
@@ -158,12 +157,6 @@ def drive_of(a: Model, b: Model, vehicle: Vehicle | None = None) -> tuple[Model,
             "these recordings with --vehicle"
         )
     return with_common_lever(a, b)
-
-
-def comparison_json(found: Comparison) -> dict[str, Any]:
-    """The comparison as the content of a JSON file."""
-    content: dict[str, Any] = msgspec.to_builtins(found)
-    return content
 
 
 def _side(model: Model, label: str) -> Side:

@@ -3,9 +3,8 @@
 
 import numpy as np
 
-from seatrial.recording.pose_noise import pose_noise
+from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 SPANS = (
@@ -24,9 +23,7 @@ FEWEST = 20  # spans
 
 def course_doubt(recording: Recording) -> list[str]:
     """The doubt whether headings are headings, of a boat that seems not to drift sideways where it turns."""
-    try:
-        noise = pose_noise(recording)
-    except RecordingError:  # too few poses
+    if (noise := known_pose_noise(recording)) is None:
         return []
     for span in SPANS:
         moved, heading = _displacements(recording, span)
