@@ -30,10 +30,9 @@ def test_an_area_with_a_notch_has_its_middle_inside_in_either_direction(turn):
     assert elbow.margin(*elbow.middle) > 1.1  # in the elbow; 1 m in either arm
 
 
-def test_a_path_is_clear_where_the_disc_of_the_boat_is():
-    path = np.array([[-1.0, 0.0, 0.3], [1.0, 0.5, 0.3]])
-    assert rectangle(3.6, 2.4).clear(path, 0.69)
-    assert not rectangle(3.6, 2.4).clear(path, 0.71)
+def test_a_path_is_as_clear_as_the_nearest_place_on_it():
+    path = np.array([[-1.0, 0.0], [1.0, 0.5]])
+    assert rectangle(3.6, 2.4).margins(path).min() == pytest.approx(0.7)
 
 
 def test_walls_are_a_size_or_a_file(tmp_path):

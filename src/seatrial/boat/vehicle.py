@@ -156,6 +156,10 @@ class Vehicle:
         given = [name for name in WRENCH if name in self.inputs or not direct]
         return tuple(Force(name, WRENCH.index(name)) for name in given or WRENCH)
 
+    def forces_of(self, axis: int) -> list[int]:
+        """Which of the forces act along an axis: 0 surge, 1 sway, 2 yaw."""
+        return [i for i, force in enumerate(self.forces) if force.axis == axis]
+
     @cached_property
     def mix(self) -> Array:
         """T (forces, actuators): F = T f."""

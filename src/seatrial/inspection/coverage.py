@@ -61,11 +61,8 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     t = _with_poses(recording, times)
     forces = thrust_trace(vehicle, vehicle.constants.values, recording).forces(t)
     shares = forces / list(full_forces(vehicle).values())  # of full command
-    signs = (1.0, vehicle.axes.lateral_sign, vehicle.axes.lateral_sign)
     axes = []
-    for axis, name in enumerate(AXES):
-        mine = shares[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
-        largest = _largest(mine) * signs[axis]
+    for axis, largest in enumerate((largest_of_each(vehicle, shares) * vehicle.axes.signs).T):
         size = np.abs(largest)
         bounds = (AT_REST_COMMAND, *SIZE_BOUNDS, np.inf)
         minutes = [
@@ -73,7 +70,7 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
         ]
         axes.append(
             AxisCoverage(
-                name, float(found.rms[axis]), float(found.largest[axis]), float(found.share[axis]),
+                AXES[axis], float(found.rms[axis]), float(found.largest[axis]), float(found.share[axis]),
                 found.both_signs[axis], float((largest > AT_REST_COMMAND).sum()) * period / 60,
                 float((largest < -AT_REST_COMMAND).sum()) * period / 60, *minutes,
             )
@@ -135,8 +132,11 @@ def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
     return 0.0
 
 
-def _largest(mine: Array) -> Array:
-    """At every time the force of largest magnitude; 0 where there is none."""
-    if mine.shape[1] == 0:
-        return np.zeros(len(mine))
-    return np.asarray(mine[np.arange(len(mine)), np.argmax(np.abs(mine), axis=1)])
+def largest_of_each(vehicle: Vehicle, forces: Array) -> Array:
+    """Of forces (n, forces) the one of largest magnitude in each axis (n, 3); 0 where there is none."""
+    found = np.zeros((len(forces), 3))
+    for axis in range(3):
+        mine = forces[:, vehicle.forces_of(axis)]
+        if mine.shape[1]:
+            found[:, axis] = mine[np.arange(len(mine)), np.argmax(np.abs(mine), axis=1)]
+    return found

@@ -77,10 +77,6 @@ class Area:
         distance = np.sqrt(np.sum(nearest**2, axis=2)).min(axis=1)
         return np.asarray(np.where(self._inside(places), distance, -distance))
 
-    def clear(self, path: Array, radius: float) -> bool:
-        """Whether a disc of this radius [m] keeps inside along a path (n, 2 or more) [m]."""
-        return bool(self.margins(np.asarray(path)[:, :2]).min() >= radius)
-
     def _inside(self, places: Array) -> Mask:
         """By the parity of walls that a ray along x crosses."""
         (x0, y0), (x1, y1) = self.corners.T, np.roll(self.corners, -1, axis=0).T

@@ -10,7 +10,7 @@ import numpy as np
 from seatrial.boat.physics import full_forces
 from seatrial.boat.static_forces import static_forces
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.coverage import AT_REST_COMMAND
+from seatrial.inspection.coverage import AT_REST_COMMAND, largest_of_each
 from seatrial.poolside.state import CoverageState
 from seatrial.util.frames import AXES, Array
 
@@ -101,9 +101,4 @@ def axis_commands(vehicle: Vehicle, commands: Array) -> Array:
     By the chain's start values.
     """
     forces = static_forces(vehicle, commands) / list(full_forces(vehicle).values())
-    out = np.zeros((len(commands), 3))
-    for axis in range(3):
-        own = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
-        if own.shape[1]:
-            out[:, axis] = own[np.arange(len(own)), np.argmax(np.abs(own), axis=1)]
-    return out
+    return largest_of_each(vehicle, forces)

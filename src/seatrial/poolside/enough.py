@@ -11,7 +11,15 @@ from seatrial.poolside.needs import Need, needs_of
 from seatrial.poolside.state import PredictionState, UseState
 from seatrial.util.errors import ModelError
 from seatrial.util.format import percent
-from seatrial.workflow.fitness import CONSISTENT, CONSISTENT_SO_SO, Criterion, Level, Reason, Use
+from seatrial.workflow.fitness import (
+    CONSISTENT,
+    CONSISTENT_SO_SO,
+    Criterion,
+    Level,
+    Reason,
+    Use,
+    level_of,
+)
 
 STEADY_UPDATES = 3  # of the model, and
 STEADY_SECONDS = 10.0  # [s] in which a verdict must not change
@@ -27,9 +35,7 @@ class Enough:
     def __init__(self, uses: Sequence[Use] = tuple(Use)) -> None:
         self.uses = tuple(uses)
         self.needs: list[Need] = []
-        self.states: tuple[UseState, ...] = tuple(
-            UseState(use.value, Level.NOT_FIT.value, "there is no model yet", 0.0) for use in uses
-        )
+        self.states = _all_unfit(uses, "there is no model yet")
         self._fit_since: list[float] = []  # [s] of the updates since all uses are fit
         self._whole = True
 
@@ -57,11 +63,8 @@ class Enough:
         try:
             self.needs = needs_of(model, self.uses)
         except ModelError:
-            text = Reason(Criterion.UNSTABLE).text()
             self.needs, self._fit_since = [], []
-            self.states = tuple(
-                UseState(use.value, Level.NOT_FIT.value, text, 0.0) for use in self.uses
-            )
+            self.states = _all_unfit(self.uses, Reason(Criterion.UNSTABLE).text())
             return self.states
         self.states = tuple(_use_state(use, model, self.needs, predictions) for use in self.uses)
         fit = all(one.level == Level.FIT.value for one in self.states)
@@ -69,6 +72,10 @@ class Enough:
         if not whole:
             self.states = tuple(_at_most_limited(one) for one in self.states)
         return self.states
+
+
+def _all_unfit(uses: Sequence[Use], why: str) -> tuple[UseState, ...]:
+    return tuple(UseState(use.value, Level.NOT_FIT.value, why, 0.0) for use in uses)
 
 
 def _at_most_limited(one: UseState) -> UseState:
@@ -96,10 +103,8 @@ def _graded(need: Need, ratio: float) -> tuple[Level, float, str]:
     if need.beyond:
         reason = f"{need.subject}: disturbances alone exceed the limit; more driving does not help"
         return Level.LIMITED, ratio, reason
-    level = (
-        Level.FIT if ratio <= 1.0 else Level.LIMITED if ratio <= LIMITED_RATIO else Level.NOT_FIT
-    )
-    return level, ratio, f"{need.subject}: 95 % interval is {percent(ratio)} of the allowed one"
+    reason = f"{need.subject}: 95 % interval is {percent(ratio)} of the allowed one"
+    return level_of(ratio, 1.0, LIMITED_RATIO), ratio, reason
 
 
 def _other_criteria(
@@ -116,12 +121,6 @@ def _other_criteria(
         if one.expected is None or not one.expected > 0.0 or one.rms < NEGLIGIBLE * one.constant:
             continue
         value = one.rms / one.expected
-        level = (
-            Level.FIT
-            if value <= CONSISTENT
-            else Level.LIMITED
-            if value <= CONSISTENT_SO_SO
-            else Level.NOT_FIT
-        )
+        level = level_of(value, CONSISTENT, CONSISTENT_SO_SO)
         reason = Reason(Criterion.CONSISTENCY, one.axis, value, CONSISTENT, 1.0)
         yield level, value / CONSISTENT, reason.text()

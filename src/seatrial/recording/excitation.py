@@ -104,8 +104,7 @@ def effort(vehicle: Vehicle, recording: Recording) -> Array:
     forces = _forces(vehicle, recording)
     of_axes = np.zeros((len(forces), 3))
     for axis in range(3):
-        mine = [i for i, force in enumerate(vehicle.forces) if force.axis == axis]
-        of_axes[:, axis] = np.sqrt(np.sum(forces[:, mine] ** 2, axis=1))
+        of_axes[:, axis] = np.sqrt(np.sum(forces[:, vehicle.forces_of(axis)] ** 2, axis=1))
     return np.asarray(of_axes.T @ of_axes * (recording.duration / len(forces)))
 
 
@@ -127,7 +126,7 @@ def excitation(vehicle: Vehicle, recording: Recording) -> Excitation:
     forces = _forces(vehicle, recording)
     rms, largest, both = np.zeros(3), np.zeros(3), [False] * 3
     for axis in range(3):
-        mine = forces[:, [i for i, f in enumerate(vehicle.forces) if f.axis == axis]]
+        mine = forces[:, vehicle.forces_of(axis)]
         if mine.size == 0:
             continue
         rms[axis] = np.sqrt(np.mean(np.sum(mine**2, axis=1)))
@@ -184,7 +183,7 @@ def find_roles(
 
 def _refuse_constant(vehicle: Vehicle, chosen: Sequence[Excitation], axis: int, names: str) -> None:
     """Refuse an axis with constant forces: thrust, drag and trim are then not separately identifiable."""
-    mine = [i for i, force in enumerate(vehicle.forces) if force.axis == axis]
+    mine = vehicle.forces_of(axis)
     least = np.min([e.least for e in chosen], axis=0)[mine]
     most = np.max([e.most for e in chosen], axis=0)[mine]
     if (most - least < LEAST_CHANGE).all():

@@ -215,10 +215,13 @@ def _grade(
     limits: tuple[float, float],
     horizon: float = float("nan"),
 ) -> Graded:
-    """`limits`: of fit, of limited."""
-    fit, limited = limits
-    level = Level.FIT if value <= fit else Level.LIMITED if value <= limited else Level.NOT_FIT
-    return level, Reason(criterion, subject, value, fit, horizon)
+    """`limits`: as of `level_of`."""
+    return level_of(value, *limits), Reason(criterion, subject, value, limits[0], horizon)
+
+
+def level_of(value: float, fit: float, limited: float) -> Level:
+    """The level of a value that is fit up to one limit, and limited up to another."""
+    return Level.FIT if value <= fit else Level.LIMITED if value <= limited else Level.NOT_FIT
 
 
 def _simulation(driven: Sequence[AxisPhysics] | None, scores: Scores) -> Iterator[Graded]:
