@@ -48,9 +48,8 @@ def outcome(scene: str, current: tuple[float, float]) -> Outcome:
         if i % round(HOLD / TICK) == 0:
             command = rng.uniform(-MOST, MOST, len(command))
         boat.command(command)
-        predictor.command(
-            boat.time + plan.joypad.clock_offset, command
-        )  # as its trials were stamped
+        # as its trials were stamped
+        predictor.command(boat.time + plan.joypad.clock_offset, command)
         for reading in boat.advance_to((i + 1) * TICK):
             if isinstance(reading, PoseReading):
                 predictor.pose(reading.stamp, reading.eta)

@@ -125,7 +125,6 @@ class _Identified:
 
 
 def _inspect(runs: Sequence[Recording], vehicle: Vehicle, out: Path, say: Say) -> None:
-    """`inspect` on the bags."""
     with stage("inspect", 0.03):
         found = inspect(runs, vehicle)
     write_text(out / "inspect.txt", inspection_text(found) + "\n")

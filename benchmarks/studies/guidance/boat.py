@@ -66,9 +66,8 @@ def vehicle(chain: tuple[dict[str, object], ...] = ()) -> Vehicle:
 @cache
 def truth(left: float = 1.0) -> Model:
     """The plant; `left`: gain of the left thruster, 0.7 for one that has lost 30 %."""
-    mean = 0.5 * (
-        left + 1.0
-    )  # a vehicle's gains have a mean of 1, the coefficients contain the rest
+    # a vehicle's gains have a mean of 1, the coefficients contain the rest
+    mean = 0.5 * (left + 1.0)
     gains = {"gains": {"left": left / mean, "right": 1.0 / mean}}
     own = vehicle(({**CHAIN},) if left == 1.0 else ({**CHAIN}, gains))
     m, n, i = MASS

@@ -90,7 +90,6 @@ class Drive:
         self.ahead.use(kind, stamp, values)
 
     def _new(self, t: float) -> None:
-        """A new estimate at t [s]."""
         self.model = self.estimator.model()
         assert self.model is not None
         self.ahead.reload(self.model)

@@ -13,9 +13,8 @@ from seatrial.util.frames import SYMBOLS
 SURGE, SWAY, YAW = range(3)
 LETTERS = ("X", "Y", "N")
 RIGID_BODY = ((1.0, ("v", "r")), (-1.0, ("u", "r")), None)  # Coriolis and centripetal, by axis
-Named = tuple[
-    str, tuple[str, ...]
-]  # of a term: name of its coefficient after the letter, and factors
+# of a term: name of its coefficient after the letter, and factors
+Named = tuple[str, tuple[str, ...]]
 ADDED_MASS: tuple[tuple[Named, ...], ...] = (  # by axis; Munk moment in yaw
     (("vr", ("v", "r")),),
     (("ur", ("u", "r")),),

@@ -67,9 +67,7 @@ class GainsFile(Strict, frozen=True):
     delay: Three = (0.0, 0.0, 0.0)  # [s] of each loop, lag included
     dead_zone: Three = (0.0, 0.0, 0.0)  # axis commands without thrust
     margins: dict[str, AxisMargins] = msgspec.field(default_factory=dict)  # of the model
-    worst: dict[str, AxisMargins] = msgspec.field(
-        default_factory=dict
-    )  # of all draws of its covariance
+    worst: dict[str, AxisMargins] = msgspec.field(default_factory=dict)  # of all draws
     allocation: ThrusterAllocation | None = None  # none: the boat's own
     guidance: GuidanceEntry | None = None  # none: the boat has sway thrust
     draws: int = 0

@@ -94,7 +94,6 @@ def _draw_intervals(axes: "Axes", rows: Sequence[Row]) -> None:
 
 
 def _draw_curves(axes: "Axes", found: Sequence[Curve]) -> None:
-    """Curves with their bands."""
     for i, one in enumerate(found[:MOST_CURVES]):
         colour, dash = CYCLE[i % len(CYCLE)], DASHES[i % len(DASHES)]
         label = literal(one.label)

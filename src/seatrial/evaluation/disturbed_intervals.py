@@ -170,7 +170,6 @@ def _largest_in(
 
 
 def _lengths(cells: int) -> list[int]:
-    """Lengths of intervals to try [cells]."""
     found = list(range(1, min(cells, EVERY_LENGTH_TO) + 1))
     while found[-1] * LENGTH_GROWTH < cells:
         found.append(int(found[-1] * LENGTH_GROWTH))

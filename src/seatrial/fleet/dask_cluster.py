@@ -109,10 +109,8 @@ def _connected(stack: ExitStack, scheduler: str, workers: int | None) -> "Client
         from distributed import Client
     except ImportError:
         raise FleetError(f"workers of Dask need the package distributed: {INSTALL}") from None
-    for name in (
-        "distributed",
-        "distributed.client",
-    ):  # what ended is no news, or an error of its own
+    # what ended is no news, or an error of its own
+    for name in ("distributed", "distributed.client"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     if scheduler == LOCAL:
         return stack.enter_context(Client(_local(stack, workers)))

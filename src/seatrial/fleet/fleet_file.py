@@ -27,9 +27,7 @@ LONGEST_SHOWN = 60  # [characters] of a name in a message
 class Options(Strict, frozen=True):
     """How boats are identified."""
 
-    effects: tuple[
-        str, ...
-    ] = ()  # estimated from the beginning; others where the recordings show them
+    effects: tuple[str, ...] = ()  # from the beginning; others where the recordings show them
     structure: Literal["auto"] | None = None  # the recordings choose the terms
     salvage: bool = False  # read what is left of damaged bags
 
@@ -39,12 +37,8 @@ class BoatEntry(Strict, frozen=True):
 
     recordings: list[str]
     vehicle: str | None = None  # default: the fleet's
-    kind: str | None = (
-        None  # boats of one kind are compared with each other; default: the fleet's name
-    )
-    test: str | None = (
-        None  # name of the recording that tests the model; default: the last quarter of each
-    )
+    kind: str | None = None  # whose boats are compared; default: the fleet's name
+    test: str | None = None  # recording that tests the model; default: the last quarter of each
     previous: str | None = None  # the boat's model of last time
     identify: Options | None = None  # default: the fleet's
 

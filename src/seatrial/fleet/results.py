@@ -31,9 +31,7 @@ class Change(Part, frozen=True):
     """The boat against its previous model."""
 
     previous: str  # path of that model
-    p: (
-        float | None
-    )  # of no change in any parameter, by Holm's correction over them; null: nothing to test
+    p: float | None  # of no change, by Holm's correction over parameters; null: nothing to test
     text: list[str]  # which parameters changed, and the probable cause
     error: str | None  # why they can't be compared
 
@@ -46,13 +44,9 @@ class BoatResult(Part, frozen=True):
     made_from: str  # digest of its files, its options and seatrial's version
     error: str | None  # why there is no model
     recordings: list[FleetRecording]
-    structure: (
-        str  # digest of terms and actuator stages: parameters of one structure are comparable
-    )
+    structure: str  # digest of terms and stages: parameters of one structure are comparable
     parameters: dict[str, Estimate]  # by name; only those that were estimated
-    ratios: dict[
-        str, float | None
-    ]  # RMS error over that of constant velocity on what was held out, by u, v, r
+    ratios: dict[str, float | None]  # by u, v, r: held-out RMS error over constant velocity's
     findings: list[str]  # on the model, those that ask for an action
     change: Change | None  # null: there is no previous model
     seatrial: Literal["boat 1"] = "boat 1"
@@ -64,9 +58,7 @@ class Deviation(Part, frozen=True):
     parameter: str
     value: float
     centre: float  # of the kind
-    deviation: (
-        float  # standard deviation of a boat of the kind, the boat's own standard error included
-    )
+    deviation: float  # standard deviation of a boat of the kind, with its own standard error
     z: float  # (value - centre) / deviation
     p: float  # of so large a z, by Holm's correction over all boats and parameters of the kind
 

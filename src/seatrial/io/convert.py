@@ -35,10 +35,8 @@ from seatrial.util.progress import over, stage
 
 STAMP, REST, VALID = "t", "t_ns", "valid"  # columns
 EXACT = 1 << 53  # [ns] up to which a number of a table keeps whole nanoseconds
-NAMES = {
-    "headings": "heading",
-    "yaw rates": "yaw_rate",
-}  # of tables, by role; poses, commands, scales
+# of tables, by role; poses, commands, scales
+NAMES = {"headings": "heading", "yaw rates": "yaw_rate"}
 VECTOR = ("vector.x", "vector.y", "vector.z")
 
 

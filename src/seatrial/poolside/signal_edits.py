@@ -50,7 +50,6 @@ def heading_in_degrees(vehicle: Vehicle) -> str:
 
 
 def _signals(found: Inconsistency, vehicle: Vehicle) -> tuple[str, ...]:
-    """The signals that an inconsistency is about."""
     if found.kind is InconsistencyKind.CLOCK:
         return vehicle.inputs
     if found.kind in OF_INPUTS:

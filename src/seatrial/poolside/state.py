@@ -108,9 +108,7 @@ class LiveState(msgspec.Struct, frozen=True, kw_only=True):
     change: str = ""  # a change of the boat, as text
     message: str = ""  # what hinders the estimate, and what to do
     marks: tuple[tuple[float, str], ...] = ()  # [s], text
-    discards: int = (
-        0  # times that something was discarded: the track's rows have other indices then
-    )
+    discards: int = 0  # so far: after one the track's rows have other indices
     stopped: bool = False
     saving: str = ""  # what is at work to save, and how far it is
     saved: tuple[tuple[str, str], ...] = ()  # what was saved, and its path

@@ -71,5 +71,4 @@ def _kept_together(html: str) -> str:
 
 @cache
 def _asset(name: str) -> str:
-    """A file of the assets folder."""
     return (resources.files("seatrial.report") / "assets" / name).read_text(encoding="utf-8")

@@ -178,5 +178,4 @@ def _body(psi: float, earth: Array) -> Array:
 
 
 def _wrapped(angle: float) -> float:
-    """The angle in (-pi, pi]."""
     return float(_core.wrap(np.array([angle]))[0])

@@ -215,7 +215,6 @@ def _grade(
     limits: tuple[float, float],
     horizon: float = float("nan"),
 ) -> Graded:
-    """`limits`: as of `level_of`."""
     return level_of(value, *limits), Reason(criterion, subject, value, limits[0], horizon)
 
 

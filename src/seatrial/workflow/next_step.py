@@ -78,7 +78,6 @@ def _left_out(spans: Sequence[str]) -> list[str]:
 
 
 def _forced(found: Inspection) -> list[str]:
-    """Axes with a force."""
     axes = {force.axis for force in found.vehicle.forces}
     return [name for i, name in enumerate(AXES) if i in axes]
 

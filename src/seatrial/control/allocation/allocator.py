@@ -271,7 +271,6 @@ class Allocator:
         return np.asarray(idle)
 
     def _fault_text(self, code: int, scheme: AllocatorScheme) -> str:
-        """Message for a fault code of the core."""
         names = ", ".join(self.thrusters)
         no_idle = (
             f"T's null space has no bias within the limits that keeps all of {names} outside their dead zones"

@@ -31,9 +31,8 @@ class Drive:
 
     recording: str
     minutes: float
-    crossings: Mapping[
-        str, float
-    ]  # by thruster [1/min]: the command enters the dead zone or jumps over it
+    # by thruster [1/min]: the command enters the dead zone or jumps over it
+    crossings: Mapping[str, float]
     error: Array  # (3,) RMS of resulting - requested wrench, by axis [command units]
     requested: Array  # (3,) RMS of wrench requested [command units]
     limited: float  # share of the time in which limits reduce the wrench
@@ -189,7 +188,6 @@ def _row(name: str, allocator: Allocator, judge: Allocator, recordings: Sequence
 
 
 def _recorded(own: Effectiveness, judge: Allocator, recordings: Sequence[Recording]) -> Row:
-    """The recorded thruster commands."""
     drives = []
     for recording in recordings:
         sent = own.sent_commands(recording)

@@ -154,7 +154,6 @@ class Nmpc:
         self._thrust = np.clip(thrust, self.thrusters.lowest, self.thrusters.highest)
 
     def _plan_at_rest(self, z: Array) -> Array:
-        """The plan at rest, thrusters idle."""
         stage = np.concatenate([z, self.thrusters.idle, [0.0]])
         return np.concatenate([np.tile(stage, self.layout.stages), z])
 

@@ -35,13 +35,9 @@ class Cause(msgspec.Struct, frozen=True):
 
     cause: str  # one of `CAUSES`
     probability: float
-    change: float | None = (
-        None  # [-] the relative change that fits best; None: it has no single one
-    )
+    change: float | None = None  # [-] relative, that fits best; None: it has no single one
     what: str = ""  # of what: a quantity, or a thruster
-    log_evidence: float = (
-        0.0  # less that of the best; of two causes with their lower probability before
-    )
+    log_evidence: float = 0.0  # less that of the best; of two causes with their prior
 
 
 def causes(a: Model, b: Model, found: Sequence[Pair], seen: tuple[View, View]) -> list[Cause]:

@@ -69,9 +69,7 @@ class Comparison(msgspec.Struct, frozen=True):
     ahead: list[PredictionRow] = []
     better: dict[str, dict[str, str | None]] = {}  # by horizon, by u, v, r: "A", "B" or neither
     same_data: bool = False  # both were identified from the same recordings
-    causes: list[
-        Cause
-    ] = []  # the most probable first; none where both are from the same recordings
+    causes: list[Cause] = []  # the most probable first; none of the same recordings
 
     __str__ = text_by("evaluation.comparison.console", "comparison_text")
 

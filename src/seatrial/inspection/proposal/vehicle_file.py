@@ -179,7 +179,6 @@ def _thrusters(drive: Drive, choices: Choices) -> list[str]:
 
 
 def _on_forces(drive: Drive, choices: Choices) -> list[str]:
-    """Comments above the forces."""
     if choices.thrusters:
         return [
             "# each force as a weighted sum of the inputs, by the places [m] of the thrusters as given"

@@ -31,9 +31,8 @@ class ArduPilotTextLog(Log):
         self._definitions = Definitions()
         self._counts: Counter[tuple[str, int]] = Counter()
         self._late = False  # whether lines stand before their definition
-        self._settled: dict[
-            str, Format
-        ] = {}  # formats by name, where those of the lines' places are not right
+        # formats by name, where those of the lines' places are not right
+        self._settled: dict[str, Format] = {}
         strange = self._count()
         if strange or self._late:
             self._settled = self._by_name()  # counted as it is read

@@ -143,9 +143,8 @@ class _Walk:
                 break
             size, kind = unpack(data, at)
             after = at + 3 + size
-            if (
-                cut is not None and at <= cut < after and cut <= end
-            ):  # appended behind a torn message
+            # appended behind a torn message
+            if cut is not None and at <= cut < after and cut <= end:
                 self._lose(data[at:cut])
                 at = cut
                 cut = self._cut(begins, at + 1)

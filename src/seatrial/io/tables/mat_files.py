@@ -234,7 +234,6 @@ def _object_text(name: str) -> str:
 
 
 def _characters(item: "h5py.Dataset") -> list[str] | None:
-    """The rows of a matrix of characters."""
     if item.ndim != 2 or item.shape[1] > MOST_TEXT or item.shape[0] > LONGEST_CELL:
         return None
     codes = np.asarray(item[()]).T.astype(np.uint32)

@@ -107,7 +107,6 @@ class FollowBag(EventSource):
         return self._conversion
 
     def _events(self, topics: set[str]) -> Iterator[SourceEvent]:
-        """Events of the newest messages."""
         conversion = self._begin() if topics else None
         wanted = [one for one in conversion.wanted if one.place in topics] if conversion else []
         if conversion is None or not wanted:

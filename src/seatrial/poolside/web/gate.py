@@ -125,7 +125,6 @@ def _opens_page(scope: Scope) -> bool:
 
 
 def _tokens(scope: Scope, headers: Headers) -> list[str]:
-    """The tokens that a request gives."""
     given = _query(scope).get("token", [])
     scheme, _, bearer = headers.get("authorization", "").partition(" ")
     if scheme.lower() == "bearer":

@@ -7,12 +7,8 @@ from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array
 
-SPANS = (
-    0.5,
-    1.0,
-    2.0,
-    4.0,
-)  # [s] in which the boat moves on, the shortest that resolves its direction
+# [s] in which the boat moves on, the shortest that resolves its direction
+SPANS = (0.5, 1.0, 2.0, 4.0)
 RESOLVED = 0.05  # [rad] standard deviation of a direction that is resolved
 LEAST_SHARE = 0.3  # of the spans whose direction is
 MOST_HEADINGS = (5.0, 95.0)  # [percentiles] the range of the heading

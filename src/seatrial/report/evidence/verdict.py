@@ -134,7 +134,6 @@ def axis_word(resolved: float, hidden: bool, ratio: float) -> str:
 
 
 def _floor(runs: Sequence[Run]) -> str:
-    """The noise floor."""
     noise = floors(runs)
     sizes = [
         f"{number(f * s, 2)} {u}" for f, (u, s) in zip(noise.tolist(), ERROR_UNITS, strict=True)
@@ -144,7 +143,6 @@ def _floor(runs: Sequence[Run]) -> str:
 
 
 def _over_expected(model: Model, runs: Sequence[Run], rms: Array) -> str:
-    """RMS error over the expected RMS."""
     own = expected_rms(runs)
     if own is None:
         return ""

@@ -136,5 +136,4 @@ def _drive_table(found: AllocationComparison, place: int) -> Table:
 
 
 def _most(drive: Drive) -> int:
-    """The thruster with most crossings."""
     return int(np.argmax(list(drive.crossings.values())))
