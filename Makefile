@@ -56,6 +56,7 @@ format: $(VENV)/.test ## format Python and C++
 bench: $(VENV)/.built $(VENV)/.test ## speed, as ratios within one run
 	$(BIN)/python -m benchmarks.run
 	$(BIN)/python -m benchmarks.startup
+	$(BIN)/python -m benchmarks.estimators
 	$(BIN)/python -m benchmarks.scaling
 
 stub: $(VENV)/.built ## the type stub, after a change of the core's bindings

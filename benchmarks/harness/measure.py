@@ -43,7 +43,15 @@ def peak() -> int:
     return int(status.partition("VmHWM:")[2].split()[0]) << 10
 
 
-def measured(name: str, what: str, path: Path, *, repeats: int = 1, cores: int = 0) -> Measured:
+def measured(
+    name: str,
+    what: str,
+    path: Path,
+    *,
+    repeats: int = 1,
+    cores: int = 0,
+    environment: Mapping[str, str] | None = None,
+) -> Measured:
     """Medians of the times and the largest peak [bytes] of `repeats` processes of their own."""
     command = [sys.executable, "-m", f"benchmarks.{name}", "--measure", what, str(path)]
     found = []
@@ -51,7 +59,7 @@ def measured(name: str, what: str, path: Path, *, repeats: int = 1, cores: int =
         begin = time.perf_counter()
         done = subprocess.run(
             [*command, "--cores", str(cores)], capture_output=True, text=True, check=False,
-            cwd=ROOT,
+            cwd=ROOT, env={**os.environ, **(environment or {})},
         )  # fmt: skip
         if done.returncode:
             raise SystemExit(f"{what}: {done.stderr}")
