@@ -69,11 +69,15 @@ class Drives(dict[str, seatrial.Recording]):
         return self[cause]
 
 
-@pytest.fixture(scope="module")
-def known_model() -> seatrial.Model:
-    """The model of the boat before it changes: a fixture of modules that name it `model`."""
+def _identified(_) -> seatrial.Model:
     trials = driven(PLAN, vehicle_of("MP"), 3001, TRAINING)
     return output_error([t.recording for t in trials.values()], vehicle_of("MP"))
+
+
+@pytest.fixture(scope="module")
+def known_model(once) -> seatrial.Model:
+    """The model of the boat before it changes: a fixture of modules that name it `model`."""
+    return once("boat-before-changes", _identified)[1]
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,14 @@ import shutil
 import signal
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import bag_tools
 import logs
+import msgspec
 import numpy as np
 import pytest
 from bag_tools import Sent
@@ -236,6 +238,12 @@ def pool(tmp_path_factory, af, paper_af, once):
 
     out = tmp_path_factory.mktemp("pool")
     return Path(shutil.copytree(once("pool", fill)[0], out, dirs_exist_ok=True))
+
+
+def in_coarse_steps(model: seatrial.Model) -> seatrial.Model:
+    """The model integrated as identified ones are: its filters take an eighth of the time of a plant's."""
+    integration = msgspec.structs.replace(model.integration, step=1 / 30)
+    return replace(model, integration=integration)
 
 
 def make_model(

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import TABLE_II, at_length, make_model
+from conftest import TABLE_II, at_length, in_coarse_steps, make_model
 from scipy.linalg import expm
 
 from seatrial.boat.findings import FindingKind, of_kinds
@@ -44,7 +44,7 @@ def plan_of(force: DisturbanceForce | None = FORCE, trial: str = "S7", seed: int
 
 def believing(model: Model, plan: PlanFile, process: ProcessEntry) -> Model:
     noise = NoiseEntry(plan.pose.position_noise, plan.pose.heading_noise, process)
-    return replace(model, noise=noise)
+    return in_coarse_steps(replace(model, noise=noise))
 
 
 def true_process(plan: PlanFile) -> ProcessEntry:

@@ -30,6 +30,7 @@ from seatrial.report.evidence.runs import PLOT_WINDOW, busy_window, gather, time
 from seatrial.report.evidence.verdict import verdict
 from seatrial.report.figures.embed import decode, pack
 from seatrial.report.figures.errors import correlation, histogram
+from seatrial.report.model_report import write_evidence
 from seatrial.report.text.markup import number
 from seatrial.report.text.names import html_symbol, mathml_symbol, sentence
 from seatrial.report.text.numbers import ratio_word
@@ -37,16 +38,7 @@ from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.statistics import NORMAL_95
 
 HOSTILE = '</script><b onclick="x()">&amp;'
-SCORE_FIELDS = (
-    "rms",
-    "stays_constant",
-    "ratio",
-    "floor",
-    "expected_rms",
-    "excess",
-    "bias",
-    "kurtosis",
-)
+SCORE_FIELDS = tuple("rms stays_constant ratio floor expected_rms excess bias kurtosis".split())
 
 
 def shown(text: str) -> float:
@@ -62,8 +54,15 @@ def model(cse1_paper_model):
 
 
 @pytest.fixture(scope="module")
-def text(model, cse1):
-    return report(model, list(cse1.values()))
+def evidence(model, cse1):
+    return collect(model, list(cse1.values()), 1.0)
+
+
+@pytest.fixture(scope="module")
+def text(evidence, tmp_path_factory):
+    path = tmp_path_factory.mktemp("page") / "report.html"
+    write_evidence(evidence, path)
+    return path.read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -72,13 +71,14 @@ def tables(text):
 
 
 @pytest.fixture(scope="module")
-def runs(model, cse1):
-    return gather(model, assess(model, list(cse1.values()), 1.0))
+def runs(evidence):
+    return evidence.runs
 
 
 @pytest.fixture(scope="module")
-def evidence(model, cse1):
-    return collect(model, list(cse1.values()), 1.0)
+def part(cse1) -> seatrial.Recording:
+    """A minute of the ship, where it matters little what the report is of."""
+    return cse1["run1"].cut(0.0, 60.0)
 
 
 def boat(af, **changed):
@@ -89,6 +89,12 @@ def boat(af, **changed):
 @pytest.fixture(scope="module")
 def mallard(af):
     return boat(af)
+
+
+@pytest.fixture(scope="module")
+def backwards(af, surge):
+    """Of a model whose surge thrust has the wrong sign."""
+    return collect(boat(af, X_F=-0.14), [surge], 1.0)
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +138,7 @@ def test_scores_are_those_of_validate(tables, model, cse1):
 
 
 def test_the_expected_rms_is_in_table_and_verdict(model, cse1):
-    runs = list(cse1.values())[:1]
+    runs = [cse1["random_run1"].cut(0.0, 120.0)]
     pushed = ProcessEntry(0.0, 0.0, 0.05, 0.05, 2.0)
     sure = replace(model, noise=NoiseEntry(7e-5, 3e-4, pushed))
     text = report(sure, runs)
@@ -324,10 +330,8 @@ def test_without_an_unseen_recording_the_report_asks_for_one(evidence):
     assert sum("Validate on a recording" in line for line in advice(seen)) == 1
 
 
-def test_poor_axes_and_one_sided_commands_get_advice(af, mallard, surge):
-    bad = boat(af, X_F=-0.14)
-    told = advice(collect(bad, [surge], 1.0))
-    assert any("surge prediction is worse" in line for line in told)
+def test_poor_axes_and_one_sided_commands_get_advice(backwards, mallard, surge):
+    assert any("surge prediction is worse" in line for line in advice(backwards))
     commands = replace(surge.commands, values=np.abs(surge.commands.values))
     sided = advice(collect(mallard, [replace(surge, commands=commands)], 1.0))
     assert any("surge commands have almost only one sign" in line for line in sided)
@@ -335,9 +339,9 @@ def test_poor_axes_and_one_sided_commands_get_advice(af, mallard, surge):
     assert not any("surge prediction" in line or "only one sign" in line for line in good)
 
 
-def test_warnings_and_the_sanity_line_are_shown(model, cse1):
+def test_warnings_and_the_sanity_line_are_shown(model, part):
     warned = replace(model, warnings=("N_rr < 0 & so on",))
-    text = report(warned, [cse1["run1"]])
+    text = report(warned, [part])
     assert '<p class="warning"><i>N</i><sub>rr</sub> &lt; 0 &amp; so on</p>' in text
     assert re.search(r'<p class="sanity">Implied top speed [\d.]+ m/s in surge', text)
 
@@ -352,9 +356,8 @@ def test_an_unstable_model_gets_a_report_that_says_so(af, surge):
     assert 'id="scores"' not in text
 
 
-def test_a_wrong_sign_is_the_next_thing_to_do(af, surge):
-    turned = boat(af, X_F=-0.14)
-    following = verdict(collect(turned, [surge], 1.0))[2]
+def test_a_wrong_sign_is_the_next_thing_to_do(backwards):
+    following = verdict(backwards)[2]
     assert following.startswith("Next: X_F = -0.14 ± 0.014 is negative: F_u drives surge backwards")
 
 
@@ -365,14 +368,14 @@ def test_a_physical_doubt_is_a_warning_whoever_made_the_model(af, surge):
     assert re.search(r'<p class="warning">[^<]*<i>X</i><sub>u</sub> = 0.05', text)
 
 
-def test_names_cannot_become_markup(model, cse1, cse1_vehicle):
+def test_names_cannot_become_markup(model, part, cse1_vehicle):
     file = msgspec.structs.replace(cse1_vehicle.file, name=HOSTILE)
     vehicle = seatrial.Vehicle(file)
     hostile = replace(
         model.with_vehicle(vehicle), warnings=(HOSTILE,),
         recordings=tuple(msgspec.structs.replace(r, name=HOSTILE) for r in model.recordings),
     )  # fmt: skip
-    text = report(hostile, [replace(cse1["run1"], name=HOSTILE)])
+    text = report(hostile, [replace(part, name=HOSTILE)])
     assert "<b onclick" not in text
     assert text.count("</script>") == text.count("<script") == 4
     assert text.count("&lt;/script&gt;&lt;b onclick=&quot;x()&quot;&gt;&amp;amp;") >= 6
@@ -408,15 +411,15 @@ def test_no_recording_is_an_error(model):
         report(model, [])
 
 
-def test_write_report_writes_whole_or_not_at_all(model, cse1, tmp_path, text):
+def test_write_report_writes_whole_or_not_at_all(model, part, tmp_path):
     """And the same report for the same input."""
-    path = tmp_path / "deep" / "report.html"
-    write_report(model, list(cse1.values()), path)
+    path, text = tmp_path / "deep" / "report.html", report(model, [part])
+    write_report(model, [part], path)
     assert path.read_text(encoding="utf-8") == text
     (tmp_path / "file").write_text("kept")
     with pytest.raises(FileError):
-        write_report(model, [cse1["run1"].cut(0, 60)], tmp_path / "file" / "report.html")
+        write_report(model, [part], tmp_path / "file" / "report.html")
     with pytest.raises(RecordingError):
-        write_report(model, [cse1["run1"].cut(0, 1)], path)
+        write_report(model, [part.cut(0, 1)], path)
     assert path.read_text(encoding="utf-8") == text
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
