@@ -104,7 +104,7 @@ def test_signs_in_a_single_run_of_the_ship_are_found(ship, cse1_vehicle):
 )
 def test_a_unit_that_should_not_have_been_stated_is_found(ship, cse1_vehicle, units, stated):
     table, mallard = simulated("hard", "S4", "mallard-mp")
-    for tables, vehicle in (([table], mallard), (ship, cse1_vehicle)):
+    for tables, vehicle in (([table], mallard), (ship[2:], cse1_vehicle)):
         wrong = apply_repair(vehicle, replace(untouched(vehicle), units=units))
         report = check_consistency(read_all(tables, wrong), wrong)
         assert [u for u in report.repair.units if u] == [stated for u in units if u]

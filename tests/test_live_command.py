@@ -60,7 +60,7 @@ def trials(tmp_path_factory):
     plan = folder / "plan.yaml"
     plan.write_text(
         "seatrial: plan 1\nbased_on: clean\nvehicles: [mallard-mp]\n"
-        f"trials: {{{TRIAL[:2]}: {{drive: surge, duration: 200}}}}\n"
+        f"trials: {{{TRIAL[:2]}: {{drive: surge, duration: 120}}}}\n"
     )
     assert main(["simulate", "--plan", str(plan), "-o", str(folder), "--quiet"]) == 0
     return folder

@@ -45,7 +45,7 @@ def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
 def test_whether_a_push_turns_with_the_boat_is_found(earth, seed):
     """Taken for one that turns, wind made right structures look wrong, and lags vanish."""
     push = DisturbanceForce(0.05, 3.0, earth_fixed=earth)
-    vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
+    vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3, seconds=80.0)
     model = output_error(recordings, vehicle)
     assert model.noise.process.earth_fixed == earth
     assert misfit(model) == ()
@@ -87,7 +87,7 @@ def test_a_curve_is_found_whatever_pushes_the_boat(share, seed):
 @pytest.mark.parametrize("seed", [10, *map(on_request, range(11, 16))])
 def test_a_linear_thruster_gets_no_curve(seed):
     push = DisturbanceForce(0.05, 2.0)
-    vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3)
+    vehicle, recordings = driven(MIDDLE, CHAIN, seed=seed, push=push, white=4e-3, seconds=80.0)
     found = output_error(recordings, vehicle).estimator.findings
     assert of_kinds(found, *STAGES_SELECTED) == (), found
 
@@ -100,7 +100,7 @@ def test_a_bow_thruster_has_a_lag_of_its_own(seed):
         {"name": "stern", "actuators": ["t1", "t2"], **same, "lag": 0.12},
         {"name": "bow", "actuators": ["t3"], **same, "lag": 0.4},
     ]
-    vehicle, recordings = driven(BOWED, chain, seed=seed, white=4e-3)
+    vehicle, recordings = driven(BOWED, chain, seed=seed, white=4e-3, seconds=80.0)
     model = output_error(recordings, vehicle)
     selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "t1+t2", "t3", stage="lag")
     assert selected in model.estimator.findings

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import TABLE_II, make_model
+from conftest import TABLE_II, in_coarse_steps, make_model
 from scipy.linalg import expm
 
 from seatrial import _core
@@ -27,7 +27,14 @@ from seatrial.report.evidence import verdict
 from seatrial.report.evidence.runs import gather
 from seatrial.report.text.numbers import at_floor, resolved_ratio
 from seatrial.simulation.trials import Trial
-from tests.boats.wrong_models import SENSORS, SURE, driven, variants
+from tests.boats import wrong_models
+from tests.boats.wrong_models import SENSORS, SURE, variants
+
+
+def driven(*how, **more) -> tuple[Model, Trial]:
+    """The boat and a trial."""
+    boat, trial = wrong_models.driven(*how, **more)
+    return in_coarse_steps(boat), trial
 
 
 def predicted(model: Model, recording: Recording) -> Prediction:

@@ -17,7 +17,7 @@ from tests.test_sampled_commands import LAG, sampled
 @pytest.fixture(scope="module")
 def boat():
     """A vehicle, and two drives of it whose commands are samples."""
-    vehicle, recordings = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    vehicle, recordings = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, drives=1)
     return vehicle, [sampled(r) for r in recordings]
 
 
@@ -34,7 +34,7 @@ def test_a_model_of_the_users_terms_says_so_where_the_recordings_show_it(boat):
     assert not again.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
     assert not again.warnings
     # changes at their rows
-    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, drives=1)
     exact = seatrial.identify([replace(r, command_period=0.1) for r in changed], vehicle)
     assert not exact.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
     assert exact.warnings
@@ -53,7 +53,7 @@ def test_under_model_mismatch_the_doubt_stays(boat, monkeypatch):
 
 def test_half_a_row_of_time_does_not_stand_for_an_error_of_a_stated_latency(boat):
     vehicle, _ = boat
-    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
+    _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, drives=1)
     exact = [replace(r, command_period=0.1) for r in changed]
     early = vehicle.with_chain([ChainGroup(latency=0.05)])
     assert stated_sampling(exact, early) == (early, ())

@@ -23,7 +23,7 @@ NONE = {"dead_zone": {"forward": 0.0, "reverse": 0.0}}
 
 def drives(gains, seeds=(1, 2), sizes=(both, both, both)):
     curve = [{"name": "props", "gains": gains}, {"name": "edges", **NONE}] if gains else NONE
-    found = [driven(curve, sizes, bow=True, seconds=150.0, seed=seed) for seed in seeds]
+    found = [driven(curve, sizes, bow=True, seconds=100.0, seed=seed) for seed in seeds]
     return found[0][0], [recording for _, recording in found]
 
 

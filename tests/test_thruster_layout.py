@@ -96,7 +96,7 @@ def stated_wrong(vehicle, wrong):
 )
 def test_thrusters_that_the_recordings_contradict_are_told(wrong, rate):
     chain = {"lag": 0.1, "dead_zone": EDGES}
-    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, rate=rate, seconds=60.0)
+    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, rate=rate, seconds=40.0)
     solution = fit(recordings, stated_wrong(vehicle, wrong))
     (found,) = contradicted_layout(solution)
     assert found.values["layout"] == "four in an X, all ahead"
@@ -128,7 +128,8 @@ def test_a_method_names_the_layout_that_it_takes():
 
 def test_a_prior_has_the_layout_already():
     """Else its dead zone would be one of whole axes."""
-    vehicle, recordings = driven(MIDDLE, {"lag": 0.1, "dead_zone": EDGES}, seed=3, white=1e-3)
+    chain = {"lag": 0.1, "dead_zone": EDGES}
+    vehicle, recordings = driven(MIDDLE, chain, seed=3, white=1e-3, seconds=60.0)
     plain = without_thrusters(vehicle).with_automatic_structure()
     old = seatrial.identify(recordings, plain)
     assert old.vehicle.file.thrusters

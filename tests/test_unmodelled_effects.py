@@ -26,14 +26,14 @@ def both(rng):
 
 
 def drives(change=None, seeds=(1, 2), **keys):
-    """The vehicle, and recordings of 150 s each; change: (recording, eta) -> eta."""
+    """The vehicle, and recordings of 100 s each; change: (recording, eta) -> eta."""
     found = []
     for seed in seeds:
         vehicle, drive = driven(
             {"dead_zone": {"forward": 0.0, "reverse": 0.0}},
             [both, both, both],
             bow=True,
-            seconds=150.0,
+            seconds=100.0,
             seed=seed,
             **keys,
         )
