@@ -148,8 +148,14 @@ def path(boat, tmp_path_factory) -> Path:
     return path
 
 
-def trials(plan_name: str, vehicle: seatrial.Vehicle) -> dict[str, Trial]:
-    return {t.name.split("-")[0]: t for t in simulate(load_plan(plan_name), vehicle)}
+def trials(plan_name: str, vehicle: seatrial.Vehicle, share: float = 1.0) -> dict[str, Trial]:
+    """Those of a plan, of so much of its time."""
+    plan = load_plan(plan_name)
+    lasting = {
+        n: msgspec.structs.replace(t, duration=share * t.duration) for n, t in plan.trials.items()
+    }
+    plan = msgspec.structs.replace(plan, trials=lasting)
+    return {t.name.split("-")[0]: t for t in simulate(plan, vehicle)}
 
 
 @pytest.fixture(scope="session")
@@ -192,12 +198,12 @@ def clean_af(af, once) -> dict[str, Trial]:
 
 @pytest.fixture(scope="session")
 def paper_af(af, once) -> dict[str, Trial]:
-    return read_only(once("paper-af", lambda _: trials("paper-like", af))[1])
+    return read_only(once("paper-af", lambda _: trials("paper-like", af, 0.6))[1])
 
 
 @pytest.fixture(scope="session")
 def paper_mp(mp, once) -> dict[str, Trial]:
-    return read_only(once("paper-mp", lambda _: trials("paper-like", mp))[1])
+    return read_only(once("paper-mp", lambda _: trials("paper-like", mp, 0.6))[1])
 
 
 @pytest.fixture(scope="session")

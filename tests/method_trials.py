@@ -15,17 +15,18 @@ from seatrial.simulation.trials import plant_model, simulate
 PULSES = ("S1", "S2", "S3")
 
 
-def pulses_of(plan: PlanFile, vehicle: seatrial.Vehicle) -> list[Recording]:
+def pulses_of(plan: PlanFile, vehicle: seatrial.Vehicle, seconds: float = 200.0) -> list[Recording]:
     """S1-S3 of a plan."""
-    plan = msgspec.structs.replace(plan, trials={k: plan.trials[k] for k in PULSES})
+    chosen = {k: msgspec.structs.replace(plan.trials[k], duration=seconds) for k in PULSES}
+    plan = msgspec.structs.replace(plan, trials=chosen)
     return [trial.recording for trial in simulate(plan, vehicle)]
 
 
 @cache
 def driven(plan: str, vehicle: str, seed: int) -> tuple[seatrial.Vehicle, tuple[Recording, ...]]:
-    """The vehicle and its three recordings."""
+    """The vehicle and its three recordings, of 150 s."""
     boat = seatrial.load_vehicle(vehicle)
-    return boat, tuple(pulses_of(with_seed(load_plan(plan), seed), boat))
+    return boat, tuple(pulses_of(with_seed(load_plan(plan), seed), boat, 150.0))
 
 
 def truth(plan: str, vehicle: str) -> dict[str, float]:

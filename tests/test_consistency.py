@@ -45,7 +45,10 @@ def ship(cse1, cse1_vehicle) -> list[Table]:
         np.genfromtxt(CSE1 / "csv" / f"CSE1_data_{n}.csv", delimiter=",", names=True)["pose_valid"]
         for n in cse1
     ]
-    return [tabulated(r, cse1_vehicle, m > 0.5) for r, m in zip(cse1.values(), marks, strict=True)]
+    runs = [run.cut(0.0, 240.0) for run in cse1.values()]
+    return [
+        tabulated(r, cse1_vehicle, m[: len(r.t)] > 0.5) for r, m in zip(runs, marks, strict=True)
+    ]
 
 
 @pytest.mark.parametrize(

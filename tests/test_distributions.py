@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from seatrial.util.distributions import chi2_sf, holm, normal_two_sided
+from seatrial.util.distributions import chi2_sf, holm, normal_two_sided, student_two_sided
 
 
 @pytest.mark.parametrize("freedom", [1, 2, 3, 7, 15, 60, 400])
@@ -31,6 +31,19 @@ def test_no_degrees_of_freedom_are_refused():
 @pytest.mark.parametrize("z", [0.0, 0.5, -1.959964, 4.0, 30.0])
 def test_the_normal_tail_is_scipys(z):
     assert normal_two_sided(z) == pytest.approx(2 * stats.norm.sf(abs(z)), rel=1e-12)
+
+
+@pytest.mark.parametrize("freedom", [3.0, 8.0, 10.0, 45.0, 100.0, 200.0])
+def test_students_tail_is_nearly_scipys(freedom):
+    for t, most in (
+        (0.5, 1.01),
+        (2.0, 1.01),
+        (4.0, 1.03 if freedom > 8 else 1.05),
+        (5.0, 1.08),
+        (12.0, 1.26),
+    ):
+        ratio = student_two_sided(t, freedom) / (2.0 * stats.t.sf(t, freedom))
+        assert 0.99 < ratio < most
 
 
 def test_holms_steps():

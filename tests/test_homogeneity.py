@@ -27,7 +27,7 @@ def plan_of(preset: str, seed: int, force: DisturbanceForce | None = None) -> Pl
 
 
 def recordings(plan, vehicle, names):
-    trials = {name: plan.trials[name] for name in names}
+    trials = {n: msgspec.structs.replace(plan.trials[n], duration=100.0) for n in names}
     return [t.recording for t in simulate(msgspec.structs.replace(plan, trials=trials), vehicle)]
 
 

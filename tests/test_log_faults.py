@@ -26,7 +26,9 @@ HONEST = 3.0  # standard errors
 @pytest.fixture(scope="module")
 def trials(mp):
     """Poses and commands of three clean trials."""
-    made = {t.name[:2]: t for t in simulate(load_plan("paper-like"), mp)}
+    plan = load_plan("paper-like")
+    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=100.0) for n in NAMES}
+    made = {t.name[:2]: t for t in simulate(msgspec.structs.replace(plan, trials=chosen), mp)}
     found = {}
     for name in NAMES:
         trial = made[name]

@@ -102,7 +102,7 @@ def test_an_axis_that_was_never_driven_is_refused_in_words(method, trial):
 
 def test_a_recording_that_is_too_short_is_refused_in_words(method, trial):
     vehicle, recordings = trial
-    with pytest.raises(SeatrialError, match=r"S1-MP, S2-MP, S3-MP: 8.9 s in all is too short"):
+    with pytest.raises(SeatrialError, match=r"S1-MP, S2-MP, S3-MP: 8.8 s in all is too short"):
         seatrial.identify([r.cut(30, 33) for r in recordings], vehicle, method=method)
 
 

@@ -57,6 +57,14 @@ def commands(log, folder, clock=lambda t: t):
     )  # fmt: skip
 
 
+def taken(log, folder, *bodies, clock=lambda t: t, **how):
+    """A folder with the take of these bodies, by default a boat's far motion, and the commands."""
+    folder.mkdir(exist_ok=True)
+    motive(folder / "take.csv", log.pose_t, bodies or [body("boat", far(log.pose))], **how)
+    commands(log, folder, clock)
+    return folder
+
+
 def read(folder, **choices):
     """The proposal, its vehicle file and the recording by it."""
     proposal = seatrial.init(folder, choices=Choices(**choices))
@@ -164,11 +172,8 @@ def test_several_bodies(write, log, tmp_path, capsys):
 
 def test_two_boats_are_a_question(log, tmp_path):
     """Both move, and neither is named boat: the user says which; a name decides."""
-    folder = tmp_path / "run"
-    folder.mkdir()
     pose = far(log.pose)
-    motive(folder / "take.csv", log.pose_t, [body("Otter", pose), body("Seal", pose[::-1])])
-    commands(log, folder)
+    folder = taken(log, tmp_path / "run", body("Otter", pose), body("Seal", pose[::-1]))
     with pytest.raises(
         RecordingError, match=r"take\.csv:Otter, take\.csv:Seal; name one with --pose"
     ):
@@ -187,10 +192,7 @@ def seconds_late(recording):
 
 def test_commands_by_the_wall_clock(log, tmp_path):
     """Stamps since 1970: the poses count from the start of the capture."""
-    folder = tmp_path / "run"
-    folder.mkdir()
-    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))])
-    commands(log, folder, lambda t: t + BEGUN)
+    folder = taken(log, tmp_path / "run", clock=lambda t: t + BEGUN)
     proposal, vehicle, recording = read(folder)
     assert vehicle.file.pose.stamp.column == "Capture Time"
     assert any("02.31.05.123 PM has no zone, and counts as UTC" in r for r in recording.remarks)
@@ -209,11 +211,8 @@ def test_commands_by_the_wall_clock(log, tmp_path):
 def test_commands_of_another_time_zone(case, log, tmp_path, capsys):
     """The offset is proposed and stated; of stamps that take none, as dates, at those of the poses."""
     zone, unit, said = case
-    folder, file = tmp_path / "run", tmp_path / "boat.yaml"
-    folder.mkdir()
-    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
-    factor = 1e3 if unit == "ms" else 1.0
-    commands(log, folder, lambda t: (t + BEGUN - zone) * factor)
+    file, factor = tmp_path / "boat.yaml", 1e3 if unit == "ms" else 1.0
+    folder = taken(log, tmp_path / "run", clock=lambda t: (t + BEGUN - zone) * factor, markers=0)
     if unit == "dates":
         lines = [line.split(",", 1) for line in (folder / "commands.csv").read_text().splitlines()]
         dated = [
@@ -228,13 +227,14 @@ def test_commands_of_another_time_zone(case, log, tmp_path, capsys):
     assert seconds_late(recording) == pytest.approx(log.command_t[0] - log.pose_t[0], abs=1e-5)
 
 
-def test_a_time_that_is_no_time_zone_is_refused(log, tmp_path):
-    """A quarter of an hour: two drives, not two clocks."""
-    folder = tmp_path / "run"
-    folder.mkdir()
-    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
-    commands(log, folder, lambda t: t + BEGUN + 900.0)
-    with pytest.raises(RecordingError, match="that both were recorded together"):
+@pytest.mark.parametrize(
+    ("late", "said"),
+    [(900.0, "that both were recorded together"), (3 * 86_400, r"commands run from 259200 s to 25926\d")],
+)  # fmt: skip
+def test_a_time_that_is_no_time_zone_is_refused(late, said, log, tmp_path):
+    """A quarter of an hour, or days: two drives, not two clocks."""
+    folder = taken(log, tmp_path / "run", clock=lambda t: t + BEGUN + late, markers=0)
+    with pytest.raises(RecordingError, match=said):
         seatrial.init(folder)
 
 
@@ -260,10 +260,7 @@ def test_the_axes_are_known(kind, log, tmp_path):
 
 def test_columns_of_a_take_that_the_user_names_are_asked_about(log, tmp_path):
     """x and z of a take with y up are left-handed; the heading is not named by one column of its quaternion."""
-    folder, asked = tmp_path / "run", []
-    folder.mkdir()
-    motive(folder / "take.csv", log.pose_t, [body("Otter", far(log.pose))])
-    commands(log, folder)
+    folder, asked = taken(log, tmp_path / "run"), []
     choices = Choices(pose="x=Position X,y=Position Z,heading=Rotation Y")
 
     def falls(question, options):
@@ -276,16 +273,6 @@ def test_columns_of_a_take_that_the_user_names_are_asked_about(log, tmp_path):
         "What does the heading of the log (a quaternion, Rotation X, Rotation Y, Rotation Z, Rotation W) do?"
         in question
     )
-
-
-def test_commands_of_another_day(log, tmp_path):
-    """Both clocks count from 1970: the message says how far they are apart."""
-    folder = tmp_path / "run"
-    folder.mkdir()
-    motive(folder / "take.csv", log.pose_t, [body("boat", far(log.pose))], markers=0)
-    commands(log, folder, lambda t: t + BEGUN + 3 * 86_400)
-    with pytest.raises(RecordingError, match=r"commands run from 259200 s to 25926\d"):
-        seatrial.init(folder)
 
 
 @pytest.mark.parametrize("late", [3.0, -3.0, 20.0])
@@ -399,18 +386,11 @@ def test_a_marker_with_the_name_of_the_body(log, tmp_path):
     np.testing.assert_allclose(table.columns(["Position X", "Position Y"]), pose[:, :2], atol=1e-5)
 
 
-def test_headers_that_only_look_like_it(tmp_path):
-    """A table of the user's whose first column has such a name is read as it is."""
-    path = tmp_path / "log.csv"
-    path.write_text("Objects,t\n1,0.0\n2,0.1\n")
-    (table,) = open_tables(path).values()
-    assert table.names == ["Objects", "t"]
-
-
 PLAIN = (  # text, names of its columns
     ("Format Version,t,x\n1,0.0,1\n1,0.1,2\n", ["Format Version", "t", "x"]),
     ("Format Version,1.0\nt,x,y\n0,1,2\n1,2,3\n", ["t", "x", "y"]),
     ("Objects\n1\n2\n3\n", ["Objects"]),
+    ("Objects,t\n1,0.0\n2,0.1\n", ["Objects", "t"]),
     ("Segments\n3\nFrame,x\n0,1\n1,2\n2,3\n", ["Frame", "x"]),
     ("NO_OF_FRAMES,t\n1,0.0\n2,0.1\n", ["NO_OF_FRAMES", "t"]),
     ("FILE_VERSION\t1\nt\tx\n0\t1\n1\t2\n", ["FILE_VERSION", "1"]),
@@ -491,13 +471,10 @@ def test_axes_that_point_to_the_stern(tmp_path):
 @pytest.mark.parametrize("up", ["y", "z"])
 def test_axes_of_a_body_that_stand_up(up, log, tmp_path):
     """The axis whose heading is read points up: no heading, and no word of clocks."""
-    folder = tmp_path / "run"
-    folder.mkdir()
     boat = body("boat", far(log.pose))
     stood = Rotation.from_euler("x" if up == "y" else "y", 90, degrees=True)
     boat = replace(boat, turned=boat.turned * stood)
-    motive(folder / "take.csv", log.pose_t, [boat], up=up, markers=0)
-    commands(log, folder)
+    folder = taken(log, tmp_path / "run", boat, up=up, markers=0)
     with pytest.raises(
         RecordingError, match=r"the axis of the heading is 8\d deg from level, and has"
     ):
@@ -518,11 +495,8 @@ def test_takes_one_after_the_other(log, tmp_path):
 @pytest.mark.parametrize("degrees", [30.0, -120.0])
 def test_sticks_that_drive_aside_of_the_axes(degrees, log, tmp_path):
     """Surge and sway by their own inputs: both lie turned by one angle; the name of surge says by which quarter."""
-    folder = tmp_path / "run"
-    folder.mkdir()
     pose = log.pose + np.array([0.0, 0.0, np.radians(degrees)])
-    motive(folder / "take.csv", log.pose_t, [body("boat", pose)], up="z", markers=0)
-    commands(log, folder)
+    folder = taken(log, tmp_path / "run", body("boat", pose), up="z", markers=0)
     proposal, vehicle, _ = read(folder)
     assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(degrees), abs=0.03)
     assert "F_u: {column: F_u}" in proposal.text and "F_v: {column: F_v}" in proposal.text
@@ -530,10 +504,8 @@ def test_sticks_that_drive_aside_of_the_axes(degrees, log, tmp_path):
 
 def test_from_a_take_to_a_model(log, tmp_path, capsys):
     """`init` and `identify` by the default method: the coefficients of the boat that was simulated."""
-    folder, file = tmp_path / "pool", tmp_path / "boat.yaml"
-    folder.mkdir()
-    motive(folder / "take.csv", log.pose_t, [body("Boat", log.pose, lost=LOST)])
-    commands(log, folder)
+    folder = taken(log, tmp_path / "pool", body("Boat", log.pose, lost=LOST))
+    file = tmp_path / "boat.yaml"
     assert main(["init", str(folder), "-o", str(file)]) == 0
     text = file.read_text()
     assert 'y: {column: "Position Z", sign: -1}' in text

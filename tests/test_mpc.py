@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import in_coarse_steps
 
 import seatrial
 from seatrial import _core
@@ -33,7 +34,7 @@ SHIP = ROOT / "data" / "cse1" / "pair.yaml"
 @pytest.fixture(scope="module")
 def truth():
     """The paper's boat with dead zone and lag."""
-    return plant_model(load_plan("hard"), load_vehicle("mallard-mp"))
+    return in_coarse_steps(plant_model(load_plan("hard"), load_vehicle("mallard-mp")))
 
 
 @pytest.fixture(scope="module")

@@ -18,8 +18,8 @@ def known() -> seatrial.Model:
     return model(SCENE, IDENTIFIED)
 
 
-def test_odometry_counts_and_looks(known):
-    odometer = Odometer(known, lever=(0.3, 0.0))
+def test_odometry_counts_and_looks(paper_mp_model):
+    odometer = Odometer(paper_mp_model, lever=(0.3, 0.0))
     assert odometer.newest == 0
     assert not odometer.at(10).known
     assert odometer.command(10, [0, 0, 0]) is Taken.USED

@@ -36,7 +36,8 @@ def slower(recording: Recording, rate: float) -> Recording:
 def drift_of(vehicle, plan, force, names, *, thrust=(1.0, 1.0), rate=0.0) -> tuple[Finding, ...]:
     chain = [msgspec.structs.replace(group, dead_zone=None) for group in plan.plant.chain]
     plant = msgspec.structs.replace(plan.plant, unmodelled=force, chain=chain)
-    trials = {name: plan.trials[name] for name in names}
+    trials = {n: plan.trials[n] for n in names}
+    trials = {n: msgspec.structs.replace(t, duration=0.75 * t.duration) for n, t in trials.items()}
     driven = simulate(msgspec.structs.replace(plan, plant=plant, trials=trials), vehicle)
     found = output_error([slower(fading(t.recording, *thrust), rate) for t in driven], vehicle)
     return found.findings_of(FindingKind.PARAMETER_DRIFT, FindingKind.CLOCK_DRIFT)

@@ -224,7 +224,7 @@ def test_what_is_left_out_is_marked(recording, cse1):
     assert "excluded" in texts
     count = int((~excluded.valid).sum())
     assert f"left out ({count} poses)" in texts
-    ship = drawn(cse1["run1"].plot())
+    ship = drawn(cse1["run1"].cut(0.0, 60.0).plot())
     assert titled(ship, "scales") is not None
 
 

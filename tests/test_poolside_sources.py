@@ -12,6 +12,7 @@ import sys
 import threading
 import time
 import tty
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -81,6 +82,19 @@ def through_pipe(text: bytes, boat: Vehicle) -> tuple[list[object], tuple[str, .
         return list(source), source.problems
 
 
+@contextmanager
+def gathered(source):
+    """A list that fills with the source's events; at the end it is closed."""
+    found: list[object] = []
+    thread = threading.Thread(target=lambda: found.extend(source))
+    with source:
+        thread.start()
+        yield found
+        source.close()
+        thread.join(PATIENCE)
+    assert not thread.is_alive()
+
+
 # Lines #
 
 
@@ -129,20 +143,15 @@ def test_bad_lines_are_counted_and_end_nothing():
 
 
 def test_udp_is_on_loopback_unless_an_address_is_given(sender):
-    with datagrams("udp:0", vehicle()) as source:
-        port = source._endpoint.port
-        assert source._endpoint._socket.getsockname()[0] == "127.0.0.1"
-        found: list[object] = []
-        thread = threading.Thread(target=lambda: found.extend(source))
-        thread.start()
+    source = datagrams("udp:0", vehicle())
+    port = source._endpoint.port
+    assert source._endpoint._socket.getsockname()[0] == "127.0.0.1"
+    with gathered(source) as found:
         sender.sendto(
             b'{"t": 1, "pose": [1, 2, 3]}\n{"t": 1, "command": [0, 0, 0]}', ("127.0.0.1", port)
         )
         sender.sendto(b"junk", ("127.0.0.1", port))
         until(lambda: len(found) >= 2 and source.problems)
-        source.close()
-        thread.join(PATIENCE)
-        assert not thread.is_alive()
     assert [e.kind for e in found] == ["pose", "command"]
     again = datagrams(f"udp:127.0.0.1:{port}", vehicle())  # the port is free again
     again.close()
@@ -316,14 +325,10 @@ def grown(path, boat, content, cuts):
 
 def followed(path, boat, write):
     """Events of a bag while `write` writes it, and what is said of it."""
-    found: list[object] = []
-    with open_source(f"follow:{path}", boat) as source:
-        thread = threading.Thread(target=lambda: found.extend(source))
-        thread.start()
+    source = open_source(f"follow:{path}", boat)
+    with gathered(source) as found:
         write()
-        source.close()
-        thread.join(PATIENCE)
-        return found, source.problems
+    return found, source.problems
 
 
 def is_all_of(found, whole, boat):
@@ -403,15 +408,11 @@ def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path, monkeypatch)
             bag.write(content[end:])
         path.rename(tmp_path / "run.bag")
 
-    found: list[object] = []
-    with open_source(f"follow:{path}", boat) as source:
-        thread = threading.Thread(target=lambda: found.extend(source))
-        settled = looks_at(source, monkeypatch)
-        thread.start()
+    source = open_source(f"follow:{path}", boat)
+    settled = looks_at(source, monkeypatch)
+    with gathered(source) as found:
         write()
-        source.close()
-        thread.join(PATIENCE)
-        assert source.problems == ()
+    assert source.problems == ()
     first, third, half, all_of_it = seen
     assert first == 0 < third < half < all_of_it == len(found)
     is_all_of(found, whole, boat)
@@ -481,17 +482,12 @@ def test_a_folder_of_ros1_bags_is_followed_from_one_to_the_next(tmp_path):
     folder = tmp_path / "run"
     folder.mkdir()
     first = ros1(folder / "run_0.bag", sent[:300]).rename(folder / "run_0.bag.active")
-
-    found: list[object] = []
-    with open_source(f"follow:{folder}", bag_boat()) as source:
-        thread = threading.Thread(target=lambda: found.extend(source))
-        thread.start()
+    source = open_source(f"follow:{folder}", bag_boat())
+    with gathered(source) as found:
         until(lambda: found)
         first.rename(folder / "run_0.bag")
         ros1(tmp_path / "run_1.bag", sent[300:]).rename(folder / "run_1.bag.active")
-        source.close()
-        thread.join(PATIENCE)
-        assert source.problems == ()
+    assert source.problems == ()
     assert len(sent) - 5 < len(found) <= len(sent)
 
 
@@ -542,15 +538,10 @@ def test_a_folder_of_mcap_files_is_followed_from_one_to_the_next(tmp_path):
     folder = tmp_path / "run"
     folder.mkdir()
     mcap(folder / "run_0.mcap", sent[:300])
-    found: list[object] = []
-    with open_source(f"follow:{folder}", bag_boat()) as source:
-        thread = threading.Thread(target=lambda: found.extend(source))
-        thread.start()
+    with gathered(open_source(f"follow:{folder}", bag_boat())) as found:
         until(lambda: len(found) > 200)
         mcap(folder / "run_1.mcap", sent[300:])
         until(lambda: len(found) > len(sent) - 5)
-        source.close()
-        thread.join(PATIENCE)
     assert len(sent) - 5 < len(found) <= len(sent)
     assert [e.kind for e in found].count("pose") == len(poses_sent(6.0))
 
@@ -579,13 +570,10 @@ def test_a_growing_bag_that_can_not_be_followed_is_one_line(tmp_path):
 
 def test_a_growing_bag_without_a_topic_waits_for_it(tmp_path):
     mcap(tmp_path / "run.mcap", poses_sent(2.0))
-    with open_source(f"follow:{tmp_path / 'run.mcap'}", bag_boat()) as source:
-        thread = threading.Thread(target=lambda: list(source))
-        thread.start()
+    source = open_source(f"follow:{tmp_path / 'run.mcap'}", bag_boat())
+    with gathered(source):
         until(lambda: source.problems)
         assert "waiting: " in source.problems[0] and "no topic /joy" in source.problems[0]
-        source.close()
-        thread.join(PATIENCE)
 
 
 # Telemetry #
@@ -700,19 +688,12 @@ def test_telemetry_over_udp_and_over_a_serial_line(log, sender):
     frames = [frame for _, frame in islice(records(path), 1500)]
 
     def taken(source, send):
-        found: list[object] = []
-        thread = threading.Thread(target=lambda: found.extend(source))
-        thread.start()
-        for i, frame in enumerate(frames):
-            send(frame)
-            if i % 10 == 0:
-                time.sleep(0.015)
-        until(lambda: len(found) >= 300)
-        source.close()
-        thread.join(PATIENCE)
-        assert not thread.is_alive()
-        assert len(found) >= 300
-        return found
+        with gathered(source) as found:
+            for i, frame in enumerate(frames):
+                send(frame)
+                if i % 10 == 0:
+                    time.sleep(0.015)
+            until(lambda: len(found) >= 300)
 
     source = telemetry("mavlink:udp:0", boat)
     port = source._transport.port
@@ -738,41 +719,27 @@ def test_a_message_that_mavlink_has_not_is_named(log):
 # Tables that grow #
 
 
-def collected(source, count):
-    found: list[object] = []
-    thread = threading.Thread(target=lambda: found.extend(source), daemon=True)
-    thread.start()
-
-    def wait(number=count):
-        until(lambda: len(found) >= number)
-        return found
-
-    return wait, thread
-
-
 def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):
     lines = table(tmp_path / "whole.csv")
     boat, path = vehicle(), tmp_path / "run.csv"
     source = open_source(f"follow:{path}", boat)
-    wait, thread = collected(source, 400)
-    until(lambda: source.problems)
-    assert source.problems[0].startswith("waiting:")
-    with path.open("w") as file:
-        for text in ("t,x,y,psi,F_u", ",F_v,F_r\n", lines[0][:7]):
-            file.write(text)
-            file.flush()
-            time.sleep(0.1)
-        file.write(lines[0][7:] + "\n")
-        for k in range(1, 200, 20):
-            text = "\n".join(lines[k : k + 20]) + "\n"
-            file.write(text[:33])
-            file.flush()
-            time.sleep(0.06)
-            file.write(text[33:])
-            file.flush()
-    events = wait()
-    source.close()
-    thread.join(PATIENCE)
+    with gathered(source) as events:
+        until(lambda: source.problems)
+        assert source.problems[0].startswith("waiting:")
+        with path.open("w") as file:
+            for text in ("t,x,y,psi,F_u", ",F_v,F_r\n", lines[0][:7]):
+                file.write(text)
+                file.flush()
+                time.sleep(0.1)
+            file.write(lines[0][7:] + "\n")
+            for k in range(1, 200, 20):
+                text = "\n".join(lines[k : k + 20]) + "\n"
+                file.write(text[:33])
+                file.flush()
+                time.sleep(0.06)
+                file.write(text[33:])
+                file.flush()
+        until(lambda: len(events) >= 400)
     recorded = list(open_source(str(tmp_path / "whole.csv"), boat, 0.0))
     assert [(e.kind, e.stamp) for e in poses_of(events)] == [
         (e.kind, e.stamp) for e in poses_of(recorded)
@@ -814,10 +781,9 @@ def test_a_bad_row_of_a_growing_table_is_counted(tmp_path):
     with (tmp_path / "run.csv").open("a") as file:
         file.write("11,1,2\nx,y,z,1,2,3,4\n,,,,,,\n" + "a" * 100 + "\n" + lines[-1] + "\n")
     source = open_source(f"follow:{tmp_path / 'run.csv'}", vehicle())
-    wait, thread = collected(source, 402)
-    assert len(wait()) == 402
-    source.close()
-    thread.join(PATIENCE)
+    with gathered(source) as found:
+        until(lambda: len(found) >= 402)
+    assert len(found) == 402
     (text,) = source.problems
     assert "run.csv" in text
     assert "could not be used" in text
@@ -829,15 +795,12 @@ def test_a_folder_that_grows(tmp_path):
         pose={**VEHICLE["pose"], "file": "poses.csv"},
         commands={**VEHICLE["commands"], "file": "commands.csv"},
     )
-    source = open_source(f"follow:{tmp_path}", boat)
-    wait, thread = collected(source, 200)
-    for name in ("poses.csv", "commands.csv"):
-        time.sleep(0.1)
-        table(tmp_path / name, 100)
-    events = wait()
-    assert len(poses_of(events)) == 100
-    source.close()
-    thread.join(PATIENCE)
+    with gathered(open_source(f"follow:{tmp_path}", boat)) as events:
+        for name in ("poses.csv", "commands.csv"):
+            time.sleep(0.1)
+            table(tmp_path / name, 100)
+        until(lambda: len(events) >= 200)
+        assert len(poses_of(events)) == 100
 
 
 def test_a_growing_table_without_a_column_or_that_shrinks_ends_with_an_error(tmp_path):

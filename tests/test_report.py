@@ -38,7 +38,7 @@ from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.statistics import NORMAL_95
 
 HOSTILE = '</script><b onclick="x()">&amp;'
-SCORE_FIELDS = tuple(["rms", "stays_constant", "ratio", "floor", "expected_rms", "excess", "bias", "kurtosis"])
+SCORE_FIELDS = ("rms", "stays_constant", "ratio", "floor", "expected_rms", "excess", "bias", "kurtosis")  # fmt: skip
 
 
 def shown(text: str) -> float:

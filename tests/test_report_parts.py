@@ -11,7 +11,6 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial.boat.actuators import STARTS
 from seatrial.boat.physics import axis_physics, driven
-from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.pooled_scores import pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
@@ -19,7 +18,7 @@ from seatrial.report.evidence import homogeneity as agreement
 from seatrial.report.evidence.actuators import angle_curves, curves, step_responses
 from seatrial.report.evidence.model_evidence import collect
 from seatrial.report.evidence.physics import physics
-from seatrial.report.evidence.runs import gather, judged, thinned
+from seatrial.report.evidence.runs import judged, thinned
 from seatrial.report.figures.base import CYCLE, colour_of
 from seatrial.report.figures.embed import decode, encode
 from seatrial.report.figures.recorded import cells, timeline, tracks
@@ -244,11 +243,11 @@ def test_thinned_rows_keep_where_samples_begin_and_end():
 
 def test_a_recording_that_is_too_short_is_kept_with_the_reason(model, trials):
     short = trials["S1"].cut(0.0, 0.8)
-    runs = gather(model, assess(model, [trials["S7"], short], 1.0))
+    found = collect(model, [trials["S7"].cut(0.0, 60.0), short], 1.0)
+    runs = found.runs
     assert [run.tested for run in runs] == [True, False]
     assert "no two usable velocities 1 s apart" in runs[1].failure
-    rows = summary(collect(model, [trials["S7"], short], 1.0)).rows
-    assert len(rows) == 2
+    assert len(summary(found).rows) == 2
 
 
 def test_the_verdict_counts_what_is_known(evidence, model):

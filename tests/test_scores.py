@@ -75,7 +75,7 @@ def test_scores_of_another_model_are_refused(model, drives, scores):
 
 
 def test_scores_of_other_recordings_are_refused(model, drives, scores):
-    with pytest.raises(ModelError, match=r"S4-MP: 19\.9 s long, is not among .* S7-MP"):
+    with pytest.raises(ModelError, match=r"S4-MP: 20\.0 s long, is not among .* S7-MP"):
         report(model, [drives[0].cut(0.0, 20.0)], scores=scores)
 
 
@@ -158,14 +158,13 @@ def test_scores_of_the_first_version_are_read(stencil_scores, tmp_path):
     assert found.pooled == []
 
 
-def test_the_command_takes_the_file(pool, tmp_path, capsys):
+def test_the_command_takes_the_file(pool, tmp_path, capsys, monkeypatch):
     model, drive = str(pool / "model.yaml"), str(pool / "S4-AF")
     scores, page = tmp_path / "scores.json", tmp_path / "report.html"
     assert main(["validate", model, drive, "--json", str(scores), "-q"]) == 0
+    monkeypatch.setattr(model_evidence, "assess", pytest.fail)
     assert main(["report", model, drive, "--scores", str(scores), "-o", str(page), "-q"]) == 0
-    assert main(["report", model, drive, "-o", str(tmp_path / "own.html"), "-q"]) == 0
-    assert page.read_text() == (tmp_path / "own.html").read_text()
-    assert capsys.readouterr().err == ""
+    assert page.exists() and capsys.readouterr().err == ""
 
 
 @pytest.mark.system

@@ -28,9 +28,11 @@ def test_the_same_seed_gives_the_same_trials_and_another_seed_others(mp):
 
 def test_names_rates_and_lengths_are_the_papers(paper_af):
     assert list(paper_af) == ["S1", "S2", "S3", "S4", "S5", "S6", "S7"]
+    lengths = [trial.duration for trial in load_plan("paper-like").trials.values()]
+    assert lengths == [200.0] * 6 + [400.0]
     record = paper_af["S7"].recording
     assert 1 / record.period == pytest.approx(15.0, rel=1e-3)
-    assert record.duration == pytest.approx(400.0, abs=0.5)
+    assert record.duration == pytest.approx(0.6 * 400.0, abs=0.5)
     steps = np.diff(record.seconds(record.commands.stamps))
     assert 1 / np.median(steps) == pytest.approx(100.0, rel=1e-6)
 

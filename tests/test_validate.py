@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from cli_tools import run
-from conftest import TABLE_II, at_length, make_model
+from conftest import TABLE_II, at_length, in_coarse_steps, make_model
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -56,7 +56,7 @@ def test_a_perfect_models_score_is_the_noise_floor(af, preset):
         joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
     )  # fmt: skip
     (trial,) = simulate(plan, af)
-    truth = plant_model(plan, af)
+    truth = in_coarse_steps(plant_model(plan, af))
     scores = validate(truth, [trial.recording], reference="stencil").recordings[0].scores
     for symbol in "uvr":
         assert scores[symbol].rms == pytest.approx(scores[symbol].floor, rel=0.08), symbol
@@ -230,7 +230,7 @@ def test_commands_in_another_unit_have_no_score(clean_af, af, truth_af):
 
 def test_a_test_recording_that_contradicts_the_vehicle_file_is_told(clean_af, af, tmp_path, capsys):
     path = write_trial(clean_af["S7"], tmp_path)
-    save(plant_model(load_plan("clean"), af), model := tmp_path / "model.yaml")
+    save(in_coarse_steps(plant_model(load_plan("clean"), af)), model := tmp_path / "model.yaml")
     assert run(capsys, "validate", model, path)[1].count("doubt: ") == 0
     commands = path / "commands.csv"
     commands.write_text(commands.read_text().replace("t,F_u,F_v,F_r", "t,F_v,F_u,F_r"))
