@@ -115,16 +115,9 @@ def sums(rows: Sequence[Row]) -> str:
                 f"{sum(bool(row.refused) for row in own)}",
             ])  # fmt: skip
     head = [
-        "case",
-        "effects found",
-        "imagined",
-        "terms found",
-        "extra terms",
-        "intervals",
-        "largest",
-        "CPU",
+        "case", "effects found", "imagined", "terms found", "extra terms", "intervals", "largest", "CPU",
         "refused",
-    ]
+    ]  # fmt: skip
     return table(head, lines)
 
 

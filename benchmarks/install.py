@@ -69,14 +69,8 @@ def installed(wheel: str, folder: Path) -> tuple[Environment, float]:
     for compiler in ("cc", "c++", "gcc", "g++", "clang", "cmake"):
         assert shutil.which(compiler, path=str(folder / "bin")) is None
     pip = (
-        "-m",
-        "pip",
-        "install",
-        "--quiet",
-        "--disable-pip-version-check",
-        "--only-binary",
-        ":all:",
-    )
+        "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary", ":all:",
+    )  # fmt: skip
     return environment, environment.run("python", *pip, wheel)
 
 

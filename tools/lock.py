@@ -11,12 +11,8 @@ def compile_requirements(name: str, extras: list[str]) -> None:
     """Resolve pyproject.toml with some extras into requirements/NAME.txt."""
     command = ["uv", "pip", "compile", "pyproject.toml", "--universal", "--python-version", "3.10"]
     command += [
-        "--generate-hashes",
-        "--no-header",
-        "--no-annotate",
-        "--quiet",
-        "--no-emit-index-url",
-    ]
+        "--generate-hashes", "--no-header", "--no-annotate", "--quiet", "--no-emit-index-url",
+    ]  # fmt: skip
     command += [f"--extra={extra}" for extra in extras]
     subprocess.run([*command, "-o", f"requirements/{name}.txt"], cwd=ROOT, check=True)
 

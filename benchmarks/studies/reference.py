@@ -54,12 +54,8 @@ def _row(model: Model, trial: Trial) -> list[Array]:
     )
     new, old = look.predict(1.0, EVERY), predict(model, recording, 1.0, every=EVERY)
     found = [
-        _true(new, trial),
-        _rms(new.squares),
-        new.reference_error,
-        _true(old, trial),
-        _rms(old.squares),
-    ]
+        _true(new, trial), _rms(new.squares), new.reference_error, _true(old, trial), _rms(old.squares),
+    ]  # fmt: skip
     return [one for one in found if one is not None]
 
 

@@ -80,11 +80,6 @@ def _driven(found: AllocationComparison, names: list[str]) -> str:
                     f"{100 * d.limited:.1f}", f"{d.power:.2f}",
                 ])  # fmt: skip
     head = [
-        "drive",
-        "scheme",
-        "crossings a minute",
-        "wrench error, %",
-        "limited, % of the time",
-        "power",
-    ]
+        "drive", "scheme", "crossings a minute", "wrench error, %", "limited, % of the time", "power",
+    ]  # fmt: skip
     return table(head, rows, text=2)

@@ -70,12 +70,8 @@ def matched(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> str:
 def forced(cases: Sequence[Case], outcomes: Sequence[Outcome]) -> str:
     """What comes after a start estimate that is false."""
     head = (
-        "driving",
-        "start estimate",
-        "pose false after it, %",
-        "drives lost",
-        "map cells off, %",
-    )
+        "driving", "start estimate", "pose false after it, %", "drives lost", "map cells off, %",
+    )  # fmt: skip
     rows = []
     for case in cases:
         o = [x for x in outcomes if x.case == case]

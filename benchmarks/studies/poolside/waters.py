@@ -88,12 +88,8 @@ class TwinInWind:
     """Two thrusters, wind with gusts; GNSS of 2 cm and 0.01 rad."""
 
     name, radius, tick, period, sway = (
-        "two thrusters in wind",
-        0.8,
-        twin.TICK,
-        twin.GNSS_PERIOD,
-        False,
-    )
+        "two thrusters in wind", 0.8, twin.TICK, twin.GNSS_PERIOD, False,
+    )  # fmt: skip
 
     def __init__(self, seed: int) -> None:
         chain: dict[str, object] = {

@@ -27,12 +27,8 @@ from tests.boats.drives import model
 
 SEEDS = range(51, 56)
 GUESSES = (
-    "constant pose",
-    "constant velocity",
-    "predictor, the paper's model",
-    "predictor",
-    "true motion",
-)
+    "constant pose", "constant velocity", "predictor, the paper's model", "predictor", "true motion",
+)  # fmt: skip
 DROP_OUTS = DropOuts(per_minute=4.0, shortest=0.5, longest=2.0)
 FAR = np.array([0.2, 0.1])  # [m], [rad] from the truth: a pose that far off is false
 OFF = 0.15  # [m] from any surface: more than the sensor's own error

@@ -17,15 +17,9 @@ from seatrial.boat.finding_texts.spec import NAMES
 from seatrial.util.format import joined
 
 __all__ = [
-    "Finding",
-    "FindingKind",
-    "advice_of",
-    "finding_of",
-    "finding_text",
-    "most_important",
-    "of_kinds",
+    "Finding", "FindingKind", "advice_of", "finding_of", "finding_text", "most_important", "of_kinds",
     "sentence_of",
-]
+]  # fmt: skip
 
 MOST_NAMES = 10_000  # of a subject: a file may hold anything
 LONGEST_TEXT = 10_000  # [characters] of a name or a word

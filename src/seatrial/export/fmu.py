@@ -93,16 +93,8 @@ def _binary(name: str, header: str, source: str) -> dict[str, bytes]:
         (Path(folder) / f"{name}.h").write_text(header, encoding="utf-8")
         (Path(folder) / "fmu.c").write_text(source, encoding="utf-8")
         command = [
-            *compiler,
-            "-std=c99",
-            "-O2",
-            "-fPIC",
-            "-shared",
-            "-o",
-            str(library),
-            "fmu.c",
-            "-lm",
-        ]
+            *compiler, "-std=c99", "-O2", "-fPIC", "-shared", "-o", str(library), "fmu.c", "-lm",
+        ]  # fmt: skip
         done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             first = (done.stderr.strip() or "no message").splitlines()[0]
@@ -181,13 +173,8 @@ def _variables(content: Content, into: Xml.Element) -> list[int]:
     for name, measure in STATE_UNITS:
         real = {"unit": measure, "start": "0.0"}
         add(
-            f"{name}_start",
-            "at time 0",
-            real,
-            causality="parameter",
-            variability="fixed",
-            initial="exact",
-        )
+            f"{name}_start", "at time 0", real, causality="parameter", variability="fixed", initial="exact",
+        )  # fmt: skip
     computed = {"causality": "output", "variability": "continuous", "initial": "calculated"}
     for name, measure in STATE_UNITS:
         add(name, "of the boat", {"unit": measure}, **computed)

@@ -138,12 +138,9 @@ class Gazebo:
         x, y = placed.get(name, (0.0, 0.0))
         shift = yaw / size - (x * along[1] - y * along[0])
         return Propeller(
-            *self._names[k],
-            x + shift * along[1],
-            y - shift * along[0],
-            float(np.arctan2(sway, surge)),
+            *self._names[k], x + shift * along[1], y - shift * along[0], float(np.arctan2(sway, surge)),
             self._reach(k, size),
-        )
+        )  # fmt: skip
 
     def _reach(self, k: int, thrust: float) -> tuple[float, float]:
         """[N] of actuator k at full command astern and ahead, known signals at their references."""

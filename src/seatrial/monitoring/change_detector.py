@@ -229,13 +229,5 @@ def _finding(found: Sequence[FittedChange], state: ChangeState, now: int) -> Boa
     first = next(iter(causes))
     best = next(one for one in found if one.change.cause == first)
     return BoatChange(
-        state,
-        now,
-        first,
-        best.change.what,
-        causes[first],
-        best.size,
-        best.error,
-        log_ratio(found),
-        causes,
-    )
+        state, now, first, best.change.what, causes[first], best.size, best.error, log_ratio(found), causes,
+    )  # fmt: skip

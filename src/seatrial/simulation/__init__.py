@@ -7,18 +7,6 @@ from seatrial.simulation.sensors import ImuSettings, LidarSettings, PoseSettings
 from seatrial.simulation.world import SimulatedBoat, Simulator, World
 
 __all__ = [
-    "ImuReading",
-    "ImuSettings",
-    "LidarSettings",
-    "PoseReading",
-    "PoseSettings",
-    "Reading",
-    "Scan",
-    "Scene",
-    "SceneFile",
-    "Sensors",
-    "SimulatedBoat",
-    "Simulator",
-    "World",
-    "load_scene",
-]
+    "ImuReading", "ImuSettings", "LidarSettings", "PoseReading", "PoseSettings", "Reading", "Scan", "Scene",
+    "SceneFile", "Sensors", "SimulatedBoat", "Simulator", "World", "load_scene",
+]  # fmt: skip

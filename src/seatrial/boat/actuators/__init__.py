@@ -15,14 +15,6 @@ from seatrial.boat.actuators.reader import ChainReader
 from seatrial.boat.actuators.stated_values import stated
 
 __all__ = [
-    "BOUNDS",
-    "CURVE",
-    "ESTIMATE",
-    "SHORTEST_LAG",
-    "STAGES",
-    "STARTS",
-    "USES",
-    "ChainReader",
-    "Constants",
+    "BOUNDS", "CURVE", "ESTIMATE", "SHORTEST_LAG", "STAGES", "STARTS", "USES", "ChainReader", "Constants",
     "stated",
-]
+]  # fmt: skip

@@ -8,15 +8,6 @@ from seatrial.control.allocation.schemes import AllocationComparison, compare_sc
 from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
 
 __all__ = [
-    "PRIORITY",
-    "AllocationComparison",
-    "Allocator",
-    "AllocatorScheme",
-    "Effectiveness",
-    "allocation_json",
-    "allocation_text",
-    "compare_schemes",
-    "effectiveness",
-    "load_boat",
-    "wrench_text",
-]
+    "PRIORITY", "AllocationComparison", "Allocator", "AllocatorScheme", "Effectiveness", "allocation_json",
+    "allocation_text", "compare_schemes", "effectiveness", "load_boat", "wrench_text",
+]  # fmt: skip

@@ -81,13 +81,9 @@ def _overlap(x: RecordingEntry, y: RecordingEntry) -> bool:
 def notes(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
     """Reservations: other differences between the two models, one message each."""
     return [
-        *_independence(a, b),
-        *_methods(a, b),
-        *_vehicles(a, b),
-        *_dead_zones(a, b, seen),
-        *_curves(a, b, seen),
-        *_envelopes(a, b),
-    ]
+        *_independence(a, b), *_methods(a, b), *_vehicles(a, b), *_dead_zones(a, b, seen),
+        *_curves(a, b, seen), *_envelopes(a, b),
+    ]  # fmt: skip
 
 
 def _independence(a: Model, b: Model) -> list[str]:

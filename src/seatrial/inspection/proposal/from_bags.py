@@ -31,16 +31,8 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
 
 POSE_TOPIC_WORDS = (
-    "slam",
-    "mocap",
-    "vicon",
-    "qualisys",
-    "optitrack",
-    "vrpn",
-    "amcl",
-    "pose",
-    "odom",
-)
+    "slam", "mocap", "vicon", "qualisys", "optitrack", "vrpn", "amcl", "pose", "odom",
+)  # fmt: skip
 BODY_FRAMES = ("base_link", "base_footprint", "base", "body")
 WORLD_FRAMES = ("map", "world", "odom")
 PLANAR_FIELDS = {  # fields of motion in the plane, of messages with more

@@ -114,16 +114,8 @@ def differences(pair: ModelPair) -> Table:
     """Values, difference, its size in standard errors, and the probability of chance."""
     found = pair.found
     head = (
-        "parameter",
-        "A",
-        "± A (s.e.)",
-        "B",
-        "± B (s.e.)",
-        "B − A",
-        "in s.e.",
-        "p (Holm)",
-        "unit",
-    )
+        "parameter", "A", "± A (s.e.)", "B", "± B (s.e.)", "B − A", "in s.e.", "p (Holm)", "unit",
+    )  # fmt: skip
     rows = [_difference(one) for one in found.pairs]
     marked = frozenset(i for i, one in enumerate(found.pairs) if one.differs)
     for place, rest in enumerate((found.only_a, found.only_b)):

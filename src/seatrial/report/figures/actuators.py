@@ -63,13 +63,8 @@ def _drawn(found: Sequence[Curve]) -> list[Figure]:
         colour, dash = colour_of(i)
         if (one.high > one.low).any():
             band = area(
-                f"{one.label}, 95 %",
-                one.x,
-                one.low,
-                one.high,
-                colour,
-                shade=SHADE if i == 0 else WARM,
-            )
+                f"{one.label}, 95 %", one.x, one.low, one.high, colour, shade=SHADE if i == 0 else WARM,
+            )  # fmt: skip
             traces.append(band | {"showlegend": False})
         traces.append(line(one.label, one.x, one.y, colour, dash=dash, width=2.0))
     return traces

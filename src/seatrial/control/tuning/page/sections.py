@@ -70,12 +70,8 @@ def safety(tuning: Tuning) -> Section:
         *_rows(tuning.worst, tuning.loops),
     ]
     measures = (
-        "gain margin",
-        "phase margin [deg]",
-        "delay [s]",
-        "sensitivity",
-        "crossover [rad/s]",
-    )
+        "gain margin", "phase margin [deg]", "delay [s]", "sensitivity", "crossover [rad/s]",
+    )  # fmt: skip
     head = ("axis", *measures)
     table = Table("margins", "Margins", head, rows)
     guided = "" if tuning.guidance is None else f'<p class="note">{GUIDED}</p>'

@@ -11,10 +11,6 @@ def tuning_report(tuning: Tuning) -> str:
     """The page as HTML text; the same tuning gives the same text."""
     curves = responses(tuning)
     found = [
-        gains(tuning),
-        safety(tuning),
-        steps(tuning, curves),
-        bode(tuning, curves),
-        provenance(tuning),
-    ]
+        gains(tuning), safety(tuning), steps(tuning, curves), bode(tuning, curves), provenance(tuning),
+    ]  # fmt: skip
     return page(f"{tuning.model.name}: controller tuned by seatrial", found)
