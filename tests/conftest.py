@@ -2,6 +2,7 @@
 """Shared boats, trials and recordings; with SEATRIAL_REQUIRE_ALL a skip is a failure."""
 
 import fcntl
+import gc
 import importlib
 import json
 import os
@@ -46,6 +47,12 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 ROOT = Path(__file__).resolve().parents[1]
 CSE1 = ROOT / "data" / "cse1"
 
+GARBAGE = (
+    20_000,
+    20,
+    20,
+)  # new objects, and passes, between those of the collector: 5 % of the tests' time less
+
 # Table II of the paper
 TABLE_II = {
     "MP": {
@@ -63,6 +70,13 @@ def pytest_configure():
     """A worker of a parallel run keeps to one core: the others have theirs. `on_cores` is for tests of threads."""
     if int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) >= parallel.cores():
         parallel._most_cores.set(1)
+
+
+def pytest_collection_finish():
+    """What is collected stays: the garbage collector need not look through it during every test."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(*GARBAGE)
 
 
 @pytest.fixture
