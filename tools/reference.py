@@ -90,9 +90,11 @@ def library() -> list[str]:
         thing = getattr(seatrial, name)
         text = inspect.cleandoc(thing.__doc__ or "")
         head = f"{name}{inspect.signature(thing)}" if inspect.isfunction(thing) else f"class {name}"
-        lines += [f"### {name}", "", "```python", plain(head), "```", "", text, ""]
+        of_fields: list[str] = []
         if dataclasses.is_dataclass(thing) or issubclass(type(thing), type(msgspec.Struct)):
-            lines += [*listed([(own, comment) for own, _, comment in json_page.fields(thing)]), ""]
+            fields = [(own, meaning) for own, _, meaning in json_page.fields(thing)]
+            of_fields, text = [*listed(fields), ""], json_page.MEANING.sub("", text).strip()
+        lines += [f"### {name}", "", "```python", plain(head), "```", "", text, "", *of_fields]
     return lines
 
 
