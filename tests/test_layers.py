@@ -149,7 +149,7 @@ def test_the_program_loads_no_command_that_is_not_called(arguments):
     loaded = _loaded(f"from seatrial.commands.cli import main; main({arguments})")
     own = {name for name in loaded if name.startswith("seatrial.")}
     assert own - {"seatrial.commands.shared", "seatrial.commands.shared.examples"} == {
-        "seatrial.commands", "seatrial.commands.cli", "seatrial.util", "seatrial.util.context", "seatrial.util.errors",
+        "seatrial.commands", "seatrial.commands.cli", "seatrial.util", "seatrial.util.errors",
         "seatrial.util.printing", "seatrial.util.progress", "seatrial.util.status",
     }  # fmt: skip
     assert not loaded & {*EDGES, "numpy", "msgspec", "yaml", "rich", "shtab"}

@@ -231,11 +231,11 @@ def test_a_table_counts_what_was_rejected_false_and_lost():
         Outcome(case, seed, off, off, accepted, np.full(10, 3), np.array([0.01, 0.3]))
         for seed, off in ((1, good), (2, bad))
     ]
-    assert tables.reach({case: made}, [case]).splitlines()[-1] == (
+    assert tables.reach({case: made}).splitlines()[-1] == (
         "| 0.5 m | constant pose | 10 | 10 | 1 of 2 | 50 |"
     )
-    row = tables.matched({case: made}, [case]).splitlines()[-1]
+    row = tables.matched({case: made}).splitlines()[-1]
     assert row == "| 1 Hz | constant pose | 500 | 1 | 3.0 | 10 | 10 | 1 of 2 | 500 | 1 | 50 |"
     moved = Case("aggressive", "predictor", 3, undistort=False)
-    row = tables.undistorted({moved: made[:1]}, [moved]).splitlines()[-1]
+    row = tables.undistorted({moved: made[:1]}).splitlines()[-1]
     assert row == "| predictor | as measured | 10 | 1 | 212 |"

@@ -14,8 +14,7 @@ from contextvars import ContextVar
 from functools import cache, partial
 from typing import Generic, TypeVar
 
-from seatrial.util.context import held
-from seatrial.util.progress import over, shared
+from seatrial.util.progress import held, over, shared
 
 MOST_THREADS = 256
 

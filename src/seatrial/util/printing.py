@@ -7,9 +7,8 @@ from contextlib import AbstractContextManager, suppress
 from contextvars import ContextVar
 from typing import TextIO
 
-from seatrial.util.context import held
 from seatrial.util.errors import printable
-from seatrial.util.progress import hidden
+from seatrial.util.progress import held, hidden
 
 USUAL_COLUMNS, FEWEST_COLUMNS = 80, 20  # of a terminal that does not say; of a narrow one
 STANDARD_OUTPUT = "-"  # in place of a file's name

@@ -18,7 +18,6 @@ from itertools import islice
 from math import exp
 from typing import TYPE_CHECKING, TypeVar
 
-from seatrial.util.context import held
 from seatrial.util.status import Status, time_left
 
 if TYPE_CHECKING:
@@ -101,6 +100,16 @@ class _Part:
 
 
 _current: ContextVar[_Part | None] = ContextVar("progress", default=None)
+
+
+@contextmanager
+def held(variable: ContextVar[T], value: T) -> Iterator[None]:
+    """A variable of the context has this value inside."""
+    token = variable.set(value)
+    try:
+        yield
+    finally:
+        variable.reset(token)
 
 
 @contextmanager
