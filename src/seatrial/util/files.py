@@ -224,6 +224,15 @@ def dump_json(content: object, *, ascii_only: bool = False) -> str:
     return json.dumps(content, indent=1, allow_nan=False, ensure_ascii=ascii_only) + "\n"
 
 
+def builtin(value: Any) -> Any:  # noqa: ANN401, as msgspec calls it
+    """Paths and numbers of numpy as JSON has them."""
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no JSON")
+
+
 def finite_or_none(content: Any) -> Any:  # noqa: ANN401
     """JSON has no infinity and no NaN: null (a boat that never moves has no ratio)."""
     if isinstance(content, dict):

@@ -241,9 +241,9 @@ def write_json(
         return
     import msgspec
 
-    from seatrial.util.files import dump_json, finite_or_none, write_text
+    from seatrial.util.files import builtin, dump_json, finite_or_none, write_text
 
-    plain = finite_or_none(msgspec.to_builtins(content, enc_hook=_builtin))
+    plain = finite_or_none(msgspec.to_builtins(content, enc_hook=builtin))
     plain = {"seatrial": kind} | plain
     if to_programs(args):
         put(dump_json(plain, ascii_only=True))
@@ -258,15 +258,6 @@ def guard_lines(args: argparse.Namespace, *inputs: object) -> None:
     if to_programs(args) and args.udp is None:
         raise LiveError("--json -: the lines are on standard output; give a file, or --udp PORT")
     guard(args.json, "{", *inputs)
-
-
-def _builtin(value: Any) -> Any:  # noqa: ANN401, as msgspec calls it
-    """Paths and numbers of numpy as JSON has them."""
-    if isinstance(value, Path):
-        return str(value)
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} has no JSON")
 
 
 def add_places(command: argparse.ArgumentParser) -> None:

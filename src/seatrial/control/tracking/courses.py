@@ -15,7 +15,7 @@ from seatrial.boat.model import Model
 from seatrial.control.allocation.steered import steering_of
 from seatrial.control.tracking.reference import Reference
 from seatrial.control.tracking.shapes import Jet, Shape
-from seatrial.control.tuning.linear import LinearBoat, linearise, steady_motions
+from seatrial.control.tuning.linear import LinearBoat, accelerations, linearise, steady_motions
 from seatrial.control.tuning.steered import steered_shares
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import Array
@@ -116,10 +116,7 @@ def _demand(course: Course, model: Model, boat: LinearBoat, most: Array) -> floa
     times = np.linspace(0.0, course.duration, COURSE_SAMPLES)
     motions = [course.at(float(t)).body() for t in times]
     nu, nu_dot = (np.array(rows) for rows in zip(*motions, strict=True))
-    forces = np.zeros((len(nu), len(model.structure.forces)))
-    free = _core.accelerations(
-        model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
-    )
+    free = accelerations(model, nu)
     speeds = float((np.abs(nu) / most).max())
     if (steering := steering_of(model)) is not None:
         return max(float(steered_shares(steering, nu, nu_dot - free).max()), speeds)

@@ -159,7 +159,7 @@ def slopes_at(model: Model, speeds: Array) -> Array:
     """d nu_dot / d nu (m, 3, 3) without thrust, by central differences."""
     steps = np.vstack([VELOCITY_STEP * np.eye(3), -VELOCITY_STEP * np.eye(3)])
     nu = (speeds[:, None, :] + steps).reshape(-1, 3)
-    found = _accelerations(model, nu).reshape(len(speeds), 2, 3, 3)
+    found = accelerations(model, nu).reshape(len(speeds), 2, 3, 3)
     return np.asarray(np.swapaxes(found[:, 0] - found[:, 1], 1, 2) / (2.0 * VELOCITY_STEP))
 
 
@@ -187,7 +187,7 @@ def _reached(model: Model) -> Array:
     for _ in range(4000):
         if steering is not None:
             full = full_accelerations(steering, float(speed[0]))
-        rate = np.diag(_accelerations(model, np.diag(speed))) + full
+        rate = np.diag(accelerations(model, np.diag(speed))) + full
         speed = speed + step * rate
         if not np.isfinite(speed).all() or np.abs(speed).max() > 1e3:
             raise ControlError(
@@ -212,7 +212,8 @@ def steepest(model: Model) -> float:
     return found
 
 
-def _accelerations(model: Model, nu: Array, force: Array | None = None) -> Array:
+def accelerations(model: Model, nu: Array, force: Array | None = None) -> Array:
+    """Accelerations (n, 3) at velocities (n, 3) by generalised forces (n, forces), by default none."""
     forces = np.zeros((len(nu), len(model.structure.forces))) if force is None else force
     return _core.accelerations(
         model.structure.compiled, model.coefficients, np.ascontiguousarray(nu), forces
@@ -223,7 +224,7 @@ def _force_effect(model: Model) -> Array:
     """Accelerations (3, forces) at rest by a generalised force of 1."""
     n = len(model.structure.forces)
     force = np.vstack([np.zeros((1, n)), np.eye(n)])
-    found = _accelerations(model, np.zeros((n + 1, 3)), force)
+    found = accelerations(model, np.zeros((n + 1, 3)), force)
     if not np.isfinite(found).all():
         raise ModelError(
             f"{model.name}: the accelerations in its equations can't be solved for; "

@@ -2,22 +2,15 @@
 """The state as JSON, and what of it changed since the last message to a page."""
 
 import msgspec
-import numpy as np
 
 from seatrial.poolside.state import Controller, LiveState
+from seatrial.util.files import builtin
 
 FIELDS = LiveState.__struct_fields__
 Rows = list[tuple[float, float, float, float]]
 
 
-def _builtin(value: object) -> object:
-    """Numbers of numpy as JSON has them."""
-    if isinstance(value, (np.generic, np.ndarray)):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} has no JSON")
-
-
-encode = msgspec.json.Encoder(enc_hook=_builtin).encode
+encode = msgspec.json.Encoder(enc_hook=builtin).encode
 
 
 class Message(msgspec.Struct, frozen=True, omit_defaults=True):
