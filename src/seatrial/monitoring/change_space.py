@@ -98,10 +98,8 @@ class ChangeSpace:
     @cached_property
     def gains(self) -> dict[str, int]:
         """Place of each thruster's gain."""
-        index = self.wider.vehicle.constants.index[:, STAGES.index("gain")]
         first = len(self.wider.coefficients)
-        names = self.wider.vehicle.actuators
-        return {name: first + int(i) for name, i in zip(names, index, strict=True) if i >= 0}
+        return {name: first + i for name, i in _stated_gains(self.wider.vehicle).items()}
 
     def boat(self, theta: Array, covariance: Array) -> Model:
         """The changed boat, without gains and couplings that did not change. Raises ModelError if not finite."""
@@ -284,10 +282,10 @@ def _widened(model: Model, gains: bool, couplings: Sequence[str]) -> Model:
     )
 
 
-def _with_gain(vehicle: Vehicle) -> set[str]:
-    """Actuators for which the vehicle states a gain."""
-    index = vehicle.constants.index[:, STAGES.index("gain")]
-    return {name for name, i in zip(vehicle.actuators, index, strict=True) if i >= 0}
+def _stated_gains(vehicle: Vehicle) -> dict[str, int]:
+    """Number of the constant that is an actuator's gain, where the vehicle states one."""
+    index = vehicle.constants.index[:, STAGES.index("gain")].tolist()
+    return {name: i for name, i in zip(vehicle.actuators, index, strict=True) if i >= 0}
 
 
 def difference_quotients(of: Callable[[Array], Array], x: Array) -> Array:
@@ -301,7 +299,7 @@ def difference_quotients(of: Callable[[Array], Array], x: Array) -> Array:
 def _with_gains(vehicle: Vehicle) -> Vehicle:
     """The vehicle with a gain of 1 for each thruster that shares a force, where it states none."""
     shared = sorted(k for kind in with_shared_forces(vehicle.mix) for k in kind)
-    stated = _with_gain(vehicle)
+    stated = _stated_gains(vehicle)
     names = [name for k in shared if (name := vehicle.actuators[k]) not in stated]
     if len(names) < 2 or len(vehicle.constants.names) + len(names) > _core.MAX_CONSTANTS:
         return vehicle
