@@ -21,6 +21,7 @@ import numpy as np
 import seatrial
 from benchmarks.harness import command
 from benchmarks.harness.page import refill
+from benchmarks.studies.changes.boats import weaker
 from seatrial.boat.vehicle import load_vehicle
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.methods import METHODS
@@ -47,10 +48,7 @@ def trials(
 
 def errors(values: dict[str, float], plan: PlanFile, gain: float) -> dict[str, float]:
     """Relative errors by coefficient; a force's truth is the gain past the dead zone's edge."""
-    truth = {
-        name: value * (gain if name.endswith("_F") else 1.0)
-        for name, value in plan.plant.coefficients.items()
-    }
+    truth = weaker(plan, gain).plant.coefficients
     return {name: values[name] / truth[name] - 1.0 for name in truth}
 
 

@@ -13,12 +13,12 @@ import sys
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 
-import msgspec
 import numpy as np
 
 import seatrial
 from benchmarks.harness import command
 from benchmarks.harness.markdown import table
+from benchmarks.studies.changes.boats import MORE, heavier
 from seatrial.boat.model import Model
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.identification.estimator import OutputErrorSettings, output_error
@@ -28,7 +28,6 @@ from seatrial.simulation.plan import PlanFile, load_plan
 from seatrial.util.errors import SeatrialError
 from tests.boats.scenes import TRAINING, UNSEEN, driven, pushed
 
-MORE = 1.2  # times mass and inertia
 OFFSET = 0.1  # [rad/m] of N_ud
 FIRST, AFTER = 3001, 4001  # seeds
 MINUTE = (20.0, 80.0)  # [s] of S7
@@ -39,10 +38,7 @@ Row = list[str]
 
 def loaded(plan: PlanFile) -> PlanFile:
     """The same boat with its payload."""
-    values = {name: value / MORE for name, value in plan.plant.coefficients.items()}
-    values["N_ud"] += OFFSET
-    plant = msgspec.structs.replace(plan.plant, coefficients=values)
-    return msgspec.structs.replace(plan, plant=plant)
+    return heavier(plan, OFFSET)
 
 
 def recordings(plan: PlanFile, names: Sequence[str], seed: int) -> list[Recording]:
