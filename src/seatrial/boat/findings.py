@@ -26,12 +26,9 @@ LONGEST_TEXT = 10_000  # [characters] of a name or a word
 
 Value = float | str | tuple[float, ...]
 
-_RANK = {  # those that ask for an action first, then in the order of the kinds
-    kind: i
-    for i, kind in enumerate(
-        [*ASK_FOR_ACTION, *(k for k in FindingKind if k not in ASK_FOR_ACTION)]
-    )
-}
+# those that ask for an action first, then in the order of the kinds
+_ORDER = [*ASK_FOR_ACTION, *(kind for kind in FindingKind if kind not in ASK_FOR_ACTION)]
+_RANK = {kind: i for i, kind in enumerate(_ORDER)}
 
 
 class Values(dict[str, Value]):

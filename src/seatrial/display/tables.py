@@ -45,14 +45,9 @@ def scores_html(scores: Scores) -> str:
             if symbol not in one.scores:
                 continue
             name, scale = ERROR_UNITS[axis]
-            rows.append(
-                (
-                    plain(one.recording) + (" (seen)" if one.seen else ""),
-                    f"{AXES[axis]} <i>{symbol}</i>",
-                    *_score(one.scores[symbol], scale),
-                    name,
-                )
-            )
+            where = plain(one.recording) + (" (seen)" if one.seen else "")
+            cells = _score(one.scores[symbol], scale)
+            rows.append((where, f"{AXES[axis]} <i>{symbol}</i>", *cells, name))
     caption = (
         f"<b>{plain(scores.model)}</b> ({plain(scores.method)}): "
         f"error {scores.horizon:g} s ahead; ratio: error over that of constant velocity"

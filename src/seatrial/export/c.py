@@ -95,15 +95,8 @@ def _numbers(content: Content, parameters: tuple[str, ...], names: Names) -> lis
     for p in parameters:
         error = content.errors[p]
         known = f"+- {error:.2g}" if error > 0 else "given"
-        rows.append(
-            (
-                "#define",
-                names.macros[p],
-                f"({number(content.values[p])})",
-                f"/* {known}",
-                f"[{content.units[p]}] */",
-            )
-        )
+        stated = ("#define", names.macros[p], f"({number(content.values[p])})")
+        rows.append((*stated, f"/* {known}", f"[{content.units[p]}] */"))
     return aligned(rows)
 
 

@@ -86,13 +86,8 @@ def _parameters(content: Content) -> list[str]:
     for name, value in content.values.items():
         error = content.errors[name]
         known = f"+- {error:.2g}" if error > 0 else "given"
-        rows.append(
-            (
-                f"{_field(content, name)} = {number(value)};",
-                f"% {known}",
-                f"[{content.units[name]}]",
-            )
-        )
+        stated = f"{_field(content, name)} = {number(value)};"
+        rows.append((stated, f"% {known}", f"[{content.units[name]}]"))
     return aligned(rows)
 
 

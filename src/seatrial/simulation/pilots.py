@@ -127,13 +127,8 @@ class CourseOperator(Operator):
             np.arctan2(direction[1], direction[0]) if self.along else 0.8 * np.sin(12.0 * phase)
         )
         turn = _wrapped(heading - x[2])
-        sticks = np.array(
-            [
-                2.5 * place[0] - 2.0 * x[3],
-                2.5 * place[1] - 2.0 * x[4],
-                min(max(1.5 * turn, -0.9), 0.9) - 0.5 * x[5],
-            ]
-        )
+        yaw = min(max(1.5 * turn, -0.9), 0.9) - 0.5 * x[5]
+        sticks = np.array([*(2.5 * place - 2.0 * x[3:5]), yaw])
         return np.asarray(np.round(_limited(sticks) / 0.1) * 0.1)
 
     def _choose(self, kind: int) -> None:

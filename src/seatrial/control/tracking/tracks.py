@@ -58,15 +58,8 @@ class Track(Shape):
             begin += straight
             if k < len(turns):
                 bend = PEAK_BEND * abs(float(turns[k])) * self.radius
-                parts.append(
-                    _Part(
-                        begin,
-                        bend,
-                        points[k + 1] - cut[k + 1] * along,
-                        float(heading),
-                        float(turns[k]),
-                    )
-                )
+                corner = points[k + 1] - cut[k + 1] * along
+                parts.append(_Part(begin, bend, corner, float(heading), float(turns[k])))
                 begin += bend
         return tuple(parts)
 

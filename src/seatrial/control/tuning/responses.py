@@ -77,12 +77,8 @@ def steps_of(tuning: Tuning, boats: list[LinearBoat], t: Array) -> Array:
     omega = midpoints * FREQUENCY_STEP / tuning.slowest
     sines = np.sin(np.outer(omega, t)) / omega[:, None]
     step = _step_share(tuning, omega)
-    return np.array(
-        [
-            2.0 / np.pi * width * (step * a / (1.0 + a)).real @ sines
-            for a in _single_loops(tuning, boats, omega)
-        ]
-    )
+    loops = _single_loops(tuning, boats, omega)
+    return np.array([2.0 / np.pi * width * (step * a / (1.0 + a)).real @ sines for a in loops])
 
 
 def _step_share(tuning: Tuning, omega: Array) -> Complex:

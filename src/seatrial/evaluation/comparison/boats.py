@@ -118,14 +118,9 @@ def _methods(a: Model, b: Model) -> list[str]:
         )
     if a.integration != b.integration:
         steps = [f"{m.integration.scheme} in steps of {m.integration.step:.3g} s" for m in (a, b)]
-        found.append(
-            f"integration: A by {steps[0]}, B by {steps[1]}"
-            + (
-                ": forward Euler's coefficients compensate its discretisation"
-                if "forward-euler" in (a.integration.scheme, b.integration.scheme)
-                else ""
-            )
-        )
+        euler = "forward-euler" in (a.integration.scheme, b.integration.scheme)
+        why = ": forward Euler's coefficients compensate its discretisation" if euler else ""
+        found.append(f"integration: A by {steps[0]}, B by {steps[1]}{why}")
     return found
 
 

@@ -103,13 +103,9 @@ def evidence(problem: Problem, candidate: Candidate) -> tuple[float, Array]:
         """Of A's coefficients, of B's, and of the unknowns' prior; scaled (n + m,) in their units."""
         theta, phi = np.split(scaled * scale, [n])
         a, b = problem.values
-        return np.concatenate(
-            [
-                problem.roots[0] @ (a - theta),
-                problem.roots[1] @ (b - candidate.change(theta, phi)),
-                root @ phi,
-            ]
-        )
+        off = a - theta, b - candidate.change(theta, phi)
+        own = [r @ apart for r, apart in zip(problem.roots, off, strict=True)]
+        return np.concatenate([*own, root @ phi])
 
     # 1. Gauss-Newton over A's coefficients and the unknowns, from no change.
     best = _minimum(residuals, np.concatenate([problem.values[0], np.zeros(m)]) / scale)

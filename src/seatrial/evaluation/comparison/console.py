@@ -69,15 +69,8 @@ def _by_prediction(found: Comparison) -> str:
 
 def comparison_text(found: Comparison) -> str:
     """Models, parameters, physics, noise, prediction."""
-    return "\n".join(
-        [
-            *_head(found),
-            *_parameters(found),
-            *_boat(found),
-            *_noise(found),
-            *prediction_lines(found),
-        ]
-    )
+    lines = [*_head(found), *_parameters(found), *_boat(found), *_noise(found)]
+    return "\n".join([*lines, *prediction_lines(found)])
 
 
 def _head(found: Comparison) -> Iterator[str]:

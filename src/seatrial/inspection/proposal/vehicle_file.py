@@ -193,12 +193,8 @@ def _on_forces(drive: Drive, choices: Choices) -> list[str]:
 
 
 def _structure() -> list[str]:
-    return [
-        _commented(
-            "structure: auto",
-            "the recordings choose the terms; or list your own, or 'mallard', the paper's",
-        )
-    ]
+    choice = "the recordings choose the terms; or list your own, or 'mallard', the paper's"
+    return [_commented("structure: auto", choice)]
 
 
 def _same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
