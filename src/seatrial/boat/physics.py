@@ -76,11 +76,9 @@ def negative_latencies(model: Model) -> list[str]:
 
 def _command_text(found: AxisPhysics) -> str:
     """The largest recorded command, where it is below `PARTIAL_COMMAND`."""
-    return (
-        f" at {100 * found.command / found.full_command:.0f} % of full command"
-        if found.command < PARTIAL_COMMAND * found.full_command
-        else ""
-    )
+    if found.command >= PARTIAL_COMMAND * found.full_command:
+        return ""
+    return f" at {100 * found.command / found.full_command:.0f} % of full command"
 
 
 def _recorded(model: Model, axis: int) -> float:

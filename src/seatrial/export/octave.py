@@ -98,11 +98,8 @@ def _matrix(values: Array) -> str:
 def _allocation(content: Content) -> list[str]:
     own = content.allocation
     lines = [f"inverse = {_matrix(own.inverse)};"]
-    lines += [
-        "f = sum(max(2 * inverse .* command', 0), 2);"
-        if own.one_sided
-        else "f = inverse * command;"
-    ]
+    one_sided = "sum(max(2 * inverse .* command', 0), 2)"
+    lines.append(f"f = {one_sided if own.one_sided else 'inverse * command'};")
     if own.each is not None:
         lines.append(f"f = max(min(f, {number(own.each)}), -{number(own.each)});")
     if own.whole is not None:

@@ -80,11 +80,8 @@ class Odometer(Running):
     ) -> None:
         self.model = model_of(model)
         self._settings = disturbance, current, window
-        self._lever = (
-            None
-            if lever is None
-            else finite_row(lever, "lever", ("forward [m]", "left [m]"), PredictorError)
-        )
+        parts = ("forward [m]", "left [m]")
+        self._lever = None if lever is None else finite_row(lever, "lever", parts, PredictorError)
         self._core: _core.Odometer = _core.Odometer(
             self._onboard(self.model), self._arm(self.model)
         )

@@ -126,11 +126,9 @@ class LiveEstimator:
     def lag(self) -> float:
         """Seconds of the drive that the estimate has not used."""
         newest, found = self.log.newest, self._solution
-        return (
-            0.0
-            if newest is None or found is None
-            else max(0.0, 1e-9 * (newest - found.going.newest))
-        )
+        if newest is None or found is None:
+            return 0.0
+        return max(0.0, 1e-9 * (newest - found.going.newest))
 
     def work(self, *, ended: bool = False) -> bool:
         """Do what is due, and return whether the estimate changed: milliseconds, or seconds of a search.

@@ -57,11 +57,8 @@ def _joined(recording: Recording, t: Array, r: Array) -> Asynchronous:
         recording.origin + np.rint(1e9 * t).astype(np.int64),
         np.full(len(t), _core.RATE_PART, dtype=np.int8), r, _deviation(r),
     )  # fmt: skip
-    return (
-        asynchronous
-        if recording.asynchronous is None
-        else recording.asynchronous.joined(asynchronous)
-    )
+    known = recording.asynchronous
+    return asynchronous if known is None else known.joined(asynchronous)
 
 
 def _averaged(t: Array, r: Array) -> tuple[Array, Array]:

@@ -63,11 +63,9 @@ class Candidate:
     def described(self, phi: Array) -> str:
         """The cause with its size."""
         size = "" if self.shown is None else f" {signed(self.shown(phi))}"
-        return (
-            f"{self.cause} ({self.what}{size})"
-            if self.cause == ONE_THRUSTER
-            else f"{self.cause}{size}"
-        )
+        if self.cause == ONE_THRUSTER:
+            return f"{self.cause} ({self.what}{size})"
+        return f"{self.cause}{size}"
 
 
 @dataclass(frozen=True)

@@ -246,11 +246,9 @@ def _differences(
 
 def _two_sided(apart: float, spread: float) -> float:
     """Two-sided p of a normal deviate."""
-    return (
-        normal_two_sided(apart / spread)
-        if spread > ZERO_VELOCITY
-        else float(abs(apart) <= ZERO_VELOCITY)
-    )
+    if spread > ZERO_VELOCITY:
+        return normal_two_sided(apart / spread)
+    return float(abs(apart) <= ZERO_VELOCITY)
 
 
 def rms_difference(

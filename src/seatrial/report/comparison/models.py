@@ -217,5 +217,4 @@ def provenance(pair: ModelPair) -> Section:
                 ]
                 rows.append([Text(f"{letter} from"), *(cells if place == 0 else cells[::-1])])
     table = Table("provenance", "Provenance", ("", *LETTERS), rows, numbers=False)
-    body = f"{table.html()}"
-    return Section("provenance", "Provenance", body, tables=(table,))
+    return Section("provenance", "Provenance", table.html(), tables=(table,))

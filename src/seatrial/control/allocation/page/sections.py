@@ -20,11 +20,7 @@ PLANES = ((0, 1), (0, 2), (1, 2))
 def verdict(found: AllocationComparison) -> Section:
     """The requested scheme, the one in use, and the boat's thrusters."""
     own = found.allocator
-    kind = (
-        "identified coefficients, rows divided by their norms"
-        if found.boat.identified
-        else "positions and directions, rows divided by their norms"
-    )
+    kind = "identified coefficients" if found.boat.identified else "positions and directions"
     axes = list(found.boat.driven)
     head = ("thruster", *(AXES[i] for i in axes), "dead zone", "limit")
     rows: list[list[Cell]] = []
@@ -40,7 +36,8 @@ def verdict(found: AllocationComparison) -> Section:
     why = escape(own.why[0].upper() + own.why[1:])
     body = f"""<div class="said"><p>Scheme: {escape(own.scheme.value)}. {why}.</p>
 <p>At the limits: {escape(found.priority)}.</p></div>
-{table.html()}<p class="note">T from {kind}; forward-left-up axes, command units.</p>"""
+{table.html()}
+<p class="note">T from {kind}, rows divided by their norms; forward-left-up axes, command units.</p>"""
     return Section("verdict", "", body, tables=(table,), heading="Verdict", above=head_of_page)
 
 

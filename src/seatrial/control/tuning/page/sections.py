@@ -126,5 +126,4 @@ def provenance(tuning: Tuning) -> Section:
     ]
     rows: list[list[Cell]] = [[Text(name), Text(value)] for name, value in facts]
     table = Table("provenance", "Provenance", ("", ""), rows, numbers=False)
-    body = f"{table.html()}"
-    return Section("provenance", "Provenance", body, tables=(table,))
+    return Section("provenance", "Provenance", table.html(), tables=(table,))
