@@ -151,7 +151,7 @@ def af() -> seatrial.Vehicle:
 @pytest.fixture(scope="session")
 def boat(mp) -> seatrial.Model:
     """The plant of the paper-like trials."""
-    return plant_model(load_plan("paper-like"), mp)
+    return in_coarse_steps(plant_model(load_plan("paper-like"), mp))
 
 
 @pytest.fixture(scope="session")

@@ -4,6 +4,7 @@
 from dataclasses import replace
 
 import numpy as np
+from conftest import in_coarse_steps
 
 import seatrial
 from seatrial.boat.model import Model
@@ -21,7 +22,9 @@ ENVELOPE = EnvelopeEntry(
 
 def known_boat(relative: float = 0.02, *, axes: str = "forward-left-up", **other: float) -> Model:
     """Every parameter to `relative` of its value, those of `other` (X, Y, N) to another part; a lag of 0.08 s."""
-    plant = plant_model(load_plan("paper-like"), seatrial.load_vehicle("mallard-mp"))
+    plant = in_coarse_steps(
+        plant_model(load_plan("paper-like"), seatrial.load_vehicle("mallard-mp"))
+    )
     content = {**seatrial.load_vehicle("mallard-mp").to_mapping(), "axes": axes}
     vehicle = vehicle_from(content, "boat").with_chain(
         [ChainGroup(latency=0.0, lag=0.08, dead_zone=DeadZone(0.08, 0.08))]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import make_model
+from conftest import in_coarse_steps, make_model
 from survey_boat import TRUTH, boat
 
 import seatrial
@@ -33,7 +33,7 @@ def plant():
     chain = ChainGroup(latency=0.02, lag=0.08, dead_zone=DeadZone(0.08, 0.08))
     whole = vehicle.with_chain([chain])
     return replace(
-        plant_model(load_plan("clean"), vehicle),
+        in_coarse_steps(plant_model(load_plan("clean"), vehicle)),
         vehicle=whole, constants=whole.constants.values, covariance=np.zeros((11, 11)),
         envelope=EnvelopeEntry(ENVELOPE, FORCES),
     )  # fmt: skip

@@ -34,7 +34,7 @@ def thrust(t, seed=0):
 
 @pytest.mark.parametrize("shape", ["topics", "array"])
 def test_thrusters_become_forces_as_they_were_seen_to_push(shape, tmp_path, propose):
-    log = drive(180.0, sticks=lambda t, seed: thrust(t) @ T.T)
+    log = drive(120.0, sticks=lambda t, seed: thrust(t) @ T.T)
     f = thrust(log.command_t)
     arrival, stamps = nanoseconds(log.command_arrival), nanoseconds(log.command_t)
     if shape == "topics":
@@ -48,10 +48,10 @@ def test_thrusters_become_forces_as_they_were_seen_to_push(shape, tmp_path, prop
             )
             for k in range(4)
         ]
-        slow = nanoseconds(np.arange(0.0, 180.0, 1.0))
+        slow = nanoseconds(np.arange(0.0, 120.0, 1.0))
         topics.append(  # another of the same type, that moves nothing
             BagTopic(
-                "/battery", "std_msgs/msg/Float64", slow, slow, {"data": np.linspace(25, 24, 180)}
+                "/battery", "std_msgs/msg/Float64", slow, slow, {"data": np.linspace(25, 24, 120)}
             )
         )
         names = [f"thruster_{k + 1}_cmd" for k in range(4)]
@@ -162,7 +162,7 @@ def test_units_in_the_names_of_columns_are_believed(log, tmp_path, propose, case
 @pytest.mark.parametrize("sticks", ["turned", at_length("as they were")])
 def test_a_recording_in_forward_right_down_axes(tmp_path, propose, sticks):
     """The same boat; sticks that are positive to port have sign -1 in a file that is to starboard."""
-    log = drive(180.0, sticks=half)
+    log = drive(120.0, sticks=half)
     turned = np.array([1.0, -1.0, -1.0])
     other = log.but(
         pose=log.pose * turned, command=log.command * (turned if sticks == "turned" else 1.0)
@@ -284,7 +284,7 @@ def test_what_is_filled_in_as_the_comments_say_is_the_whole_boat(tmp_path, propo
         text = re.sub(rf"# {name}: {{\.\.\.}}", f'{name}: {{field: "axes[{at}]"}}', text)
         text = re.sub(rf"# ({name}: {{axis)", r"\1", text)
     vehicle = vehicle_from(yaml.safe_load(text), "filled in")
-    path = drive(180.0, sticks=half).write(tmp_path / "all.bag")
+    path = drive(120.0, sticks=half).write(tmp_path / "all.bag")
     record = seatrial.read(path, vehicle)
     assert check_consistency([record], vehicle).findings == ()
     right = seatrial.load_vehicle("mallard-mp")
@@ -310,7 +310,7 @@ def test_a_short_look_goes_by_names_or_says_what_is_missing(tmp_path, propose, c
 @pytest.mark.parametrize("lever", [(0.25, 0.0), (-0.15, 0.1)])
 def test_a_sensor_off_the_origin_is_a_lever_not_a_force(lever, axes, tmp_path, propose):
     """Turning moves it aside: F_r was taken for a part of what drives the boat sideways."""
-    log = drive(180.0)
+    log = drive(120.0)
     x, y, psi = log.pose.T
     c, s = np.cos(psi), np.sin(psi)
     moved = [x + c * lever[0] - s * lever[1], y + s * lever[0] + c * lever[1], psi]
@@ -353,7 +353,7 @@ def test_the_sensors_place_is_asked_for_where_nothing_is_seen_of_it(tmp_path, pr
 def test_two_thrusters_astern_push_nothing_sideways(tmp_path, propose):
     """A boat sways as it turns, as poses of a point off its middle do: a third force of two thrusters is none."""
     mix = np.array([[0.5, 0.5], [0.0, 0.0], [-0.5, 0.5]])  # left, right
-    log = drive(180.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
+    log = drive(120.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
     x, y, psi = log.pose.T
     moved = np.column_stack([x - 0.25 * np.cos(psi), y - 0.25 * np.sin(psi), psi])
     log = log.but(pose=moved, command=thrust(log.command_t)[:, :2])
@@ -372,7 +372,7 @@ def test_places_that_are_given_are_used_where_the_recording_shows_weights(
 ):
     """Moments are force times arm, y to port: a thruster to port turns the boat to starboard."""
     mix = np.array([[0.5, 0.5], [0.0, 0.0], [-0.5, 0.5]])  # left, right
-    log = drive(180.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
+    log = drive(120.0, sticks=lambda t, seed: thrust(t)[:, :2] @ mix.T)
     log = log.but(command=thrust(log.command_t)[:, :2])
     path = tables(log, tmp_path / "cat", commands="t,left,right")
     vehicle, text = propose(path, "--thrusters", "-0.4 0.25 0; -0.4 -0.3 0")
@@ -436,7 +436,7 @@ def test_of_a_pilot_and_an_autopilot_the_one_that_moves_the_boat_is_proposed(tmp
 def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):
     """It pushes sideways and turns at once, and nothing else pushes sideways: that is no lever."""
     mix = np.array([[0.5, 0.5, 0.0], [0.0, 0.0, 1.0], [-0.4, 0.4, 0.8]])  # left, right, bow
-    log = drive(180.0, sticks=lambda t, seed: thrust(t)[:, :3] @ mix.T)
+    log = drive(120.0, sticks=lambda t, seed: thrust(t)[:, :3] @ mix.T)
     log = log.but(command=thrust(log.command_t)[:, :3])
     vehicle, _ = propose(tables(log, tmp_path / "bow", commands="t,left,right,bow"))
     assert vehicle.lever == (0.0, 0.0)

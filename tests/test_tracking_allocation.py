@@ -4,6 +4,7 @@
 import msgspec
 import numpy as np
 import pytest
+from conftest import in_coarse_steps
 
 from seatrial import Allocator, Model
 from seatrial.boat.model_file import save
@@ -45,7 +46,7 @@ def one_by_one(model: Model) -> Model:
 @pytest.fixture(scope="module")
 def boat(mp):
     """The paper's, with a dead zone of 0.08 and a lag."""
-    return one_by_one(plant_model(load_plan("paper-like"), mp))
+    return one_by_one(in_coarse_steps(plant_model(load_plan("paper-like"), mp)))
 
 
 @pytest.fixture(scope="module")
