@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: MIT
 """One run as the log of each autopilot."""
 
-from autopilot_logs import (
-    ardupilot,
-    trial,
-)
+from autopilot_logs import ardupilot, trial
 from mavlink_logs import telemetry
 from px4_logs import px4
 

@@ -190,17 +190,11 @@ def _other_tables() -> list[Data]:
     texts = (
         "\n".join([head.replace(",", ";"), *(";".join(r).replace(".", ",") for r in cells)]),
         "\n".join(["# a log", f"# {head.replace(',', ' ')}", *(" ".join(r) for r in cells)]),
-        "\n".join(
-            [
-                head.replace(",", "\t"),
-                "\t".join(["[s]"] + ["[m]"] * 6),
-                *("\t".join(r) for r in cells),
-            ]
-        ),
+        "\n".join([head.replace(",", "\t"), "\t".join(["[s]"] + ["[m]"] * 6), *("\t".join(r) for r in cells)]),
         "\n".join([head, *(",".join(r) for r in dated)]),
         "\n".join([head, *(",".join(r) for r in unpadded)]),
         "\n".join([head.replace(",", "|"), *("|".join(r) for r in cells)]),
-    )
+    )  # fmt: skip
     return [{"run.csv": text.encode() + b"\n"} for text in texts]
 
 

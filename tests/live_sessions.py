@@ -109,11 +109,8 @@ class Parted:
 
     def drive(self, count, start=0):
         self.source.put(
-            *(
-                SourceEvent("pose", (start + i) * SECOND // 10, ROW + 0.01 * i, i)
-                for i in range(count)
-            )
-        )
+            *(SourceEvent("pose", (start + i) * SECOND // 10, ROW + 0.01 * i, i) for i in range(count))
+        )  # fmt: skip
 
     def until(self, wanted):
         until(lambda: wanted(self.session.state()), self.session.state)

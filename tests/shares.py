@@ -5,20 +5,10 @@ import pytest
 
 # files that take a minute or more, the longest first: each worker begins with its share of them
 LONG = (
-    "test_fuzz",
-    "test_ros2_nodes",
-    "test_demo",
-    "test_notebooks",
-    "test_hector",
-    "test_many_boats",
-    "test_wheels",
-    "test_core_cpp",
-    "test_ros2_node",
-    "test_site",
-    "test_docs",
-    "test_ros1_node",
+    "test_fuzz", "test_ros2_nodes", "test_demo", "test_notebooks", "test_hector", "test_many_boats",
+    "test_wheels", "test_core_cpp", "test_ros2_node", "test_site", "test_docs", "test_ros1_node",
     "test_report_browser",
-)
+)  # fmt: skip
 
 
 def shared_out(items: list[pytest.Item], workers: int) -> list[pytest.Item]:

@@ -79,10 +79,7 @@ CALLS = {  # a call with an argument of another type, and the beginning of what 
         ),
         "settings of type dict: expected a EquationErrorSettings",
     ),
-    "recordings to predict": (
-        seatrial.predict,
-        "recording of type list: expected a Recording",
-    ),
+    "recordings to predict": (seatrial.predict, "recording of type list: expected a Recording"),
     "a path for a model": (
         lambda m, r: seatrial.predict("model.yaml", r[0]),
         "model 'model.yaml': expected a Model, from seatrial.load(path) or identify(...)",
@@ -143,10 +140,7 @@ CALLS = {  # a call with an argument of another type, and the beginning of what 
         lambda m, r: m.with_vehicle("vehicle.yaml"),
         "vehicle 'vehicle.yaml': expected a Vehicle",
     ),
-    "one log": (
-        lambda m, r: seatrial.auto("run1.bag", "out"),
-        "logs 'run1.bag': expected a list",
-    ),
+    "one log": (lambda m, r: seatrial.auto("run1.bag", "out"), "logs 'run1.bag': expected a list"),
     "a reference as numbers": (
         lambda m, r: seatrial.TrackingController(seatrial.tune(m)).command(
             0.0, [0, 0, 0], [0, 0, 0], [0, 0, 0]
@@ -170,9 +164,7 @@ def test_an_argument_of_another_type_is_one_line_that_says_how_to_get_it(
 WRONG = {
     "a role of no axis": (
         RecordingError,
-        lambda m, r: seatrial.identify(
-            r, m.vehicle, method="equation-error", roles={"heave": ["S1-MP"]}
-        ),
+        lambda m, r: seatrial.identify(r, m.vehicle, method="equation-error", roles={"heave": ["S1-MP"]}),
         "no role heave; there are surge, sway, yaw",
     ),
     "settings of another method": (
@@ -220,11 +212,7 @@ WRONG = {
         lambda m, r: seatrial.Allocator(m).allocate("abc"),
         "wrench 'abc'; expected (3,) or (m, 3) numbers",
     ),
-    "a rate of 0": (
-        RecordingError,
-        lambda m, r: r[0].thinned(0.0),
-        "rate 0.0 Hz: expected a number above 0",
-    ),
+    "a rate of 0": (RecordingError, lambda m, r: r[0].thinned(0.0), "rate 0.0 Hz: expected a number above 0"),
     "no windows": (
         ModelError,
         lambda m, r: seatrial.ChangeDetector(m, lengths=()),
@@ -252,12 +240,10 @@ WRONG = {
     ),
     "a pose of two numbers": (
         PredictorError,
-        lambda m, r: seatrial.TrackingController(seatrial.tune(m)).command(
-            0.0, [0, 0], [0, 0, 0], REST
-        ),
+        lambda m, r: seatrial.TrackingController(seatrial.tune(m)).command(0.0, [0, 0], [0, 0, 0], REST),
         "eta of shape (2,); expected 3 numbers: x, y, psi",
     ),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("case", WRONG)

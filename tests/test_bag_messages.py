@@ -129,12 +129,8 @@ PWM = {"offset": 1500, "scale": 400}
 
 def wrench(prefix=""):
     return dict(
-        zip(
-            ("F_u", "F_v", "F_r"),
-            (f"{prefix}force.x", f"{prefix}force.y", f"{prefix}torque.z"),
-            strict=True,
-        )
-    )
+        zip(("F_u", "F_v", "F_r"), (f"{prefix}force.x", f"{prefix}force.y", f"{prefix}torque.z"), strict=True)
+    )  # fmt: skip
 
 
 def twist(prefix=""):

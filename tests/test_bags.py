@@ -125,12 +125,8 @@ def test_messages_with_texts_and_lists_are_written_as_rosbags_would(tmp_path, su
     n = np.arange(5)
     path = write_bag(
         tmp_path / f"run.{suffix}",
-        [
-            BagTopic(
-                "/rc", "mavros_msgs/msg/RCOut", n + START, n + START, {"channels[7]": 1500.0 + n}
-            )
-        ],
-    )
+        [BagTopic("/rc", "mavros_msgs/msg/RCOut", n + START, n + START, {"channels[7]": 1500.0 + n})],
+    )  # fmt: skip
     with AnyReader([path], default_typestore=store(ros1=False)) as reader:
         found = [reader.deserialize(raw, c.msgtype).channels for c, _, raw in reader.messages()]
     np.testing.assert_array_equal([c[7] for c in found], 1500 + n)

@@ -48,17 +48,9 @@ class Scene:
                 chain=[self.chain],
                 unmodelled=self.force,
             ),
-            pose=replace(
-                plan.pose,
-                rate=self.rate,
-                position_noise=self.noise,
-                noise_correlation=self.memory,
-            ),
-            trials={
-                name: replace(plan.trials[name], duration=self.length)
-                for name in ("S1", "S2", "S3")
-            },
-        )
+            pose=replace(plan.pose, rate=self.rate, position_noise=self.noise, noise_correlation=self.memory),
+            trials={name: replace(plan.trials[name], duration=self.length) for name in ("S1", "S2", "S3")},
+        )  # fmt: skip
 
 
 QUICK_CHAIN = ChainGroup(lag=0.2, dead_zone=DeadZone(0.05, 0.12))

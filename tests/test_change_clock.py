@@ -5,17 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from changed_boats import (
-    drives_by_cause,
-    findings,
-    known_model,
-    sent,
-)
+from changed_boats import drives_by_cause, findings, known_model, sent
 
-from seatrial.evaluation.comparison.cause_candidates import (
-    BATTERY,
-    NO_CHANGE,
-)
+from seatrial.evaluation.comparison.cause_candidates import BATTERY, NO_CHANGE
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.monitoring.change_space import change_space
 from seatrial.monitoring.recent_log import RecentLog

@@ -10,12 +10,7 @@ from changed_boats import drives_by_cause, findings, known_model, sent
 
 from seatrial.evaluation.comparison.cause_candidates import BATTERY, NO_CHANGE, ONE_THRUSTER
 from seatrial.monitoring import change_test
-from seatrial.monitoring.change_detector import (
-    CONFIRMATION,
-    CONFIRMED,
-    PASSING,
-    ChangeDetector,
-)
+from seatrial.monitoring.change_detector import CONFIRMATION, CONFIRMED, PASSING, ChangeDetector
 from seatrial.monitoring.change_space import THRUSTER_CHANGE, change_space
 from seatrial.monitoring.change_test import (
     fitted_changes,

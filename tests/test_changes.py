@@ -6,14 +6,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from changed_boats import (
-    SECONDS,
-    WEAK,
-    drives_by_cause,
-    findings,
-    known_model,
-    sent,
-)
+from changed_boats import SECONDS, WEAK, drives_by_cause, findings, known_model, sent
 from conftest import at_length
 from scipy import stats
 
@@ -216,12 +209,8 @@ def test_the_changed_model_is_kept_in_a_file(model, drives, tmp_path):
     worse = space.boat(theta, np.zeros((len(theta), len(theta))))
     seatrial.save(worse, tmp_path / "worse.yaml")
     both = dict(
-        zip(
-            worse.vehicle.constants.names,
-            seatrial.load(tmp_path / "worse.yaml").constants,
-            strict=True,
-        )
-    )
+        zip(worse.vehicle.constants.names, seatrial.load(tmp_path / "worse.yaml").constants, strict=True)
+    )  # fmt: skip
     assert both["gain.F_3"] / both["gain.F_1"] == pytest.approx(0.5)
 
 

@@ -55,13 +55,10 @@ def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path
     rows = sent(drives[BATTERY].cut(0.0, 30.0))
     at, middle = rows[900][0], 900
     odd = [
-        f'{{"stamp": {at}, "pose": [NaN, 0, 0]}}',
-        f'{{"stamp": {at}, "pose": [1e300, 0, 0]}}',
+        f'{{"stamp": {at}, "pose": [NaN, 0, 0]}}', f'{{"stamp": {at}, "pose": [1e300, 0, 0]}}',
         f'{{"stamp": {at - 100 * NANO}, "pose": [0, 0, 0]}}',
-        f'{{"stamp": {at + 3600 * NANO}, "pose": [1, 1, 1]}}',
-        '{"adapt": true}',
-        "rubbish",
-    ]
+        f'{{"stamp": {at + 3600 * NANO}, "pose": [1, 1, 1]}}', '{"adapt": true}', "rubbish",
+    ]  # fmt: skip
     path, said = tmp_path / "model.yaml", []
     seatrial.save(model, path)
     text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]

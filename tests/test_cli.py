@@ -247,12 +247,9 @@ def test_the_installed_command_runs_and_is_quick_to_start():
     shown = subprocess.run([command, "--version"], capture_output=True, text=True, check=True)
     assert shown.stdout.startswith("seatrial 0.")
     piped = subprocess.run(
-        f"{command} inspect {' '.join(SHIP)} | head -1",
-        shell=True,
-        capture_output=True,
-        text=True,
+        f"{command} inspect {' '.join(SHIP)} | head -1", shell=True, capture_output=True, text=True,
         check=True,
-    )
+    )  # fmt: skip
     assert piped.stderr == ""
 
 

@@ -20,10 +20,7 @@ from seatrial.evaluation.comparison.thrust_curves import straight_gain
 from tests.boats.scenes import driven, pushed
 
 # factors of +20 % mass on all rows, of -25 % thrust on those with a force
-LOADED, WEAK = (
-    1 / 1.2,
-    0.75,
-)
+LOADED, WEAK = (1 / 1.2, 0.75)
 ROWS = {  # rows that share a velocity or a force
     "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_vv * |v| * u", "X_F * F_u", "X_Fu * |u| * F_u"],
     "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_ru * |u| * r", "Y_F * F_v", "Y_b * F_r"],

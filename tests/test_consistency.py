@@ -227,12 +227,7 @@ def test_an_unlabelled_joypad_is_assigned():
     rng = np.random.default_rng(4)
     switch = np.repeat(rng.integers(0, 2, len(F) // 500 + 1), 500)[: len(F)]
     values = np.column_stack(
-        [
-            1500 + 400 * F[:, 2],
-            switch,
-            1500 - 400 * F[:, 0],
-            1500 + 400 * F[:, 1],
-        ]
+        [1500 + 400 * F[:, 2], switch, 1500 - 400 * F[:, 0], 1500 + 400 * F[:, 1]]
     )
     names = tuple(f"axes[{i}]" for i in range(4))
     run = read_run(record, Signal(names, record.commands.stamps, values))

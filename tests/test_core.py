@@ -232,15 +232,8 @@ def test_a_plant_driven_live_equals_the_simulation_of_its_log(model):
 def test_the_type_stub_is_that_of_the_compiled_core(tmp_path):
     stub = Path(seatrial.__file__).parent / "_core.pyi"
     command = [
-        sys.executable,
-        "-m",
-        "nanobind.stubgen",
-        "-q",
-        "-m",
-        "seatrial._core",
-        "-o",
-        tmp_path / "_core.pyi",
-    ]
+        sys.executable, "-m", "nanobind.stubgen", "-q", "-m", "seatrial._core", "-o", tmp_path / "_core.pyi",
+    ]  # fmt: skip
     subprocess.run(command, check=True)
     assert stub.read_text() == (tmp_path / "_core.pyi").read_text(), "run: make stub"
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The demo, shortened, and whole as a user runs it: its files, its tables, and the figures that documents take from it."""
+"""The demo as a user runs it: its files, its tables, and the figures that documents take from it."""
 
 import io
 import json
@@ -8,7 +8,6 @@ from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import CSE1, ROOT
@@ -18,7 +17,6 @@ import seatrial
 from seatrial.boat.findings import FindingKind
 from seatrial.commands.cli import main
 from seatrial.demo import bundled_data
-from seatrial.simulation.plan import load_plan
 
 
 @dataclass(frozen=True)
@@ -49,45 +47,20 @@ def demo(once) -> Demo:
     return once("demo", ran)[1]
 
 
-@pytest.fixture(scope="module")
-def short(tmp_path_factory) -> Demo:
-    """The same steps with a recording less, one method for the ship, one boat and trials of a minute."""
-    plan = load_plan("paper-like")
-    trials = {n: msgspec.structs.replace(t, duration=60.0) for n, t in plan.trials.items()}
-    plan = msgspec.structs.replace(plan, trials=trials, vehicles=["mallard-mp"])
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("seatrial.demo.TRAINED_ON", ("CSE1_data_random_run1",))
-        patch.setattr(
-            "seatrial.demo.SHIPS", (("vehicle.yaml", "equation-error", "the paper's method"),)
-        )
-        patch.setattr("seatrial.demo.load_plan", lambda _: plan)
-        return ran(tmp_path_factory.mktemp("short"))
-
-
-REPORTS = {
-    "short": ["cse1/cse1-equation-error/report.html", "mallard/result-MP/report.html"],
-    "demo": [
-        "cse1/cse1-pair/report.html", "mallard/result-AF/report.html", "mallard/result-MP/report.html",
-    ],
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("which", ["short", pytest.param("demo", marks=pytest.mark.system)])
-def test_the_demo_identifies_validates_and_reports(which, request):
-    demo = request.getfixturevalue(which)
+@pytest.mark.system
+def test_the_demo_identifies_validates_and_reports(demo):
     assert (demo.code, demo.err) == (0, "")
     reports = sorted(str(p.relative_to(demo.folder)) for p in demo.folder.rglob("report.html"))
-    assert reports == REPORTS[which]
+    assert reports == [
+        "cse1/cse1-pair/report.html", "mallard/result-AF/report.html", "mallard/result-MP/report.html",
+    ]  # fmt: skip
     for report in reports:
         scores = json.loads((demo.folder / report).with_name("scores.json").read_text())
         for row in scores["recordings"]:
             pairing = {"S4": "u", "S5": "v", "S6": "r"}  # Table III
             for symbol in pairing.get(row["recording"][:2], "uvr"):
-                (line,) = (
-                    text
-                    for text in demo.out.splitlines()
-                    if f"{row['recording']} {symbol}," in text
-                )
+                start = f"{row['recording']} {symbol},"
+                (line,) = (text for text in demo.out.splitlines() if start in text)
                 score = row["scores"][symbol]
                 size = 1.0 if symbol == "r" else 100.0
                 assert f" {size * score['rms']:.3f} ({score['ratio']:.2f})" in line

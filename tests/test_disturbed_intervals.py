@@ -280,17 +280,14 @@ def on_disk(paper_mp, tmp_path_factory):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (
-            "S1-MP",
-            "expected NAME=FROM-TO, a recording and seconds from its start, such as S2=83-97",
-        ),
+        ("S1-MP", "expected NAME=FROM-TO, a recording and seconds from its start, such as S2=83-97"),
         ("S1-MP=a-b", "expected NAME=FROM-TO"),
         ("S1-MP=1.2.3-5", "expected NAME=FROM-TO"),
         ("S1-MP=9-5", "from 9 s to 5 s: the end is not after the start"),
         ("S1-MP=-", "no poses remain without the time from 0 s to its end"),
         ("S2-MP=5-9", "--without S2-MP: there is no such recording; S1-MP"),
     ],
-)
+)  # fmt: skip
 def test_a_stretch_that_can_not_be_left_out_is_one_line(on_disk, capsys, text, words):
     code = main(["inspect", str(on_disk), "--vehicle", "mallard-mp", "--without", text])
     said = capsys.readouterr().err.strip()

@@ -208,13 +208,10 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
         x, y = x + dt * (c * u - s * v), y + dt * (s * u + c * v)
         psi += dt * r
         du = (
-            p["X_vr"] * v * r
-            + p["X_u"] * u
-            + p["X_uu"] * abs(u) * u
-            + p["X_F"] * f_u
-            + c * wind[0]
-            + s * wind[1]
-        )
+            p[
+                "X_vr"
+            ] * v * r + p["X_u"] * u + p["X_uu"] * abs(u) * u + p["X_F"] * f_u + c * wind[0] + s * wind[1]
+        )  # fmt: skip
         dv = p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + c * wind[1] - s * wind[0]
         dr = p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * f_r
         u, v, r = u + dt * du, v + dt * dv, r + dt * dr

@@ -90,15 +90,9 @@ def test_it_is_c_plus_plus_too_and_bears_the_sanitizers(tmp_path):
     run(built, stdin=rows_of("ship", 30.0))
     (tmp_path / "main.cpp").write_text((tmp_path / "main.c").read_text())
     run(
-        "c++",
-        "-std=c++17",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-pedantic",
-        "-fsyntax-only",
+        "c++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsyntax-only",
         tmp_path / "main.cpp",
-    )
+    )  # fmt: skip
 
 
 def test_commands_that_are_no_numbers_times_that_go_back_and_full_queues_are_refused(tmp_path):

@@ -149,12 +149,9 @@ def test_the_file_moves_the_boat_along_s7_with_casadi_alone(tmp_path, name):
     )  # fmt: skip
     (tmp_path / "script.py").write_text(SCRIPT)
     run(
-        sys.executable,
-        "-S",
-        "-c",
-        f"import sys; sys.path += {sys.path!r}; exec(open('script.py').read())",
+        sys.executable, "-S", "-c", f"import sys; sys.path += {sys.path!r}; exec(open('script.py').read())",
         cwd=tmp_path,
-    )
+    )  # fmt: skip
     found, expected = np.load(tmp_path / "states.npy"), core_states(model, run_of)
     assert np.abs(expected[:, 3:]).max(axis=0).min() > 0.01
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9)

@@ -143,11 +143,8 @@ def test_data_formats_read_back(tmp_path, monkeypatch, seed):
     text = (tmp_path / "boat.tex").read_text()
     assert "\\input{" not in text
     assert (
-        text.count("\\end{align*}")
-        == text.count("\\begin{tabular}")
-        == text.count("\\end{tabular}")
-        == 1
-    )
+        text.count("\\end{align*}") == text.count("\\begin{tabular}") == text.count("\\end{tabular}") == 1
+    )  # fmt: skip
     assert all(ord(c) > 31 or c == "\n" for c in text)
 
 

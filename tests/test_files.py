@@ -22,14 +22,8 @@ def test_numbers_are_numbers_and_words_are_words(tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text("a: 1e-3\nb: on\nc: 2.\nd: true\ne: .5\nf: 12\ng: 2014-01-01\n")
     assert read_yaml(path) == {
-        "a": 1e-3,
-        "b": "on",
-        "c": 2.0,
-        "d": True,
-        "e": 0.5,
-        "f": 12,
-        "g": "2014-01-01",
-    }
+        "a": 1e-3, "b": "on", "c": 2.0, "d": True, "e": 0.5, "f": 12, "g": "2014-01-01",
+    }  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -97,10 +91,7 @@ def vehicle_content():
     ("change", "words"),
     [
         (lambda c: c.update(axis="up"), "unknown key 'axis'; did you mean 'axes'"),
-        (
-            lambda c: c.update(axes="up"),
-            "axes: got 'up'; expected forward-left-up, forward-right-down",
-        ),
+        (lambda c: c.update(axes="up"), "axes: got 'up'; expected forward-left-up, forward-right-down"),
         (lambda c: c.update(chain={"lag": 0.1}), "chain: expected a list, got a mapping"),
         (lambda c: c["commands"]["inputs"].update({1.5: "x"}), "commands.inputs"),
         (
@@ -118,7 +109,7 @@ def vehicle_content():
         (lambda c: c.update(seatrial="vehicle 2"), "seatrial"),
         (lambda c: c.update(name=3), "name: expected text"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_vehicle_file_names_the_place(change, words):
     content = vehicle_content()
     change(content)

@@ -42,14 +42,8 @@ def test_angles_in_degrees_are_not(angles):
 
 @pytest.mark.parametrize(
     ("least", "most", "asked"),
-    [
-        (-1.25, 0.74, True),
-        (-0.7, 1.2, True),
-        (-1.0, 0.6, False),
-        (-1.2, 1.1, False),
-        (0.0, 1.3, False),
-    ],
-)
+    [(-1.25, 0.74, True), (-0.7, 1.2, True), (-1.0, 0.6, False), (-1.2, 1.1, False), (0.0, 1.3, False)],
+)  # fmt: skip
 def test_a_command_that_passes_full_one_way_only_has_another_neutral(least, most, asked):
     said = beyond_full("F_u", least, most)
     assert [s for s in said if "check that offset is the neutral value" in s] == said

@@ -4,11 +4,7 @@
 import autopilot_logs
 import numpy as np
 import pytest
-from autopilot_logs import (
-    ardupilot,
-    binary_message,
-    text_message,
-)
+from autopilot_logs import ardupilot, binary_message, text_message
 from autopilot_runs import RUN, WRITERS, samples
 from mavlink_logs import telemetry
 from px4_logs import px4

@@ -6,12 +6,7 @@ import time
 
 import numpy as np
 import pytest
-from autopilot_logs import (
-    ardupilot,
-    binary_message,
-    text_message,
-    trial,
-)
+from autopilot_logs import ardupilot, binary_message, text_message, trial
 from autopilot_runs import RUN, WRITERS, samples
 from px4_logs import ULOG, px4, ulog_message
 

@@ -12,18 +12,9 @@ import pytest
 
 FUZZ = Path(__file__).with_name("fuzz.py")
 FEW = {
-    "bag": 140,
-    "mcap": 140,
-    "db3": 90,
-    "log": 150,
-    "csv": 120,
-    "capture": 60,
-    "parquet": 90,
-    "mat": 90,
-    "hdf": 90,
-    "yaml": 90,
-    "inspect": 20,
-}
+    "bag": 140, "mcap": 140, "db3": 90, "log": 150, "csv": 120, "capture": 60, "parquet": 90, "mat": 90,
+    "hdf": 90, "yaml": 90, "inspect": 20,
+}  # fmt: skip
 ALL = {  # with the few, which come first; those of the first batch after them run in CI, the others on request
     "bag": 1800,
     "mcap": 1800,

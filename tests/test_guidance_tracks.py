@@ -4,14 +4,7 @@
 import numpy as np
 import pytest
 
-from seatrial.control import (
-    ByLength,
-    Eight,
-    Track,
-    at_speed,
-    lawn_mower,
-    rounded_square,
-)
+from seatrial.control import ByLength, Eight, Track, at_speed, lawn_mower, rounded_square
 from seatrial.util.errors import ControlError
 
 

@@ -16,9 +16,7 @@ from seatrial.commands import make_parser
 from seatrial.evaluation.scores import load_scores
 from seatrial.evaluation.through_water import known_current
 from seatrial.guide import model as guided_model
-from seatrial.guide.answers import (
-    LAST_QUARTER,
-)
+from seatrial.guide.answers import LAST_QUARTER
 from seatrial.guide.steps import Steps, Task
 from seatrial.guide.vehicle_file import vehicle_of
 from seatrial.inspection.proposal.sources import Choices

@@ -27,10 +27,7 @@ def offsets(recordings, vehicle) -> tuple[Finding, ...]:
     return output_error(recordings, vehicle).findings_of(*kinds)
 
 
-@pytest.mark.parametrize(
-    ("degrees", "force"),
-    [(4.0, None), at_length(4.0, PUSH), (-15.0, PUSH)],
-)
+@pytest.mark.parametrize(("degrees", "force"), [(4.0, None), at_length(4.0, PUSH), (-15.0, PUSH)])
 def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
     askew = [without_offset(drive, -np.radians(degrees)) for drive in drives]

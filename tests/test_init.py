@@ -129,19 +129,14 @@ def test_what_is_not_used_is_named(log, tmp_path, propose):
 @pytest.mark.parametrize(
     "case",
     [
-        (
-            "mavros_msgs/msg/RCOut",
-            "channels",
-            lambda f: 1500 + 400 * f,
-            {"offset": 1500, "scale": 400},
-        ),
+        ("mavros_msgs/msg/RCOut", "channels", lambda f: 1500 + 400 * f, {"offset": 1500, "scale": 400}),
         ("std_msgs/msg/Int16MultiArray", "data", lambda f: 1000 * f, {"scale": 1000}),
         ("std_msgs/msg/Int16MultiArray", "data", lambda f: 220 * f, {"scale": 127}),
         ("std_msgs/msg/Float64MultiArray", "data", lambda f: 12.0 * f, {"scale": 7}),
         ("std_msgs/msg/Float64MultiArray", "data", lambda f: 0.9 * f, {}),
     ],
     ids=["PWM", "thousands", "7 bits", "newtons", "fractions"],
-)
+)  # fmt: skip
 def test_full_command_is_one(log, tmp_path, propose, case):
     kind, name, make, column = case
     message = joy(log, (0, 1, 2), kind=kind, name=name, make=make)

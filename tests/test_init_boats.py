@@ -40,11 +40,7 @@ def test_thrusters_become_forces_as_they_were_seen_to_push(shape, tmp_path, prop
     if shape == "topics":
         topics = [
             BagTopic(
-                f"/thruster_{k + 1}/cmd",
-                "std_msgs/msg/Float64",
-                arrival,
-                stamps,
-                {"data": f[:, k]},
+                f"/thruster_{k + 1}/cmd", "std_msgs/msg/Float64", arrival, stamps, {"data": f[:, k]}
             )
             for k in range(4)
         ]

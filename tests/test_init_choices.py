@@ -82,14 +82,8 @@ def two_boats(log, tmp_path):
     for i, name in enumerate(("duck", "swan")):
         for topic in log.but(pose=np.add(log.pose, [3.0 * i, 0, 0])).topics():
             topics.append(
-                BagTopic(
-                    f"/{name}{topic.name}",
-                    topic.type_name,
-                    topic.arrival,
-                    topic.stamps,
-                    topic.columns,
-                )
-            )
+                BagTopic(f"/{name}{topic.name}", topic.type_name, topic.arrival, topic.stamps, topic.columns)
+            )  # fmt: skip
     return write_bag(tmp_path / "lake.bag", topics)
 
 
@@ -132,9 +126,7 @@ def test_of_two_boats_the_user_chooses_one(two_boats):
         "/swan/slam/pose",
         "/swan/joy",
     )
-    assert asked == [
-        ("Which are the poses of the boat?", ("/duck/slam/pose", "/swan/slam/pose")),
-    ]
+    assert asked == [("Which are the poses of the boat?", ("/duck/slam/pose", "/swan/slam/pose"))]
 
 
 def test_nothing_is_asked_that_is_known(log, tmp_path):
@@ -143,12 +135,8 @@ def test_nothing_is_asked_that_is_known(log, tmp_path):
 
     odometry = log.topics(pose_type="nav_msgs/msg/Odometry")[0]
     odometry = BagTopic(
-        "/odometry/filtered",
-        odometry.type_name,
-        odometry.arrival,
-        odometry.stamps,
-        odometry.columns,
-    )
+        "/odometry/filtered", odometry.type_name, odometry.arrival, odometry.stamps, odometry.columns,
+    )  # fmt: skip
     path = write_bag(tmp_path / "pool.mcap", [*log.topics(), odometry])
     assert yaml.safe_load(init(path, ask=ask).text)["pose"]["topic"] == POSE
     chosen = init(path, choices=Choices(pose="/odometry/filtered"), ask=ask).text

@@ -126,17 +126,13 @@ def text(rows: str) -> str:
         ("t,x,x,psi\n0,1,2,3\n", None, "column 'x' is twice|no column 'y'"),
         (text("0,1,2,3\n"), None, "1 poses"),
         (text("nan,1,2,3\n1,1,2,3\n"), None, "line 2: column 't' has no stamp"),
-        (
-            text("1700000000000000000,1,2,3\n1700000000100000000,1,2,3\n"),
-            None,
-            "is its unit ms, us or ns",
-        ),
+        (text("1700000000000000000,1,2,3\n1700000000100000000,1,2,3\n"), None, "is its unit ms, us or ns"),
         (text("0,nan,2,3\n" * 5), None, "0 usable poses of 5, most not a number"),
         (None, "t,F_u,F_v,F_r\n0,0,0,nan\n", "line 2: 'F_r' is empty or not finite"),
         (None, "t,F_u,F_v\n0,0,0\n", "no column 'F_r'"),
         (None, "t,F_u,F_v,F_r\n", "has a header but no rows"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_table_is_one_line_that_names_the_place(tmp_path, poses, commands, words):
     path = folder(tmp_path / "run", poses, commands)
     with pytest.raises(SeatrialError, match=words) as caught:

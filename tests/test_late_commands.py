@@ -60,11 +60,8 @@ def test_with_the_offset_that_it_names_it_is_gone(drive, tmp_path):
     late = stamped(recording, LATE).commands
     tables = {
         "poses": ("t,x,y,psi", np.column_stack([recording.t, recording.raw])),
-        "commands": (
-            "t,left,right",
-            np.column_stack([recording.seconds(late.stamps), late.values]),
-        ),
-    }
+        "commands": ("t,left,right", np.column_stack([recording.seconds(late.stamps), late.values])),
+    }  # fmt: skip
     for name, (head, rows) in tables.items():
         lines = [",".join(f"{value:.7f}" for value in row) for row in rows]
         (tmp_path / f"{name}.csv").write_text("\n".join([head, *lines]) + "\n")

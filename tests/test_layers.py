@@ -25,22 +25,9 @@ LEVEL = {name: i for i, name in enumerate(ROOMS)}
 MOST_FILES = 20  # in one folder
 NAMED_TYPES = ROOT / "util" / "above.py"  # names types for annotations, and loads nothing
 EDGES = {
-    "plotly",
-    "resvg_py",
-    "rosbags",
-    "lz4",
-    "apsw",
-    "backports",
-    "casadi",
-    "scipy",
-    "matplotlib",
-    "pandas",
-    "pymavlink",
-    "fastcrc",
-    "distributed",
-    "starlette",
-    "uvicorn",
-}
+    "plotly", "resvg_py", "rosbags", "lz4", "apsw", "backports", "casadi", "scipy", "matplotlib", "pandas",
+    "pymavlink", "fastcrc", "distributed", "starlette", "uvicorn",
+}  # fmt: skip
 
 
 @cache

@@ -44,12 +44,8 @@ def test_walls_are_a_size_or_a_file(tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [
-        ("no.yaml", "no such file"),
-        ("0x2", "around an area"),
-        ("3..2x4", "not a length"),
-    ],
-)
+    [("no.yaml", "no such file"), ("0x2", "around an area"), ("3..2x4", "not a length")],
+)  # fmt: skip
 def test_walls_that_are_none_are_refused(text, message):
     with pytest.raises(FileError, match=message):
         read_walls(text)

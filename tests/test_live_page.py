@@ -184,13 +184,8 @@ def test_the_session_is_driven_by_keys_alone(visit):
         one.page.keyboard.press("Tab")
         reached.append(one.page.evaluate("() => document.activeElement.id"))
     assert [name for name in reached if name][:6] == [
-        "drive",
-        "mark",
-        "mark-text",
-        "discard",
-        "seconds",
-        "stop",
-    ]
+        "drive", "mark", "mark-text", "discard", "seconds", "stop",
+    ]  # fmt: skip
     one.page.locator("#mark").focus()
     one.page.keyboard.press("Enter")
     one.shows("#answer", "marked")

@@ -105,12 +105,8 @@ def test_body_velocity_is_that_of_a_circle():
     for i in range(60):
         t = 0.02 * i
         eta = np.array(
-            [
-                u / r * np.sin(r * t),
-                u / r * (1.0 - np.cos(r * t)),
-                np.remainder(r * t + 3.0, 2 * np.pi),
-            ]
-        )
+            [u / r * np.sin(r * t), u / r * (1.0 - np.cos(r * t)), np.remainder(r * t + 3.0, 2 * np.pi)]
+        )  # fmt: skip
         turned = 3.0
         c, s = np.cos(turned), np.sin(turned)
         eta[:2] = c * eta[0] - s * eta[1], s * eta[0] + c * eta[1]

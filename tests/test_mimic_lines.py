@@ -102,12 +102,8 @@ def test_what_can_not_be_used_is_said_and_left_out(path):
 
 @pytest.mark.parametrize(
     ("options", "words"),
-    [
-        (["--lag", "3"], "carrier: lag"),
-        (["--to", "5"], "--to belongs"),
-        (["--rate", "0"], "rate 0"),
-    ],
-)
+    [(["--lag", "3"], "carrier: lag"), (["--to", "5"], "--to belongs"), (["--rate", "0"], "rate 0")],
+)  # fmt: skip
 def test_a_mistake_is_one_line(path, options, words, capsys):
     assert main(["mimic", str(path), *options]) == 1
     said = capsys.readouterr().err

@@ -15,23 +15,9 @@ from seatrial.util.errors import FileError, StructureError, VehicleError
 from seatrial.util.files import dump_yaml, read_yaml
 
 ODD = [
-    "",
-    " ",
-    "a\nb",
-    "a\x1b[31m",
-    "a\x00",
-    'a"',
-    "a'",
-    "a;b",
-    "a*/",
-    "-a",
-    "a ",
-    "a" * 65,
-    "\u202ea",
-    "a\\b",
-    "a$b",
-    "a%",
-]
+    "", " ", "a\nb", "a\x1b[31m", "a\x00", 'a"', "a'", "a;b", "a*/", "-a", "a ", "a" * 65, "\u202ea", "a\\b",
+    "a$b", "a%",
+]  # fmt: skip
 KINDS = ("input", "thruster", "force", "chain group", "scale")
 
 
@@ -70,18 +56,8 @@ def test_what_is_no_word_is_no_name(kind, name):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
     "name",
-    [
-        "bow-thruster",
-        "bow_thruster",
-        "Strahlruder Bb.",
-        "motör 2",
-        "左舷",
-        "axes.1",
-        "a/b",
-        "1",
-        "x" * 64,
-    ],
-)
+    ["bow-thruster", "bow_thruster", "Strahlruder Bb.", "motör 2", "左舷", "axes.1", "a/b", "1", "x" * 64],
+)  # fmt: skip
 def test_names_in_use_stay_names(kind, name):
     name = name.rstrip(".")
     vehicle_from(named(kind, f"F_{name}"[:64] if kind == "force" else name), "boat.yaml")
@@ -141,16 +117,9 @@ def test_a_models_names_are_checked_as_a_vehicles(tmp_path, capsys, kind):
 
 
 OUTSIDE = [
-    "/etc/passwd",
-    "../poses.csv",
-    "a/../../b.csv",
-    "..",
-    "\\\\host\\a.csv",
-    "C:\\a.csv",
-    "C:a.csv",
-    "..\\a.csv",
-    "a\x00b",
-]
+    "/etc/passwd", "../poses.csv", "a/../../b.csv", "..", "\\\\host\\a.csv", "C:\\a.csv", "C:a.csv",
+    "..\\a.csv", "a\x00b",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", OUTSIDE)

@@ -199,21 +199,15 @@ def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=(), undriven=()):
     [
         (inspected(), "seatrial identify 'my log.bag' b.bag --vehicle v.yaml -o model.yaml"),
         (inspected(findings=["F_u is reversed: sign: -1"]), "correct v.yaml"),
-        (
-            inspected(inputs=(InputUse("F_u", 1100.0, 1900.0, 1.0, 800, 0.0, False),)),
-            "correct v.yaml",
-        ),
-        (
-            inspected(usable=0.7),
-            "seatrial identify 'my log.bag' b.bag --vehicle v.yaml -o model.yaml",
-        ),
+        (inspected(inputs=(InputUse("F_u", 1100.0, 1900.0, 1.0, 800, 0.0, False),)), "correct v.yaml"),
+        (inspected(usable=0.7), "seatrial identify 'my log.bag' b.bag --vehicle v.yaml -o model.yaml"),
         (
             inspected(undriven=["my log=-39"]),
             "seatrial identify 'my log.bag' b.bag --without 'my log=-39' --vehicle v.yaml -o model.yaml",
         ),
         (inspected(sway=0.0), "record more with pulses of sway"),
     ],
-)
+)  # fmt: skip
 def test_after_inspect_the_file_is_corrected_or_more_is_recorded_or_a_model_identified(found, do):
     assert after_inspect(found, LOGS, VEHICLE).do == do
 

@@ -79,13 +79,8 @@ def test_a_clock_that_drifts_is_told_with_its_rate_and_is_no_payload(mp, names, 
 
 @pytest.mark.parametrize(
     ("preset", "force"),
-    [
-        ("paper-like", None),
-        on_request("hard", None),
-        on_request("paper-like", PUSH),
-        at_length("hard", PUSH),
-    ],
-)
+    [("paper-like", None), on_request("hard", None), on_request("paper-like", PUSH), at_length("hard", PUSH)],
+)  # fmt: skip
 @pytest.mark.parametrize("names", [("S1", "S2", "S3"), at_length(("S7",)), at_length(("S6",))])
 def test_a_boat_that_stays_what_it_is_has_no_note(mp, preset, force, names):
     assert drift_of(mp, with_seed(load_plan(preset), 711), force, names) == ()

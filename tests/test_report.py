@@ -308,8 +308,7 @@ def test_verdict_is_three_sentences_about_recordings_that_were_not_seen(evidence
 
 
 @pytest.mark.parametrize(
-    "method",
-    [m if m == "weak-form" else at_length(m) for m in METHODS if m != PAPERS],
+    "method", [m if m == "weak-form" else at_length(m) for m in METHODS if m != PAPERS]
 )
 def test_a_model_of_another_method_is_told_without_the_papers_caution(method, paper_af, af):
     records = [paper_af[s].recording.cut(0.0, 100.0) for s in ("S1", "S2", "S3")]

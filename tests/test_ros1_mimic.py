@@ -98,11 +98,8 @@ def test_at_its_limit_it_says_what_was_asked_and_what_is_allowed(ros, path):
     [
         (("__name:=a",), "parameter model is empty"),
         (("__name:=b", "_model:=nowhere.yaml"), "nowhere.yaml"),
-        (
-            ("__name:=c", "_model:={model}", "_lag:=5.0"),
-            "parameter lag is 5; expected 0 to 1: its delay",
-        ),
+        (("__name:=c", "_model:={model}", "_lag:=5.0"), "parameter lag is 5; expected 0 to 1: its delay"),
     ],
-)
+)  # fmt: skip
 def test_a_mistake_is_one_line(ros, path, arguments, words):
     assert words in ros.complaint("mimic", *(a.format(model=path) for a in arguments))

@@ -205,12 +205,9 @@ def test_killed_and_restarted_it_goes_on_within_a_second(ros, played, known, tri
             ("__name:=d", "_model:={model}", "_window:=text"),
             "window is of another type; expected a number: how late",
         ),
-        (
-            ("__name:=e", "_model:={model}", "_pose_topic:=odom"),
-            "/odom is what this node publishes",
-        ),
+        (("__name:=e", "_model:={model}", "_pose_topic:=odom"), "/odom is what this node publishes"),
     ],
-)
+)  # fmt: skip
 def test_a_mistake_is_one_line(ros, known, arguments, words):
     assert words in ros.complaint("odometry", *(a.format(model=known) for a in arguments))
 

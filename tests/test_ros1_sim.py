@@ -198,12 +198,9 @@ def test_two_boats_have_names_of_their_own(ros, files):
         (("__name:=d", "_models:={model}", "_real_time_factor:=1000"), "real_time_factor is 1000"),
         (("__name:=e", "_models:={model}", "_scene:={bad}"), "sensors: lidar: beams: expected 2"),
         (("__name:=f", "_models:={model}", "_scene:={odd}"), "unknown key 'wals'"),
-        (
-            ("__name:=g", "_models:={model},{model}", "_scene:={named}"),
-            "boat '2nd': expected a name that",
-        ),
+        (("__name:=g", "_models:={model},{model}", "_scene:={named}"), "boat '2nd': expected a name that"),
     ],
-)
+)  # fmt: skip
 def test_a_mistake_is_one_line(ros, files, arguments, words):
     (files / "bad.yaml").write_text("seatrial: scene 1\nsensors: {lidar: {beams: 1}}\n")
     (files / "odd.yaml").write_text("seatrial: scene 1\nwals: []\n")

@@ -332,16 +332,10 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
         (("__name:=d", "_model:={model}", "_gains:={inputs}"), "the gains are for F_u, F_v, F_q"),
         (("__name:=e", "_model:={model}", "_gains:={other}"), "full command in sway gives 9.0"),
         (("__name:=f", "_model:={model}", "_gains:={gains}", "_timeout:=90.0"), "timeout is 90"),
-        (
-            ("__name:=g", "_model:={model}", "_gains:={gains}", "_allocation:=auto"),
-            "the gains have none",
-        ),
-        (
-            ("__name:=h", "_model:={model}", "_gains:={thrusters}"),
-            "the model's vehicle allocates by",
-        ),
+        (("__name:=g", "_model:={model}", "_gains:={gains}", "_allocation:=auto"), "the gains have none"),
+        (("__name:=h", "_model:={model}", "_gains:={thrusters}"), "the model's vehicle allocates by"),
     ],
-)
+)  # fmt: skip
 def test_a_mistake_is_one_line(ros, files, arguments, words):
     gains = yaml.safe_load((files / "gains.yaml").read_text())
     names = {name: files / f"{name}.yaml" for name in ("model", "gains", "inputs", "other")}

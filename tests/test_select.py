@@ -21,12 +21,7 @@ from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.significance import (
-    Estimate,
-    Repeats,
-    estimate,
-    repeats,
-)
+from seatrial.identification.selection.significance import Estimate, Repeats, estimate, repeats
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,

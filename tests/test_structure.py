@@ -41,13 +41,9 @@ def test_mallard_is_the_papers_equation_12():
 def test_accelerations_on_the_right_are_solved_together_not_in_order():
     s = parse(
         "cyclic",
-        {
-            "surge": ["X_F * F_u", "0.5 * r_dot"],
-            "yaw": ["N_F * F_r", "0.4 * u_dot"],
-            "sway": ["Y_v * v"],
-        },
+        {"surge": ["X_F * F_u", "0.5 * r_dot"], "yaw": ["N_F * F_r", "0.4 * u_dot"], "sway": ["Y_v * v"]},
         FORCES,
-    )
+    )  # fmt: skip
     F = np.array([[1.0, 0.0, 2.0]])
     got = _core.accelerations(s.compiled, np.array([1.0, -1.0, 1.0]), np.zeros((1, 3)), F)[0]
     expected = np.linalg.solve([[1, -0.5], [-0.4, 1]], [1.0, 2.0])
@@ -84,13 +80,9 @@ FACTORS = st.lists(
 
 
 @given(
-    st.lists(
-        st.tuples(st.integers(0, 2), FACTORS, st.sampled_from([None, 0, 1, 2])),
-        min_size=1,
-        max_size=8,
-    ),
+    st.lists(st.tuples(st.integers(0, 2), FACTORS, st.sampled_from([None, 0, 1, 2])), min_size=1, max_size=8),
     st.integers(0, 2**31),
-)
+)  # fmt: skip
 def test_a_flipped_structure_is_the_same_boat_seen_in_the_other_axes(rows, seed):
     lines = {"surge": [], "sway": [], "yaw": []}
     for i, (axis, factors, acceleration) in enumerate(rows):

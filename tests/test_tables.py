@@ -65,12 +65,8 @@ def test_text_with_any_separator_gives_the_same_numbers(tmp_path, kind):
 
 @pytest.mark.parametrize(
     ("encoding", "said"),
-    [
-        ("cp1252", "is not UTF-8, and was read as Windows-1252"),
-        ("utf-16", None),
-        ("utf-8-sig", None),
-    ],
-)
+    [("cp1252", "is not UTF-8, and was read as Windows-1252"), ("utf-16", None), ("utf-8-sig", None)],
+)  # fmt: skip
 def test_text_of_other_encodings_gives_the_same_numbers(tmp_path, encoding, said):
     path = tmp_path / "log.csv"
     path.write_text(text_of(";", comma=True, head="t,x,y [°]"), encoding=encoding, newline="")
@@ -164,11 +160,7 @@ def test_nanoseconds_without_zeros_are_refused_as_seconds(tmp_path):
     [
         (["1", ""], {}, "line 3: column 't' has no stamp"),
         (["2025-04-11 10:00:00", ""], {}, "line 3: column 't' has no stamp"),
-        (
-            ["2025-04-11 10:00:00", "soon"],
-            {},
-            "line 3: column 't' has 'soon', expected a date and time",
-        ),
+        (["2025-04-11 10:00:00", "soon"], {}, "line 3: column 't' has 'soon', expected a date and time"),
         (["2025-13-11 10:00:00"], {}, "'2025-13-11 10:00:00', which is no date and time"),
         (["1.5", "x"], {}, "line 3: column 't' has 'x', expected a number"),
         (["1.5"], {"nanoseconds": "ns"}, "have 1.5 and 3, expected whole seconds"),
@@ -176,7 +168,7 @@ def test_nanoseconds_without_zeros_are_refused_as_seconds(tmp_path):
         (["1e300"], {}, "is its unit ms, us or ns"),
         (["1"], {"unit": "m"}, "use s, ms, us or ns"),
     ],
-)
+)  # fmt: skip
 def test_a_bad_stamp_is_one_line_that_names_the_place(tmp_path, cells, entry, words):
     path = tmp_path / "log.csv"
     path.write_text("t;ns;x\n" + "".join(f"{cell};3;1\n" for cell in cells))

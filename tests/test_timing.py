@@ -9,13 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from seatrial.recording.sampled_commands import sampled_commands
-from seatrial.recording.timing import (
-    Clock,
-    describe,
-    longest_rising,
-    only_changes,
-    regular_period,
-)
+from seatrial.recording.timing import Clock, describe, longest_rising, only_changes, regular_period
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
 

@@ -43,11 +43,8 @@ def survey(dead_zone=0.0):
     own = boat([chain])
     content = own.to_mapping()
     content["pose"] = {
-        "topic": "/pose",
-        "x": "pose.position.x",
-        "y": "pose.position.y",
-        "psi": "pose.orientation",
-    }
+        "topic": "/pose", "x": "pose.position.x", "y": "pose.position.y", "psi": "pose.orientation",
+    }  # fmt: skip
     content["commands"] = {
         "topic": "/joy",
         "inputs": {name: {"field": f} for name, f in TOPIC.items()},

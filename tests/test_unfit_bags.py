@@ -6,18 +6,7 @@ import itertools
 import numpy as np
 import pytest
 from bad_bag_tools import LENGTH, both, made, refused
-from bag_tools import (
-    START,
-    Sent,
-    joy_sent,
-    old_db3,
-    pose,
-    poses_sent,
-    raw,
-    ros1,
-    store,
-    vehicle,
-)
+from bag_tools import START, Sent, joy_sent, old_db3, pose, poses_sent, raw, ros1, store, vehicle
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 import seatrial

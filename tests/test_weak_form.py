@@ -89,11 +89,7 @@ def test_without_noise_it_is_as_exact_as_the_poses_are_close(rate, worst, mp):
     plan = load_plan("clean")
     plan = msgspec.structs.replace(plan, pose=msgspec.structs.replace(plan.pose, rate=rate))
     stated = mp.with_chain(plan.plant.chain)
-    model = weak_form(
-        [r.cut(0, 100) for r in pulses_of(plan, mp)],
-        stated,
-        step=1 / 240,
-    )
+    model = weak_form([r.cut(0, 100) for r in pulses_of(plan, mp)], stated, step=1 / 240)
     for name, value in truth("clean", "mallard-mp").items():
         assert model.values[name] == pytest.approx(value, rel=worst), name
 

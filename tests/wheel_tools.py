@@ -40,15 +40,8 @@ def python_for_aarch64(folder: Path) -> Path:
     ).returncode:
         raise FileNotFoundError(wanted[0])
     quiet(
-        "apt-get",
-        "install",
-        "-y",
-        "-qq",
-        "--no-install-recommends",
-        "--download-only",
-        *wanted,
-        **settings,
-    )
+        "apt-get", "install", "-y", "-qq", "--no-install-recommends", "--download-only", *wanted, **settings,
+    )  # fmt: skip
     for package in (folder / "cache" / "archives").glob("*.deb"):
         quiet("dpkg", "-x", package, root)
     return root
@@ -60,18 +53,9 @@ def packages_for_aarch64(wheel: Path, folder: Path, *others: str) -> None:
     plain = ("--quiet", "--disable-pip-version-check", "--no-deps", "--only-binary", ":all:")
     names = [f"--platform=manylinux_2_{n}_aarch64" for n in (28, 27, 17)]
     quiet(
-        sys.executable,
-        "-m",
-        "pip",
-        "download",
-        *plain,
-        *names,
-        "--python-version",
-        VERSION,
-        "--dest",
-        down,
+        sys.executable, "-m", "pip", "download", *plain, *names, "--python-version", VERSION, "--dest", down,
         *others,
-    )
+    )  # fmt: skip
     for each in (wheel, *down.glob("*.whl")):
         zipfile.ZipFile(each).extractall(folder)
 

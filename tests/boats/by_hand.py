@@ -14,10 +14,7 @@ def rates(c: Mapping[str, float], state: Array, forces: Array) -> list[float]:
     du = v * r + (c["X_u"] + c["X_uu"] * abs(u)) * u + c["X_F"] * forces[0]
     dv = -u * r + (c["Y_v"] + c["Y_vv"] * abs(v)) * v + c["Y_F"] * forces[1]
     dr = (
-        c["N_ud"] * du
-        + (c["N_r"] + c["N_rr"] * abs(r)) * r
-        + c["N_uu"] * abs(u) * u
-        + c["N_F"] * forces[2]
-    )
+        c["N_ud"] * du + (c["N_r"] + c["N_rr"] * abs(r)) * r + c["N_uu"] * abs(u) * u + c["N_F"] * forces[2]
+    )  # fmt: skip
     cos, sin = np.cos(psi), np.sin(psi)
     return [cos * u - sin * v, sin * u + cos * v, r, du, dv, dr]

@@ -115,10 +115,7 @@ def unpadded_nanoseconds(poses, commands, rng):
         whole = [round((row[0] + 1744366000) * 1e9) for row in rows]
         return [(f"{n // 10**9}.{n % 10**9}", *row[1:]) for n, row in zip(whole, rows, strict=True)]
 
-    return (
-        table(("t", "x", "y", "psi"), stamped(poses)),
-        table(("t", *INPUTS), stamped(commands)),
-    )
+    return (table(("t", "x", "y", "psi"), stamped(poses)), table(("t", *INPUTS), stamped(commands)))
 
 
 @fault
