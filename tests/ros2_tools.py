@@ -29,7 +29,6 @@ ROOT = Path(__file__).resolve().parents[1]
 PREFIX = Path(os.environ.get("SEATRIAL_ROS2", "/nowhere"))
 WORKSPACE = ROOT / "build" / "ros2"
 PROGRAMS = WORKSPACE / "install" / "seatrial_odometry" / "lib" / "seatrial_odometry"
-PEER = PROGRAMS / "peer"
 DOMAINS = range(1, 41)  # below the ports of `waiting`
 DEFINITIONS = get_typestore(Stores.ROS2_HUMBLE).fielddefs
 LOOPBACK = """<CycloneDDS><Domain id="any">

@@ -19,6 +19,7 @@ from seatrial.io.bags.salvage_mcap import MAGIC
 from seatrial.io.bags.unpack import zstd_decompressor
 from seatrial.io.bags.wire import LONGEST_DEFINITION, MOST_FIELDS, Wire, parse_definition
 from seatrial.io.bags.wire_walk import WireError
+from seatrial.util import files
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.files import read_yaml
 
@@ -226,8 +227,8 @@ def test_a_chunk_of_ros1_that_inflates_is_refused(tmp_path):
 
 
 def test_a_chunk_of_ros1_is_unpacked_to_its_stated_size_only(tmp_path):
-    """1000 of its 268 million zeros, which are no message."""
-    code, shown = inspected(ros1(tmp_path / "bomb.bag", 1 << 28, 1000))
+    """1000 of its 67 million zeros, which are no message."""
+    code, shown = inspected(ros1(tmp_path / "bomb.bag", 1 << 26, 1000))
     assert code == 0
     assert "/a" in shown
 
@@ -239,10 +240,11 @@ def test_a_chunk_of_ros1_that_is_listed_twice_is_refused(tmp_path):
 
 def test_a_compressed_file_that_inflates_is_refused(tmp_path, monkeypatch):
     path = tmp_path / "bomb.mcap.zstd"
-    path.write_bytes(zstd_compress(bytes(1 << 24)) * 80)  # 1.3 GB
-    assert path.stat().st_size < 100_000
+    path.write_bytes(zstd_compress(bytes(1 << 24)) * 5)  # 84 MB
+    assert path.stat().st_size < 10_000
+    monkeypatch.setattr(unpack, "ALWAYS_FILE", 1 << 26)  # of 1 GB, as above
     monkeypatch.setattr(unpack.tempfile, "tempdir", str(tmp_path))
-    with pytest.raises(RecordingError, match="become more than 1074 MB"):
+    with pytest.raises(RecordingError, match="become more than 67 MB"):
         open_bag(path)
     assert [p.name for p in tmp_path.iterdir()] == ["bomb.mcap.zstd"]
 
@@ -320,8 +322,10 @@ def test_the_metadata_of_a_bag_may_not_be_deep_either(tmp_path):
     assert code == 0 and "metadata.yaml" in shown
 
 
-def test_a_yaml_file_without_end_is_refused():
-    with pytest.raises(FileError, match="below 64 MB"):
+def test_a_yaml_file_without_end_is_refused(monkeypatch):
+    assert files.MOST_BYTES == 64_000_000
+    monkeypatch.setattr(files, "MOST_BYTES", 2_000_000)
+    with pytest.raises(FileError, match="below 2 MB"):
         read_yaml(Path("/dev/zero"))
 
 

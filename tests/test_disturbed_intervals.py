@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
+from method_trials import pulses_of
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
@@ -192,10 +193,8 @@ def test_without_it_the_model_is_as_good_as_ever(handled, with_hand, paper_mp_mo
 
 @pytest.mark.system
 @pytest.mark.parametrize("size", [0.2, 1.0])
-def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_not(
-    paper_mp, mp, size
-):
-    own = [paper_mp[name].recording.cut(0.0, 120.0) for name in ("S1", "S2", "S3")]
+def test_boats_that_are_put_in_and_taken_out_are_named_be_there_a_solution_or_not(mp, size):
+    own = [r.cut(0.0, 120.0) for r in pulses_of(load_plan("paper-like"), mp)]
     recordings = [carried(r, begin=10.0, end=15.0, size=size) for r in own]
     try:
         said = " ".join(map(finding_text, seatrial.identify(recordings, mp).estimator.findings))

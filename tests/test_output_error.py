@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import at_length, on_request
-from method_trials import driven
+from method_trials import driven, pulses_of
 from scipy.linalg import expm
 
 import seatrial
@@ -157,7 +157,8 @@ def far():
 
     They believe themselves: they have the noise of the model found, which has no process noise.
     """
-    vehicle, recordings = driven("hard", "mallard-mp", 1)
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    recordings = pulses_of(with_seed(load_plan("hard"), 1), vehicle)
     found = output_error(recordings, vehicle)
     factors = np.exp(np.random.default_rng(3).normal(0.0, 0.7, (4, len(found.coefficients))))
     starts = [replace(found, coefficients=found.coefficients * f) for f in factors]
