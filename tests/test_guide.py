@@ -24,6 +24,7 @@ from seatrial.onboard.live.playback import replay
 from seatrial.onboard.predictor import Health
 from seatrial.util.errors import SeatrialError
 
+pytestmark = pytest.mark.system
 drive = lake_log
 
 
@@ -34,7 +35,6 @@ def guided(drive, tmp_path_factory):
     return seatrial.auto([drive], folder, say=said.append), said
 
 
-@pytest.mark.system
 def test_one_call_finds_terms_effects_and_truth(guided):
     found, _ = guided
     model = found.model
@@ -58,7 +58,6 @@ def test_one_call_finds_terms_effects_and_truth(guided):
     )
 
 
-@pytest.mark.system
 def test_a_stated_lever_arm_that_is_slightly_wrong_is_found_and_makes_no_term(drive, tmp_path):
     """Two centimetres off, by a tape measure."""
     near = Choices(lever=(LEVER[0], LEVER[1] + 0.02))

@@ -110,6 +110,7 @@ def test_the_saved_recording_is_the_log(session, trials):
     np.testing.assert_array_equal(kept.commands.values, log.commands.values)
 
 
+@pytest.mark.system
 def test_the_saved_model_is_near_the_truth(session):
     out, _, _ = session
     model, truth = seatrial.load(out / "model.yaml"), load_plan("clean").plant.coefficients
@@ -120,6 +121,7 @@ def test_the_saved_model_is_near_the_truth(session):
         assert error < 0.1 * max(abs(value), 0.1), name
 
 
+@pytest.mark.system
 def test_the_saved_model_is_that_of_identify(session):
     out, _, _ = session
     vehicle = seatrial.load_vehicle(out / "recording" / "vehicle.yaml")
@@ -128,6 +130,7 @@ def test_the_saved_model_is_that_of_identify(session):
     np.testing.assert_allclose(saved, again.coefficients, rtol=1e-9)
 
 
+@pytest.mark.system
 def test_the_estimate_at_the_end_is_that_of_the_saved_model(session):
     out, seen, _ = session
     model = seatrial.load(out / "model.yaml")
@@ -139,6 +142,7 @@ def test_the_estimate_at_the_end_is_that_of_the_saved_model(session):
         assert abs(one["value"] - value) < max(3.0 * one["error"], 1e-9), one["name"]
 
 
+@pytest.mark.system
 def test_the_page_had_all_of_the_drive(session, trials):
     _, seen, _ = session
     state, rows = seen["end"], seen["track"]["rows"]
@@ -159,6 +163,7 @@ def test_the_page_had_all_of_the_drive(session, trials):
     )
 
 
+@pytest.mark.system
 def test_the_result_names_what_is_saved(session):
     out, seen, result = session
     paths = {name: str(out / path) for name, path in (

@@ -69,6 +69,7 @@ def test_a_pushed_boat_whose_pose_errors_hang_together_is_found(found):
     )
 
 
+@pytest.mark.system
 def test_it_is_as_likely_as_what_a_search_from_the_truth_finds(found):
     """Such errors and white ones are hard to tell apart: the top is flat, and not quite even."""
     problem = found.problem
@@ -141,6 +142,7 @@ def solved_on(
     return found, true_parameters(plan, found.names)
 
 
+@pytest.mark.system
 def test_white_innovations_and_the_right_frame_are_searched_no_further(found, monkeypatch):
     def refused(*_, **__):
         raise AssertionError("another noise structure is searched")
@@ -168,6 +170,7 @@ def test_a_force_in_place_of_a_walk_moves_the_velocity_as_far():
     assert np.std(v) == pytest.approx(walk * np.sqrt(n * dt), rel=0.1)
 
 
+@pytest.mark.system
 def test_correlated_errors_as_large_as_they_are_have_the_fourth_differences_of_white_ones(found):
     """The poses have no white noise; differences alone take it for a third of its size."""
     recordings = found.problem.recordings

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import make_model
+from conftest import at_length, make_model
 from survey_boat import pulses
 from test_correlated_pose_noise import SURGE, tug
 
@@ -90,7 +90,7 @@ def midpoints(thrust, push, step):
     return np.array(path).reshape(-1, 2, 3)
 
 
-@pytest.fixture(scope="module", params=[(1.5, 0.02), (4.0, 0.1)], ids=["1.5 s", "4 s"])
+@pytest.fixture(scope="module", params=[(1.5, 0.02), at_length((4.0, 0.1))], ids=["1.5 s", "4 s"])
 def on_swell(request):
     period, size = request.param
     recordings = [on_waves(seed, period, size) for seed in (1, 2)]

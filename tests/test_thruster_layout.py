@@ -92,7 +92,11 @@ def stated_wrong(vehicle, wrong):
 
 @pytest.mark.parametrize(
     ("wrong", "rate"),
-    [("one is missing", 12.0), ("one is missing", 30.0), at_length("one points aside", 12.0)],
+    [
+        ("one is missing", 12.0),
+        at_length("one is missing", 30.0),
+        at_length("one points aside", 12.0),
+    ],
 )
 def test_thrusters_that_the_recordings_contradict_are_told(wrong, rate):
     chain = {"lag": 0.1, "dead_zone": EDGES}

@@ -168,6 +168,7 @@ def test_auto_leaves_it_out_and_says_so():
     assert while_driven(task, resting) is resting
 
 
+@pytest.mark.system
 def test_the_model_of_a_boat_that_was_towed_between_is_the_truth_without_the_tow():
     vehicle, first = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=100.0)
     _, second = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=100.0, seed=2)
