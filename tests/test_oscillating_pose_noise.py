@@ -38,7 +38,7 @@ def on_waves(seed, period, size):
     return sailed(seed, period, moved=(size, size, size))[0]
 
 
-def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), seconds=200.0):
+def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), seconds=150.0):
     """Poses at 10 Hz, 2 mm and 2 mrad, of a boat that waves move [m, m, rad] or push [m/s^2, m/s^2, rad/s^2].
 
     And its velocity but for the moves.

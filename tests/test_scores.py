@@ -30,7 +30,7 @@ def model(mp):
 
 @pytest.fixture(scope="module")
 def drives(paper_mp):
-    return [paper_mp["S4"].recording.cut(0.0, 100.0), paper_mp["S7"].recording.cut(0.0, 100.0)]
+    return [paper_mp[name].recording.cut(0.0, 60.0) for name in ("S4", "S7")]
 
 
 @pytest.fixture(scope="module")

@@ -248,7 +248,7 @@ def test_a_model_too_uncertain_for_any_knob_is_told_so():
     with pytest.raises(
         ControlError, match=r"mallard: no knob up to 100 s is robust .* identify it with more"
     ):
-        tune(model, 1.0, draws=2)
+        tune(model, 50.0, draws=2)
 
 
 def test_the_smallest_knob_has_all_draws_as_witnesses(model, boat):
