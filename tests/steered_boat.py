@@ -67,6 +67,23 @@ def outboard(entry: Mapping[str, Any] | None = None, **changed: Any) -> Vehicle:
     return vehicle_from({**content, **changed}, "outboard")
 
 
+def rudder(arm: float) -> dict[str, Any]:
+    """Forces and structure of a rudder behind the propeller, at `arm` [m], and in the flow."""
+    return {
+        "forces": {
+            "F_u": {"axis": "surge", "of": {"motor": 1}},
+            "F_v": {"axis": "sway", "of": {"helm": 1}},
+            "F_r": {"axis": "yaw", "of": {"helm": arm}},
+            "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
+        },
+        "structure": {
+            "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+            "sway": ["-1 * u * r", "Y_v * v", "Y_r * r", "Y_F * F_v"],
+            "yaw": ["N_v * v", "N_r * r", "N_F * F_r", "N_ud * |u| * u * F_d"],
+        },
+    }
+
+
 def known(entry: Mapping[str, Any] | None = None, **changed: Any) -> seatrial.Model:
     """The boat with its true constants."""
     truth = {"offset_deg": -4.0, "rate_deg": 40.0, "dead_zone": 0.08, **(entry or {})}

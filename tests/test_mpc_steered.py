@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from conftest import at_length
-from steered_boat import BOW_THRUSTER, known
+from steered_boat import BOW_THRUSTER, known, rudder
 from test_mpc_path import CURRENT, PERIOD, drive, straight
 
 from seatrial import _core
@@ -19,19 +19,7 @@ from seatrial.util.errors import ControlError
 SPEED = 0.6  # [m/s]
 line = partial(straight, speed=SPEED)
 GEAR = np.radians(40.0)  # [rad/s] of the boat's helm
-RUDDER = {  # behind the propeller and in the flow
-    "forces": {
-        "F_u": {"axis": "surge", "of": {"motor": 1}},
-        "F_v": {"axis": "sway", "of": {"helm": 1}},
-        "F_r": {"axis": "yaw", "of": {"helm": -0.3}},
-        "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
-    },
-    "structure": {
-        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-        "sway": ["-1 * u * r", "Y_v * v", "Y_r * r", "Y_F * F_v"],
-        "yaw": ["N_v * v", "N_r * r", "N_F * F_r", "N_ud * |u| * u * F_d"],
-    },
-}
+RUDDER = rudder(-0.3)
 
 
 @pytest.fixture(scope="module")

@@ -126,14 +126,17 @@ def test_a_compass_topic_in_radians(tmp_path):
     moves_as_the_boat(read(path)[1])
 
 
+def with_positions(folder, names, digits):
+    """A log whose latitude and longitude have these names and so many digits after the point."""
+    c = columns(10.0)
+    both = ([f"{v:.{digits}f}" for v in values] for values in geodetic(c["north"], c["east"]))
+    head, rest = ("t", *names, "heading", "left", "right"), (c["heading"], c["left"], c["right"])
+    return written(folder / "log.csv", head, c["t"], *both, *rest)
+
+
 def test_swapped_latitude_and_longitude(tmp_path):
     """The compass turns against the track; with the columns exchanged it follows."""
-    c = columns(10.0)
-    lat, lon = ([f"{v:.9f}" for v in values] for values in geodetic(c["north"], c["east"]))
-    path = written(
-        tmp_path / "log.csv", ("t", "latitude", "longitude", "heading", "left", "right"), c["t"], lon, lat,
-        c["heading"], c["left"], c["right"],
-    )  # fmt: skip
+    path = with_positions(tmp_path, ("longitude", "latitude"), 9)
     text = refusal(path)
     option = "lat=longitude,lon=latitude,heading=heading"
     assert (
@@ -185,12 +188,7 @@ def test_a_compass_that_hangs(tmp_path):
 
 def test_rounded_degrees(tmp_path):
     """Six digits after the point are 0.11 m of latitude, 0.056 m of longitude at 59.9 deg."""
-    c = columns(10.0)
-    lat, lon = ([f"{v:.6f}" for v in values] for values in geodetic(c["north"], c["east"]))
-    path = written(
-        tmp_path / "log.csv", ("t", "lat", "lon", "heading", "left", "right"), c["t"], lat, lon,
-        c["heading"], c["left"], c["right"],
-    )  # fmt: skip
+    path = with_positions(tmp_path, ("lat", "lon"), 6)
     assert "x moves in steps of 0.056 m, y in steps of 0.11 m" in read(path)[1].doubts[0]
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import yaml
 from conftest import ROOT
-from steered_boat import COEFFICIENTS, TRUTH, driven, known, outboard
+from steered_boat import COEFFICIENTS, TRUTH, driven, known, outboard, rudder
 
 import seatrial
 from seatrial import _core
@@ -88,19 +88,7 @@ def test_intervals_of_a_helm_hold_their_share_of_truths():
 
 def test_a_rudder_in_the_flow_is_told_from_one_in_the_race():
     """Yaw moment of thrust times sine, and of u |u| times sine, with their own coefficients."""
-    changed = {
-        "forces": {
-            "F_u": {"axis": "surge", "of": {"motor": 1}},
-            "F_v": {"axis": "sway", "of": {"helm": 1}},
-            "F_r": {"axis": "yaw", "of": {"helm": -0.6}},
-            "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
-        },
-        "structure": {
-            "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-            "sway": ["-1 * u * r", "Y_v * v", "Y_r * r", "Y_F * F_v"],
-            "yaw": ["N_v * v", "N_r * r", "N_F * F_r", "N_ud * |u| * u * F_d"],
-        },
-    }
+    changed = rudder(-0.6)
     truth = known(**changed)
     model = output_error(
         [driven(truth, 6)],
