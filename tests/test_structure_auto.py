@@ -31,6 +31,10 @@ from tests.boats import hulls
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 BASE = {"X_u", "X_uu", "X_F", "Y_v", "Y_vv", "Y_F", "N_r", "N_rr", "N_F"}
 LIFT = -0.4  # Y_ur beside -u r: an added mass in surge of 0.4 of that in sway
+FURTHER = (
+    "Y_ur * u * r",
+    "X_aFu * |u| * F_u",
+)  # terms of the plant where a plan has their coefficients
 
 
 def plan_of(length=60.0, **coefficients):
@@ -43,7 +47,8 @@ def plan_of(length=60.0, **coefficients):
 
 
 def recordings(plan, vehicle):
-    more = given_candidates(vehicle, ["Y_ur * u * r"]) if "Y_ur" in plan.plant.coefficients else ()
+    own = [line for line in FURTHER if line.partition(" ")[0] in plan.plant.coefficients]
+    more = given_candidates(vehicle, own)
     driven = vehicle.with_terms((*vehicle.structure.terms, *more))
     return [t.recording for t in simulate(plan, driven, plant_model(plan, driven))]
 
@@ -118,6 +123,17 @@ def test_a_centre_of_mass_beside_the_middle_is_an_acceleration_and_no_thrust(boa
     found = seatrial.identify(recordings(plan, boat), boat.with_automatic_structure())
     assert set(found.values) == BASE | {"N_uu", "N_ud"}
     for name, truth in (("N_uu", 0.63), ("N_ud", 0.04)):
+        assert found.values[name] == pytest.approx(truth, abs=4 * found.standard_errors[name])
+
+
+@pytest.mark.system
+def test_thrust_that_falls_with_the_speed_of_advance_is_no_drag(boat):
+    """By 40 % at the top speed: without its term drag and thrust are off by many standard errors."""
+    plan = plan_of(X_aFu=-0.25)
+    found = seatrial.identify(recordings(plan, boat), boat.with_automatic_structure())
+    assert set(found.values) == BASE | {"X_aFu"}
+    for name in ("X_u", "X_uu", "X_F", "X_aFu"):
+        truth = plan.plant.coefficients[name]
         assert found.values[name] == pytest.approx(truth, abs=4 * found.standard_errors[name])
 
 

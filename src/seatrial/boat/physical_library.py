@@ -5,7 +5,7 @@ Fossen, Handbook of Marine Craft, 2nd ed., chapters 6 and 7. A hull that is symm
 that are even in v and r in surge, and odd ones in sway and yaw. Curved thrust is a stage of the actuator chain.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from seatrial.boat.structure import ACCELERATIONS, Force, Term
 from seatrial.util.frames import SYMBOLS
@@ -66,13 +66,29 @@ def library_tiers(forces: Sequence[Force], *, explicit: bool) -> tuple[tuple[Ter
     """What a boat may have besides, in the order in which it is tried: linear in velocities and forces first."""
     own = {(t.axis, t.factors) for t in base_terms(forces, explicit=explicit)}
     coupled: tuple[list[Term], list[Term]] = [], []
+    advance: list[Term] = []
     for axis in range(3):
         for force in forces:
             term = Term(axis, _of_force(axis, force), 1.0, (force.name,), None)
             asymmetric = (axis == SURGE) != (force.axis == SURGE)
-            if (axis, term.factors) not in own:
+            if (axis, term.factors) in own:
+                advance += _with_speed(term)
+            else:
                 coupled[asymmetric].append(term)
-    return tuple(_named(ADDED_MASS)), (*_named(LINEAR), *coupled[0]), (*_named(CURVED), *coupled[1])
+    return (
+        tuple(_named(ADDED_MASS)),
+        (*_named(LINEAR), *coupled[0]),
+        (*_named(CURVED), *advance, *coupled[1]),
+    )
+
+
+def _with_speed(thrust: Term) -> Iterator[Term]:
+    """A propeller's thrust falls with its speed of advance: that ahead, or along the axis."""
+    (force,) = thrust.factors
+    short = force.replace("_", "")
+    for speed in dict.fromkeys(("u", SYMBOLS[thrust.axis])):
+        name = f"{LETTERS[thrust.axis]}_{'a' if speed == 'u' else speed}{short}"
+        yield Term(thrust.axis, name, 1.0, (f"|{speed}|", force), None)
 
 
 def _named(listed: Sequence[Sequence[Named]]) -> list[Term]:
