@@ -185,8 +185,8 @@ def test_effects_that_there_are_not_are_refused(known):
         seatrial.identify(recordings, vehicle, method="equation-error", effects=("lever",))
 
 
-def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
-    """The survey boat in a wind (2,) [m/s^2], earth-fixed: Euler's steps of 2 ms."""
+def blown(wind, lever=0.0, *, rate=5.0, seconds=300.0, seed=1):
+    """The survey boat in a wind (2,) [m/s^2], earth-fixed: Euler's steps of 2 ms. `lever`: see the first test."""
     rng = np.random.default_rng(seed)
     truth = make_model(boat([{"latency": LATENCY, "lag": LAG}]), TRUTH)
     values = np.column_stack(
@@ -207,13 +207,17 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
         c, s = np.cos(psi), np.sin(psi)
         x, y = x + dt * (c * u - s * v), y + dt * (s * u + c * v)
         psi += dt * r
+        across = c * wind[1] - s * wind[0]
         du = (
-            p[
-                "X_vr"
-            ] * v * r + p["X_u"] * u + p["X_uu"] * abs(u) * u + p["X_F"] * f_u + c * wind[0] + s * wind[1]
-        )  # fmt: skip
-        dv = p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + c * wind[1] - s * wind[0]
-        dr = p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * f_r
+            p["X_vr"] * v * r
+            + p["X_u"] * u
+            + p["X_uu"] * abs(u) * u
+            + p["X_F"] * f_u
+            + c * wind[0]
+            + s * wind[1]
+        )
+        dv = p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + across
+        dr = p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * f_r + lever * across
         u, v, r = u + dt * du, v + dt * dv, r + dt * dr
     eta = np.array(poses) + rng.normal(size=(len(poses), 3)) * [2e-3, 2e-3, 3e-3]
     vehicle = boat()
@@ -222,12 +226,15 @@ def blown(wind, *, rate=5.0, seconds=300.0, seed=1):
     return vehicle, make_recording("blown", stamps, eta, commands)
 
 
-def test_wind_is_found_where_the_boat_turns_between_poses():
+@pytest.mark.parametrize("lever", [0.0, 0.6])
+def test_wind_is_found_where_the_boat_turns_between_poses(lever):
+    """With its force off the centre of mass it turns the boat by its part across, by lever [rad/m]."""
     wind = 0.03, 0.05
-    vehicle, recording = blown(wind)
+    vehicle, recording = blown(wind, lever)
     found = fit([recording], vehicle, settings=OutputErrorSettings(effects=("wind",)))
-    within(found, "wind_x.blown", wind[0])
-    within(found, "wind_y.blown", wind[1])
+    for name, truth in zip(("x", "y"), wind, strict=True):
+        within(found, f"wind_{name}.blown", truth)
+        within(found, f"wind_turn_{name}.blown", lever * truth)
     for name in ("X_u", "X_uu", "Y_v", "X_F"):
         assert found.errors[name] < 0.002, name
         place = found.problem.names.index(name)
@@ -237,8 +244,10 @@ def test_wind_is_found_where_the_boat_turns_between_poses():
     assert found.noise[PROCESS].max() < 1e-4  # nothing but the wind pushed it
     # a filter on board does not know the wind: an earth-fixed disturbance of its mean square in each axis
     process = found.model().noise.process
-    assert process.disturbance_linear == pytest.approx(np.hypot(*wind) / np.sqrt(2.0), rel=0.02)
-    assert process.walk_linear < 1e-4 and process.disturbance_yaw < 1e-4
+    mean = np.hypot(*wind) / np.sqrt(2.0)
+    assert process.disturbance_linear == pytest.approx(mean, rel=0.02)
+    assert process.disturbance_yaw == pytest.approx(lever * mean, rel=0.02, abs=1e-3)
+    assert process.walk_linear < 1e-4
     assert process.earth_fixed and process.memory > 25.0
     # the noise that a filter is to believe is that of a filter that knows of the wind
     plain = likelihood_noise(Point(found.theta, found.noise, found.runs), found.noise)

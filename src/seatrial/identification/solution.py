@@ -254,4 +254,6 @@ def _variances(
         still = np.zeros((2, len(vehicle.forces)))
         pushed = _core.accelerations(vehicle.structure.compiled, coefficients, nu, still)
         earth += 0.25 * float(pushed[0, 0] ** 2 + pushed[1, 1] ** 2)
-    return earth + 0.5 * float(trim) ** 2, own.get("trim_r", 0.0) ** 2, earth
+    turning = np.hypot(own.get("wind_turn_x", 0.0), own.get("wind_turn_y", 0.0))
+    yaw = own.get("trim_r", 0.0) ** 2 + 0.5 * float(turning) ** 2
+    return earth + 0.5 * float(trim) ** 2, yaw, earth

@@ -17,8 +17,9 @@ namespace seatrial {
 /// Accelerations beside the model's: disturbance, trim and wind. An earth-fixed one is turned to
 /// the heading in the middle of the interval.
 struct Disturbing {
-  /// x: the state before; length [s]; bias (3) body-fixed, wind (2) earth-fixed; earth: whether the
-  /// disturbance in surge and sway is earth-fixed.
+  /// x: the state before; length [s]; bias (3) body-fixed; wind (4) earth-fixed: the force, and a
+  /// vector that turns the boat by its part across; earth: whether the disturbance in surge and
+  /// sway is earth-fixed.
   Disturbing(const double* x, double length, const double* bias, const double* wind, bool earth)
       : earth(earth), half(0.5 * length) {
     const double w[2] = {wind[0] + (earth ? x[kStates] : 0.0),
@@ -27,6 +28,10 @@ struct Disturbing {
     cos = std::cos(middle);
     sin = std::sin(middle);
     plane_to_body(cos, sin, w, turned);
+    double turning[2];
+    plane_to_body(cos, sin, wind + 2, turning);
+    turned[2] = turning[1];
+    along = turning[0];
     for (int a = 0; a < kAxes; ++a) {
       const double own = earth && a < 2 ? 0.0 : x[kStates + a];
       total[a] = own + bias[a] + turned[a];
@@ -40,7 +45,7 @@ struct Disturbing {
       std::copy(dx.row[i] + 2, dx.row[i] + kStates, f[i]);
       const double* push = dx.row[i] + force;
       std::copy(push, push + kAxes, f[i] + kStates - 2);
-      const double bend = push[0] * turned[1] - push[1] * turned[0];
+      const double bend = push[0] * turned[1] - push[1] * turned[0] - push[2] * along;
       f[i][0] += bend;  // a turn of the boat turns what is earth-fixed on it
       f[i][3] += half * bend;
       if (earth) plane_to_earth(cos, sin, push, f[i] + kStates - 2);
@@ -51,7 +56,8 @@ struct Disturbing {
   double half;       // [s] of the interval
   double cos = 1.0;  // of the heading in its middle
   double sin = 0.0;
-  double turned[kAxes] = {};  // the earth-fixed part in body axes; no yaw
+  double turned[kAxes] = {};  // the earth-fixed part in body axes
+  double along = 0.0;         // [rad/s^2] part ahead of what turns the boat by its part across
   double total[kAxes] = {};   // [m/s^2, m/s^2, rad/s^2] in body axes
 };
 

@@ -215,6 +215,8 @@ class LikelihoodFilter {
         for (int a = 0; a < kAxes; ++a) effect[kBias + a] = push[a];
         effect[kWind] = at.cos * push[0] - at.sin * push[1];
         effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
+        effect[kWind + 2] = -at.sin * push[2];
+        effect[kWind + 3] = at.cos * push[2];
       }
       if (kept_gain_ != nullptr) {
         float* kept = kept_gain_ + static_cast<std::ptrdiff_t>(i) * parameters_;

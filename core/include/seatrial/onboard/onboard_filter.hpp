@@ -123,7 +123,7 @@ inline bool plausible(const StateEstimate& b) {
 inline bool predict(const OnboardBoat& boat, const NoiseParameters& noise, double h,
                     const double force[3][kMaxForces], const Loadings force_error[kMaxForces],
                     StateEstimate& b) {
-  const double none[kAxes] = {};
+  const double none[4] = {};
   const bool earth = boat.frame == DisturbanceFrame::kEarth;
   const Disturbing disturbing(b.x, h, none, none, earth);
   const Interval passed(noise, disturbing.cos, disturbing.sin, h);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Unmodelled effects: score tests of lever arm, delay, current, trim, wind, thruster gains and heading offset."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -108,7 +108,8 @@ def _best_fitted(
     there, outcome = search(most.problem, theta, promise.noise, least=least)
     if outcome is not Outcome.CONVERGED:
         return Unmodelled(())
-    if most.kind and not differs_from_zero(there, effect_places(there.runs.problem, most.kind)):
+    own = [i for i in effect_places(there.runs.problem, most.kind) if i in there.runs.problem.free]
+    if most.kind and not differs_from_zero(there, own):
         return Unmodelled(())
     return Unmodelled(tuple(most.findings(there.theta)), most.kind, there)
 
@@ -125,10 +126,10 @@ def _with_effects(at: Point, kinds: Sequence[str]) -> FilterRuns:
 def _effects(at: Point, runs: FilterRuns, kinds: Sequence[str]) -> list[Held]:
     """Effects of some kinds that are not estimated, but have a significant score test; `runs` are with them."""
     problem = at.runs.problem
-    places = {kind: effect_places(problem, kind) for kind in kinds}
-    new = {kind: own for kind, own in places.items() if not set(own) & set(problem.free)}
+    places = [(kind, own) for kind in kinds for own in _tested_places(problem, kind)]
+    new = [(kind, own) for kind, own in places if not set(own) & set(problem.free)]
     candidates = []
-    for kind, own in new.items():
+    for kind, own in new:
         with_it = replace(problem, free=(*problem.free, *own))
         test = held_test(runs, problem, with_it, after_step=True)
         if not _significant(test):
@@ -139,6 +140,13 @@ def _effects(at: Point, runs: FilterRuns, kinds: Sequence[str]) -> list[Held]:
         found = partial(_effect_found, kind, list(own))
         candidates.append(Held(test, with_it, at.theta, found, there, kind))
     return candidates
+
+
+def _tested_places(problem: Problem, kind: str) -> Iterator[tuple[int, ...]]:
+    """Of an effect, and of wind that does not turn the boat: fewer parameters are distinguished from chance."""
+    yield (every := effect_places(problem, kind))
+    if kind == "wind":
+        yield tuple(i for i in every if not problem.names[i].startswith("wind_turn"))
 
 
 def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:

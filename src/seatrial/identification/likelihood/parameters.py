@@ -15,6 +15,7 @@ EFFECT_NAMES = (  # of one recording, in the order of the core's Effects between
     "current_x", "current_y",  # [m/s] earth-fixed
     "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
     "wind_x", "wind_y",  # [m/s^2] earth-fixed
+    "wind_turn_x", "wind_turn_y",  # [rad/s^2] earth-fixed; the part across the boat turns it
 )  # fmt: skip
 EFFECT_KINDS = ("lever", "current", "trim", "wind", "delay")
 LONGEST_DELAY = 1.0  # [s] of position or heading
