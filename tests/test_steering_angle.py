@@ -39,6 +39,13 @@ def test_a_rudder_that_the_file_has_as_a_stick_is_named(seed):
     assert text.startswith("helm: turns the boat only with the thrust of motor: is it")
 
 
+def test_a_model_of_a_rudder_as_a_stick_is_doubted():
+    """Its noise in yaw is large, and a lever arm that is none explains part of it."""
+    recording = steered_boat.driven(steered_boat.known(), seed=1)
+    model = seatrial.identify([recording], sticks(("motor", "helm")))
+    assert any(ANGLE in doubt for doubt in model.warnings)
+
+
 def test_a_rudder_that_the_file_has_as_one_is_not():
     recording = steered_boat.driven(steered_boat.known(), seed=1)
     assert said(recording, steered_boat.outboard()) == []

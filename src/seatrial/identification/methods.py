@@ -129,7 +129,8 @@ def identify_with_fit(
     axis_physics(model)
     # what contradicts the vehicle file; a wrong clock is in the latency alone
     with stage("checking recordings and vehicle file"):
-        wrong = check().findings
+        report = check()
+    wrong = report.findings
     others = [one.text for one in wrong if one.kind is not InconsistencyKind.CLOCK]
     spoilt = [*others, *commands_beyond(recordings, vehicle)][:1]
     found = [finding_of(FindingKind.CONTRADICTED, text=text) for text in spoilt]
@@ -140,7 +141,8 @@ def identify_with_fit(
         asked = method == OUTPUT_ERROR and own_terms
         stated, found = _commands(model, recordings, vehicle, effects, likelihood=asked)
     model = _with_findings(model, found)
-    warnings = _warnings(recordings, stated, model, [finding.text for finding in wrong])
+    doubted = [*(finding.text for finding in wrong), *report.angles]
+    warnings = _warnings(recordings, stated, model, doubted)
     return replace(model, warnings=warnings), solution
 
 

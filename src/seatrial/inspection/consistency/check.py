@@ -79,6 +79,7 @@ class ConsistencyReport:
     repair: Repair
     search: HypothesisSearch | None = field(default=None, compare=False)  # None: too little data
     unexcited: tuple[str, ...] = ()  # inputs whose sign the recordings do not determine
+    angles: tuple[str, ...] = ()  # inputs that look like angles, and are none in the file, in words
 
     def repaired(self, vehicle: Vehicle) -> Vehicle:
         """The vehicle file with all inconsistencies corrected."""
@@ -143,14 +144,15 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     )
     angles = steering_angles(runs, np.array([g.t for g in found]), mirrored=mirrored)
     known = angle_names(vehicle.file.chain)
+    steer = tuple(f"{n}: {angle_text(thrust)}" for n, thrust in angles.items() if n not in known)
     remarks = (
         *said,
-        *(f"{n}: {angle_text(thrust)}" for n, thrust in angles.items() if n not in known),
+        *steer,
         *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
         *_exchangeable(vehicle, search, repair, unexcited),
     )
     names = tuple(vehicle.inputs[i] for i in unexcited)
-    return ConsistencyReport(wrong, _table(vehicle, found), remarks, repair, search, names)
+    return ConsistencyReport(wrong, _table(vehicle, found), remarks, repair, search, names, steer)
 
 
 def _not_excited(vehicle: Vehicle, *, commanded: bool) -> ConsistencyReport:
