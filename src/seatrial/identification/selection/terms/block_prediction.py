@@ -68,7 +68,7 @@ class BlockPrediction:
 
     def gain(self, before: Array, after: Array) -> Gain:
         """The gain from squared errors (blocks, 3) to others."""
-        if not np.isfinite(after).all():
+        if not np.isfinite([before, after]).all():  # one that diverges is no measure of the other
             return Gain(-np.inf, 0.0)
         falls = 0.5 * np.log((before + 1e-24) / (after + 1e-24)).sum(axis=1)
         error = float(falls.std(ddof=1) / np.sqrt(len(falls))) if len(falls) > 1 else np.inf

@@ -130,7 +130,6 @@ def _supported(
     search: TermSearch, there: TermFit, parts: Sequence[Fold], *, one_boat: bool
 ) -> tuple[TermTests, dict[str, str]]:
     """The tests of a solution whose terms all stand them, and the refused terms with the reason."""
-    named = set(search.vehicle.structure.coefficients)
     refused: dict[str, str] = {}
     while True:
         # forward and backward at the present noise; refused terms stay out
@@ -139,7 +138,9 @@ def _supported(
         step(search.usual_sweeps, "repeats and held-out prediction")
         tests = TermTests(search, there, parts)
         reasons = {
-            name: reason_to_go(found, len(tests.kept), parts, own=name in named, one_boat=one_boat)
+            name: reason_to_go(
+                found, len(tests.kept), parts, own=name in search.own, one_boat=one_boat
+            )
             for name, found in tests.kept.items()
         }
         bad = {n: r for n, r in reasons.items() if r is not None}

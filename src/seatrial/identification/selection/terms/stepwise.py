@@ -7,7 +7,7 @@ that were left out as well.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -20,7 +20,13 @@ from seatrial.identification.selection.score_information import (
 )
 from seatrial.identification.selection.significance import Estimate, estimate
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction, Gain, trained
-from seatrial.identification.selection.terms.candidates import Alias, aliases, drag_of, is_essential
+from seatrial.identification.selection.terms.candidates import (
+    Alias,
+    aliases,
+    drag_of,
+    is_essential,
+    with_usual_terms,
+)
 from seatrial.identification.selection.terms.term_fit import TermFit
 from seatrial.util.errors import StructureError
 from seatrial.util.frames import Array
@@ -48,6 +54,13 @@ class TermSearch:
     def candidates(self) -> tuple[Term, ...]:
         """Of all tiers."""
         return tuple(term for tier in self.tiers for term in tier)
+
+    @cached_property
+    def own(self) -> frozenset[str]:
+        """Coefficients that need not be distinguishable from zero: the file's; with `structure: auto` free added
+        mass as well, which every boat has."""
+        known = with_usual_terms(self.vehicle) if self.vehicle.automatic else self.vehicle
+        return frozenset(known.structure.coefficients)
 
     def removable(self, terms: Sequence[Term]) -> list[str]:
         """Coefficients that may be removed: not thrust along its own axis, nor the last drag of an axis."""
@@ -163,8 +176,7 @@ def without_loose_newcomers(search: TermSearch, fit: TermFit) -> TermFit:
 def weakest_newcomer(search: TermSearch, fit: TermFit) -> str | None:
     """The added term of the largest p-value, if it is not distinguishable from zero any more; else None."""
     information = score_information_of(fit.at)
-    own = set(search.vehicle.structure.coefficients)
-    names = [n for n in search.removable(fit.terms) if n not in own]
+    names = [n for n in search.removable(fit.terms) if n not in search.own]
     idle = fit.at_bounds  # 0, and without a gradient
     tested = {name: 1.0 if name in idle else estimate(information, name).p for name in names}
     level = (
