@@ -13,6 +13,7 @@ from logs import EPOCH, JOY, POSE, drive, nanoseconds
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.console import inspection_text
+from seatrial.io.bags.write import write_bag
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Signal
 
@@ -142,6 +143,22 @@ def test_commands_without_a_header(inspected, tmp_path):
         f"{POSE} is stamped {least:.0f} ms or more before its arrival, but /joy has arrival times only"
         in text
     )
+
+
+@pytest.mark.parametrize("kind", ["Twist", "Joy"])
+def test_commands_that_may_be_velocities_of_a_controller(kind, tmp_path):
+    """Set points of a controller give drag and thrust of boat and controller, with narrow intervals."""
+    log, content = drive(), seatrial.load_vehicle("mallard-mp").to_mapping()
+    pose, joy = log.topics()
+    if kind == "Twist":
+        columns = dict(zip(("linear.x", "linear.y", "angular.z"), log.command.T, strict=True))
+        joy = replace(joy, type_name="geometry_msgs/msg/Twist", columns=columns)
+        for name, field in zip(("F_u", "F_v", "F_r"), columns, strict=True):
+            content["commands"]["inputs"][name] = {"column": name, "field": field}
+    vehicle = vehicle_from(content, "v.yaml")
+    recording = seatrial.read(write_bag(tmp_path / "run.bag", [pose, joy]), vehicle)
+    found = seatrial.inspect([recording], vehicle).recordings[0].verdicts
+    assert sum("that a controller holds" in text for text in found) == (kind == "Twist")
 
 
 def test_clocks_of_commands_can_be_chosen(inspected, tmp_path):

@@ -144,7 +144,7 @@ class GrowingRun:
     @property
     def state(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-EFFECTS: int = 11
+EFFECTS: int = 13
 
 POSITION_PART: int = 1
 

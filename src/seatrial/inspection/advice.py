@@ -13,6 +13,7 @@ from seatrial.recording.faults.course_heading import course_doubt
 from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.recording.timing import Stream
 from seatrial.recording.undriven import undriven_motion
 from seatrial.recording.velocity import SLOW, motion, stencil_deviation
 from seatrial.util.format import percent
@@ -67,6 +68,16 @@ def recording_advice(
     advice += _excitation(found, vehicle)
     advice += [sentence for use in inputs for sentence in _input(use, moves)]
     return advice
+
+
+def of_velocity_commands(streams: Sequence[Stream]) -> list[str]:
+    """Commands whose type is a velocity: set points of a controller make a model of boat and controller."""
+    return [
+        f"{stream.source} ({stream.kind}): are these velocities that a controller holds? The model is then of "
+        "boat and controller together; record what it sends to the thrusters"
+        for stream in streams
+        if stream.role == "commands" and "Twist" in stream.kind
+    ]
 
 
 def _unusable(recording: Recording, vehicle: Vehicle) -> str:

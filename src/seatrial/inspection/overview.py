@@ -12,7 +12,12 @@ import msgspec
 
 from seatrial.boat.schema import NoiseEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.inspection.advice import implausible_values, jitter, recording_advice
+from seatrial.inspection.advice import (
+    implausible_values,
+    jitter,
+    of_velocity_commands,
+    recording_advice,
+)
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import ConsistencyReport
 from seatrial.inspection.coverage import AxisCoverage, InputUse, coverage, input_use
@@ -118,6 +123,7 @@ def _view(
     found, axes = coverage(vehicle, recording)
     # 2. Advice on the recording and on its clocks.
     advice = recording_advice(recording, found, inputs, moves, vehicle) or [GOOD]
+    advice += of_velocity_commands(recording.streams)
     advice += clock_verdicts(recording.streams, recording.origin - round(recording.offset * 1e9))
     return RecordingView(
         recording.name, recording.offset, recording.duration, len(recording.t), 1 / recording.period,
