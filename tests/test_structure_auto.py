@@ -32,10 +32,8 @@ from tests.boats import hulls
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 BASE = {"X_u", "X_uu", "X_F", "Y_v", "Y_vv", "Y_F", "N_r", "N_rr", "N_F"}
 LIFT = -0.4  # Y_ur beside -u r: an added mass in surge of 0.4 of that in sway
-FURTHER = (
-    "Y_ur * u * r",
-    "X_aFu * |u| * F_u",
-)  # terms of the plant where a plan has their coefficients
+# terms of the plant where a plan has their coefficients
+FURTHER = ("Y_ur * u * r", "X_aFu * |u| * F_u")
 
 
 def plan_of(length=60.0, **coefficients):

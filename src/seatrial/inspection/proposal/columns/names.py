@@ -105,20 +105,9 @@ FOREIGN_WORDS = """
 NEUTRAL, FOREIGN = frozenset(NEUTRAL_WORDS.split()), frozenset(FOREIGN_WORDS.split())
 NUMBERED = frozenset((Kind.X, Kind.Y, Kind.LATITUDE, Kind.LONGITUDE, Kind.HEADING, Kind.COMMAND))
 # words of a command that is an angle
-STEERING = frozenset(
-    [
-        "rudder",
-        "ruder",
-        "steer",
-        "steering",
-        "helm",
-        "tiller",
-        "azimuth",
-        "angle",
-        "deflection",
-        "nozzle",
-    ]
-)
+STEERING = frozenset([
+    "rudder", "ruder", "steer", "steering", "helm", "tiller", "azimuth", "angle", "deflection", "nozzle",
+])  # fmt: skip
 NUMBERED_COMMANDS = ("u", "n", "f", "m", "d", "out")  # with a number: u1, n_2
 UNITS = {  # as they end a name, or stand in brackets
     "m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "cm": "cm", "mm": "mm",
