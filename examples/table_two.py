@@ -14,7 +14,7 @@ from seatrial.boat.schema import Integration
 from seatrial.identification.methods import EquationErrorSettings
 from seatrial.identification.regression.equation_error import equation_error
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 

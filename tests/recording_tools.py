@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 COMMANDS = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
 

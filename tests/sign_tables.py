@@ -15,7 +15,8 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Repair, apply_repair
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import simulate
 

@@ -13,7 +13,8 @@ from seatrial import _core
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 
 OUTBOARD = """
 seatrial: vehicle 1

@@ -7,7 +7,7 @@ from conftest import make_model
 from seatrial import _core
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 TRUTH = {
     "X_vr": 1.2, "X_u": -0.25, "X_uu": -1.0, "X_F": 0.5, "Y_ur": -0.6, "Y_v": -0.4, "Y_vv": -2.0,

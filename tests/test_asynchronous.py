@@ -14,8 +14,8 @@ from seatrial.recording.asynchronous import joined, split_rates
 from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
 from seatrial.recording.resolution import coarse_position, resolution
+from seatrial.recording.signal import Signal
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate

@@ -12,7 +12,7 @@ import seatrial
 from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.estimator import output_error
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 KNOWN = {n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")}
 CHAIN = {"lag": LAG, "latency": LATENCY}

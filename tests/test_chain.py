@@ -20,7 +20,7 @@ from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_stages import with_estimated_stages, with_room
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError

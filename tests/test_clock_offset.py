@@ -7,7 +7,7 @@ import pytest
 
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 
 def late(recording, offset):

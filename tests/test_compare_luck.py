@@ -18,7 +18,7 @@ from seatrial.evaluation.comparison.parameters import pairs, views
 from seatrial.evaluation.comparison.prediction import beyond_same_boat
 from seatrial.evaluation.comparison.significance import same_boat_errors
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 

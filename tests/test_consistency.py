@@ -32,7 +32,7 @@ from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.inspection.consistency.repair import apply_repair
 from seatrial.recording.excitation import even_times
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError

@@ -14,7 +14,7 @@ from seatrial.inspection.consistency.between_recordings import check_each_record
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 TRUTH = {
     "X_u": -0.2, "X_uu": -0.8, "X_F": 0.6, "Y_v": -0.3, "Y_vv": -1.2, "Y_F": 0.5,

@@ -12,7 +12,7 @@ from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.validation import scores_of
 from seatrial.identification.console import summary
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.report.evidence.model_evidence import evidence_of
 from seatrial.report.evidence.verdict import following, headline
 from seatrial.workflow.fitness import Criterion, Level

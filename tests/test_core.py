@@ -17,7 +17,7 @@ from seatrial import _core
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from tests.boats.by_hand import rates
 
 CHAIN = [

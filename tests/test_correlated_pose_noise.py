@@ -13,8 +13,8 @@ from seatrial.identification.estimator import fit, output_error
 from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
 from seatrial.recording.resolution import heading_step
+from seatrial.recording.signal import Signal
 
 SURGE = {
     "X_u": -0.2, "X_uu": -1.7, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -1.3, "Y_F": 0.3, "N_r": -0.7, "N_rr": -0.3, "N_F": 1.4,

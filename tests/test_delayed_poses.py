@@ -10,7 +10,7 @@ from test_delays import with_pose
 from seatrial.io import read
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from tests.boats.hulls import MIDDLE
 

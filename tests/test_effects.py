@@ -26,7 +26,7 @@ from seatrial.identification.solution import with_lever
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.origin import poses_of_origin
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import SeatrialError

@@ -15,7 +15,7 @@ from seatrial.identification.regression.equation_error import equation_error
 from seatrial.identification.regression.least_squares import solve_least_squares
 from seatrial.recording.excitation import excitation, find_roles
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import Motion
 from seatrial.util.errors import IdentificationError, ModelError, RecordingError
 

@@ -10,7 +10,7 @@ from conftest import at_length, on_request
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.identification.diagnostics.boat_changes import DISAGREEMENTS
 from seatrial.identification.estimator import output_error
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from tests.boats.hulls import MIDDLE, SMALL, driven

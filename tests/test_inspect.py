@@ -18,7 +18,7 @@ import seatrial
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.coverage import input_use
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 # Nothing wrong. #
 

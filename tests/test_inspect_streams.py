@@ -15,7 +15,7 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.console import inspection_text
 from seatrial.io.bags.write import write_bag
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 # Clocks. #
 

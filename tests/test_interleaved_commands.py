@@ -6,8 +6,8 @@ import pytest
 from survey_boat import driven, pulses
 
 import seatrial
-from seatrial.recording.interleaved_commands import interleaving_doubt
-from seatrial.recording.recording import Signal
+from seatrial.recording.faults.interleaved_commands import interleaving_doubt
+from seatrial.recording.signal import Signal
 
 NAMES = ("left", "right")
 

@@ -10,7 +10,7 @@ from survey_boat import LATENCY, boat, driven
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.workflow.next_step import after_identify
 
 LATE = 0.2  # [s]

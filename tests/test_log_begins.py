@@ -10,7 +10,8 @@ import pytest
 from seatrial.evaluation.filtering import COMMAND_MEMORY, filter_noise, filter_pass, filter_series
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.identification.estimator import output_error
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 

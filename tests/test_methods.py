@@ -9,7 +9,7 @@ from method_trials import changed, driven
 
 import seatrial
 from seatrial.identification.methods import METHODS
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import SeatrialError
 
 

@@ -20,7 +20,7 @@ from seatrial.identification.estimator import output_error
 from seatrial.identification.likelihood.noise_structures import wave_periods
 from seatrial.onboard.predictor import Predictor
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 PUSHED = ProcessEntry(2e-3, 1e-2, 3e-2, 5e-2, 2.0)
 

@@ -26,7 +26,7 @@ from seatrial.identification.likelihood.optimiser import Outcome
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import SeatrialError

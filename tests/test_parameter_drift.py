@@ -10,7 +10,8 @@ from conftest import at_length, on_request
 
 from seatrial.boat.findings import Finding, FindingKind
 from seatrial.identification.estimator import output_error
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import simulate
 

@@ -9,7 +9,8 @@ from seatrial.boat.model import thrust_trace
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.pose_noise import pose_noise
-from seatrial.recording.recording import Signal, rising
+from seatrial.recording.recording import rising
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model

@@ -21,7 +21,8 @@ from seatrial.evaluation.reference import smoothed_motion
 from seatrial.evaluation.scoring import axis_scores
 from seatrial.evaluation.validation import validate
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.report.evidence import verdict
 from seatrial.report.evidence.runs import gather

@@ -14,7 +14,7 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.report import write_report
 from seatrial.report.comparison import write_comparison
 

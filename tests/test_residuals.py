@@ -11,7 +11,7 @@ from test_filtering import one_trial, truth  # noqa: F401
 from seatrial.evaluation.filtering import run_filter
 from seatrial.evaluation.residuals import _correlation, in_words, residuals
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.statistics import autocorrelation, bartlett_band, cross_correlation, white_band
 
 

@@ -14,7 +14,7 @@ from seatrial.boat.physics import RUN, axis_physics, physics_line
 from seatrial.boat.schema import EnvelopeEntry
 from seatrial.evaluation.validation import validate
 from seatrial.inspection.overview import implausible_values
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import SeatrialError
 
 

@@ -26,8 +26,9 @@ from seatrial.identification.uncertainty.command_shape import with_ramps, with_u
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.onboard.live.playback import replay
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import SeatrialError
 from seatrial.util.statistics import NORMAL_95
 from tests.boats import hulls

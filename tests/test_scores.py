@@ -15,7 +15,7 @@ from seatrial.commands.cli import main
 from seatrial.evaluation import assessment
 from seatrial.evaluation.scores import Scores, load_scores, scores_json
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.report import report
 from seatrial.report.evidence import model_evidence

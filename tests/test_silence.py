@@ -9,7 +9,7 @@ from test_recording import kinds, poses
 
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import RecordingError
 
 

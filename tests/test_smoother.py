@@ -9,7 +9,7 @@ from method_trials import driven, truth
 from seatrial.identification.regression.smoother import ROUGHNESS_GRID, smoothed, smoother
 from seatrial.identification.regression.weak_form import weak_form
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import IdentificationError
 
 

@@ -17,7 +17,7 @@ from seatrial.identification.regression.start_values import (
     spread_pieces,
     start_values,
 )
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import IdentificationError
 

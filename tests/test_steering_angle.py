@@ -11,7 +11,7 @@ import survey_boat
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 ANGLE = "is it the angle of a rudder or thruster? Then write 'steered' below chain"
 

@@ -15,7 +15,7 @@ from seatrial.identification.diagnostics.thruster_gains import GainProblem, with
 from seatrial.identification.estimator import OutputErrorSettings, output_error
 from seatrial.identification.problem_setup import problem_with
 from seatrial.identification.selection.actuator_stages import with_free_stages
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 GAINS = {"left": 1.15, "right": 0.85}
 NONE = {"dead_zone": {"forward": 0.0, "reverse": 0.0}}

@@ -13,7 +13,7 @@ from seatrial.guide.recordings import as_model_reads, while_driven
 from seatrial.guide.steps import Steps, Task
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.recording.undriven import undriven_motion
 
 RATE, BEFORE, DRIVEN, AFTER = 10.0, 40.0, 60.0, 40.0  # [Hz], [s] of each part

@@ -11,7 +11,7 @@ from conftest import CSE1
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
 from seatrial.identification.selection.unnamed_forces import added_forces, with_unnamed_forces
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from seatrial.evaluation.validation import validate
 from seatrial.identification.regression.equation_error import equation_error
 from seatrial.io.trial_files import write_trial
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model

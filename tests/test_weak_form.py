@@ -20,7 +20,7 @@ from seatrial.identification.regression.weak_rows import (
     windows_of,
 )
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import IdentificationError, RecordingError
 

@@ -16,7 +16,8 @@ import numpy as np
 import seatrial
 from benchmarks import cse1
 from benchmarks.harness import command
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array, Stamps
 from tests.boats.drives import RUNS, SHIP
 

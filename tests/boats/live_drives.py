@@ -9,7 +9,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DisturbedPlant
 from seatrial.util.frames import Array, body_velocity

@@ -10,7 +10,8 @@ import numpy as np
 import seatrial
 from seatrial import _core
 from seatrial.boat.vehicle import Vehicle, vehicle_from
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import (
     DisturbanceForce,
     DropOuts,

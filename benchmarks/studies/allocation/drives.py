@@ -10,7 +10,8 @@ from benchmarks.harness.markdown import table
 from seatrial.boat.schema import ChainGroup, DeadZone
 from seatrial.boat.vehicle import Vehicle
 from seatrial.control.allocation import AllocationComparison, compare_schemes
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from tests.boats.drives import SHIP

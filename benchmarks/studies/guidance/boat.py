@@ -12,7 +12,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array, body_velocity
 
 MASS = (32.0, 46.0, 8.0)  # [kg, kg, kg m^2] with added mass

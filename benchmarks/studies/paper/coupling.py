@@ -12,7 +12,7 @@ from seatrial import _core, identify
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from tests.boats.scenes import TRAINING, driven

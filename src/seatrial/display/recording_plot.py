@@ -7,7 +7,8 @@ import numpy as np
 
 from seatrial.display.canvas import GREY, SMALL, drawn_on, finished, literal, symbol
 from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.report.figures.base import BLUE, CYCLE, GREEN, ORANGE, RED, SKY
 from seatrial.util.frames import AXES, SPEED_UNITS, SYMBOLS, Array

@@ -8,8 +8,9 @@ from seatrial.boat.model import Model
 from seatrial.display.html import counted, folded, plain, table
 from seatrial.evaluation.scores import AxisScore, Scores
 from seatrial.recording.faults.course_heading import course_doubt
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.recording.signal import Signal
 from seatrial.report.text.markup import number, true_minus, unit
 from seatrial.report.text.names import html_symbol
 from seatrial.report.text.numbers import ERROR_UNITS, minutes

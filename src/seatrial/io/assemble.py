@@ -24,11 +24,12 @@ from seatrial.recording.asynchronous import Poses, joined
 from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.delays import stamps_of_headings
+from seatrial.recording.faults.interleaved_commands import interleaving_doubt
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.interleaved_commands import interleaving_doubt
-from seatrial.recording.recording import Recording, Signal, Source
+from seatrial.recording.recording import Recording, Source
 from seatrial.recording.resolution import coarse_position, interpolated_position
 from seatrial.recording.sampled_commands import sampled_commands, taken_halfway
+from seatrial.recording.signal import Signal
 from seatrial.recording.timing import Clock
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError

@@ -9,7 +9,8 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.io.assemble import assemble
 from seatrial.io.tables.frame_table import FrameTable, pandas_for
 from seatrial.io.tables.signals import TableSignals
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.util.arguments import expect
 from seatrial.util.frames import POSE, POSE_UNITS, SPEED_UNITS, SYMBOLS, Array, Axes

@@ -10,7 +10,8 @@ import numpy as np
 
 from seatrial.boat.schema import TO_SI, Column, CommandSource, PoseSource, as_column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.recording import Signal, rising
+from seatrial.recording.recording import rising
+from seatrial.recording.signal import Signal
 from seatrial.recording.timing import Stream
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, Stamps

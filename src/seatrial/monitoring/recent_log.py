@@ -12,7 +12,8 @@ from seatrial.recording.asynchronous import Poses, joined
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.origin import poses_of_origin
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array, Stamps
 
 Rows = deque[tuple[int, Array]]  # stamp [ns], values

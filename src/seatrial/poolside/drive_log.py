@@ -13,8 +13,9 @@ from seatrial.monitoring.recent_log import HELD, KINDS, recording_of_signals
 from seatrial.recording.averaging import with_enough_poses
 from seatrial.recording.bursts import on_even_clock
 from seatrial.recording.faults.pose_faults import Fault, FaultKind
-from seatrial.recording.recording import KEPT_BEFORE, Recording
+from seatrial.recording.recording import Recording
 from seatrial.recording.resolution import coarse_position
+from seatrial.recording.signal import KEPT_BEFORE
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from seatrial.recording.asynchronous import Asynchronous, split_rates
 from seatrial.recording.faults.pose_faults import Fault, FaultKind, examine, silences
-from seatrial.recording.recording import Recording, Signal, Source
+from seatrial.recording.recording import Recording, Source
+from seatrial.recording.signal import Signal
 from seatrial.recording.timing import Stream, only_changes
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Mask, Stamps

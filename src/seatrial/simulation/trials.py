@@ -17,7 +17,8 @@ from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, Integration, Noi
 from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.recording.delays import stamps_of_headings
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import Motion
 from seatrial.simulation.pilots import make_operator
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, PoseSensor, TrialEntry

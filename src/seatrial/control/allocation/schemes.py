@@ -11,7 +11,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.control.allocation.allocator import PRIORITY, Allocator, AllocatorScheme
 from seatrial.control.allocation.thruster_effectiveness import Effectiveness, effectiveness
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import AllocationError
 from seatrial.util.frames import Array, Mask, frozen_array
 

@@ -13,7 +13,8 @@ import numpy as np
 from seatrial.boat.model import sampling_period
 from seatrial.identification.likelihood.filter_runs import filter_along
 from seatrial.identification.likelihood.linearised import Point
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array
 from seatrial.util.statistics import inverse_of
 

@@ -43,7 +43,8 @@ from seatrial.inspection.consistency.pose_units import (
 )
 from seatrial.inspection.consistency.repair import Repair, apply_repair
 from seatrial.inspection.consistency.steering_angle import angle_text, steering_angles
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 

@@ -20,7 +20,8 @@ from seatrial.inspection.consistency.accelerations import (
     smooth_poses,
     smooth_signals,
 )
-from seatrial.recording.recording import Recording, Signal
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array
 from seatrial.util.statistics import BLOCK
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.inspection.consistency.effects import CLEAR_T
 from seatrial.inspection.consistency.gains import Run, blocks, gains_of_axis, without_drag
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array
 
 PRODUCT = "product"  # of an angle and a thrust

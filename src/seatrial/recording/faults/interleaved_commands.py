@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from seatrial.recording.recording import Signal
+from seatrial.recording.signal import Signal
 from seatrial.util.format import joined, percent
 
 LEAST_LEAP = 0.05  # of an input's range; a change below may be the flicker of a digit
