@@ -16,7 +16,8 @@ from seatrial.boat.schema import NoiseEntry
 from seatrial.evaluation.assessment import assess
 from seatrial.evaluation.console import scores_text
 from seatrial.evaluation.filtering import filter_pass, filter_series, recording_noise, run_filter
-from seatrial.evaluation.prediction import Lookahead, Prediction, predict
+from seatrial.evaluation.predicted import Prediction
+from seatrial.evaluation.prediction import Lookahead, predict
 from seatrial.evaluation.reference import smoothed_motion
 from seatrial.evaluation.scoring import axis_scores
 from seatrial.evaluation.validation import validate

@@ -17,7 +17,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import noise_entry
 from seatrial.boat.schema import NoiseEntry
 from seatrial.evaluation.filtering import recording_noise, run_filter
-from seatrial.evaluation.prediction import Lookahead, Prediction, predict
+from seatrial.evaluation.predicted import Prediction
+from seatrial.evaluation.prediction import Lookahead, predict
 from seatrial.evaluation.reference import smoothed_motion
 from seatrial.simulation.trials import Trial
 from seatrial.util.frames import Array

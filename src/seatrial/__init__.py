@@ -20,7 +20,7 @@ _MODULES = {
     "Motion": "recording.velocity",
     "Odometer": "onboard.odometer",
     "Odometry": "onboard.odometer",
-    "Prediction": "evaluation.prediction",
+    "Prediction": "evaluation.predicted",
     "Predictor": "onboard.predictor",
     "Recording": "recording.recording",
     "Scene": "simulation",
@@ -64,7 +64,7 @@ if TYPE_CHECKING:  # the same for type checkers and editors; a test compares the
     from seatrial.control import tune as tune
     from seatrial.control.allocation import Allocator as Allocator
     from seatrial.evaluation.comparison.compare import compare as compare
-    from seatrial.evaluation.prediction import Prediction as Prediction
+    from seatrial.evaluation.predicted import Prediction as Prediction
     from seatrial.evaluation.prediction import predict as predict
     from seatrial.evaluation.scores import Scores as Scores
     from seatrial.evaluation.validation import validate as validate

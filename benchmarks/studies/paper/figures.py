@@ -9,7 +9,8 @@ from benchmarks.harness import pictures
 from benchmarks.studies.paper.maps import METHODS
 from benchmarks.studies.paper.trials import FIRST, HORIZON, Trials, boat, identified
 from seatrial.boat.model import Model
-from seatrial.evaluation.prediction import Prediction, predict
+from seatrial.evaluation.predicted import Prediction
+from seatrial.evaluation.prediction import predict
 from seatrial.report.figures.base import (
     BLACK,
     BLUE,

@@ -15,7 +15,8 @@ from seatrial.boat.model import Model
 from seatrial.boat.noise_parameters import disturbance_estimated, loosened, noise_vector
 from seatrial.evaluation.disturbed_intervals import disturbed_intervals, interval_findings
 from seatrial.evaluation.filtering import Filtered, filter_noise, run_filter
-from seatrial.evaluation.prediction import Lookahead, Prediction
+from seatrial.evaluation.predicted import Prediction
+from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.reference import Reference, smoothed_motion
 from seatrial.evaluation.residuals import Correlation, residuals
 from seatrial.evaluation.scores import HorizonScore, RecordingScore, Scores, Start, fingerprint

@@ -15,7 +15,8 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics
 from seatrial.evaluation.filtering import filter_noise, run_filter
-from seatrial.evaluation.prediction import DEFAULT_HORIZON, Prediction, predict
+from seatrial.evaluation.predicted import Prediction
+from seatrial.evaluation.prediction import DEFAULT_HORIZON, predict
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval

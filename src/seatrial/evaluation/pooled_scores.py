@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from seatrial.evaluation.assessment import Assessment
-from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.predicted import Prediction
 from seatrial.evaluation.scores import PooledScore
 from seatrial.evaluation.scoring import axis_scores
 from seatrial.util.frames import Array

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
-from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.predicted import Prediction
 from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.residuals import Correlation
 from seatrial.evaluation.scores import AxisScore, HorizonScore, Interval, RecordingScore

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from seatrial.boat.findings import Finding
 from seatrial.boat.model import Model
 from seatrial.evaluation.assessment import Assessment, judging
-from seatrial.evaluation.prediction import Prediction
+from seatrial.evaluation.predicted import Prediction
 from seatrial.evaluation.residuals import Correlation
 from seatrial.evaluation.scores import RecordingScore
 from seatrial.recording.excitation import Excitation, excitation
