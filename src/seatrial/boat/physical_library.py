@@ -83,7 +83,7 @@ def library_tiers(forces: Sequence[Force], *, explicit: bool) -> tuple[tuple[Ter
 
 
 def _with_speed(thrust: Term) -> Iterator[Term]:
-    """A propeller's thrust falls with its speed of advance: that ahead, or along the axis."""
+    """Thrust that falls with the speed of advance: the speed ahead, or that along the thrust's own axis."""
     (force,) = thrust.factors
     short = force.replace("_", "")
     for speed in dict.fromkeys(("u", SYMBOLS[thrust.axis])):

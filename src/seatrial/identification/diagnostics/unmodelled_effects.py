@@ -143,7 +143,7 @@ def _effects(at: Point, runs: FilterRuns, kinds: Sequence[str]) -> list[Held]:
 
 
 def _tested_places(problem: Problem, kind: str) -> Iterator[tuple[int, ...]]:
-    """Of an effect, and of wind that does not turn the boat: fewer parameters are distinguished from chance."""
+    """Parameters of an effect that are tested together; of wind also without its moment: fewer show less wind."""
     yield (every := effect_places(problem, kind))
     if kind == "wind":
         yield tuple(i for i in every if not problem.names[i].startswith("wind_turn"))

@@ -46,7 +46,7 @@ class Smooth:
 
 @once
 def smooth(recording: Recording) -> Smooth:
-    """Its local quadratics, as long and as far apart as usual."""
+    """Local quadratics of a recording, of the usual length and spacing; computed once."""
     return smooth_poses(recording.t, recording.eta, recording.valid, recording.segment)
 
 
