@@ -5,6 +5,7 @@ So neither a busy machine nor one that stands still changes what the node hears 
 times that are given it stops until a line comes on its standard input.
 """
 
+import select
 import sys
 import time
 from contextlib import suppress
@@ -50,10 +51,17 @@ class Player:
             self.say(now)
             end = time.monotonic() + REPEAT
             while time.monotonic() < end and not rospy.is_shutdown():
-                if self.answered >= now:
+                if self.answered > now - TICK:  # its timer began with the time that it heard first
                     return
                 time.sleep(0.0005)
         self.there = False
+
+    def wait(self, now: int) -> None:
+        """For a line on the standard input, at a time that stands: whoever starts meanwhile hears it."""
+        while not select.select([sys.stdin], [], [], REPEAT)[0]:
+            self.say(now)
+        sys.stdin.readline()
+        self.there = False  # the node may be another one, that has yet to hear a pose
 
 
 def main(bag: str, stops: list[float]) -> None:
@@ -76,7 +84,7 @@ def main(bag: str, stops: list[float]) -> None:
                 del stops[0]
                 sys.stdout.write("stopped\n")
                 sys.stdout.flush()
-                sys.stdin.readline()
+                player.wait(now)
         player.say(at)
         time.sleep(SOON)
         outlets[topic].publish(message)

@@ -128,6 +128,11 @@ class Ros1:
         counts = [sum(link[2] == "o" and link[4] == topic for link in part) for part in links]
         return bool(counts) and min(counts) >= wanted
 
+    def hears(self, name: str, topics: tuple[str, ...]) -> bool:
+        """Whether a node has a connection to a publisher of each topic."""
+        links = self._node(name, "getBusInfo")
+        return set(topics) <= {link[4] for link in links if link[2] == "i"}
+
     def received(self, topic: str, count: int) -> bool:
         """Whether every subscriber has got so many messages of a topic."""
         for name in self.subscribers(topic):

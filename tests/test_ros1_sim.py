@@ -106,7 +106,8 @@ def test_it_moves_as_the_plant_does_by_the_recorded_commands(recorded, boat):
     np.testing.assert_allclose(np.diff(t), 1 / RATE, atol=1e-6)
     off = np.abs(want - states).max(axis=0)
     assert np.all(off < 1e-5), off
-    assert np.linalg.norm(states[-1, :2] - states[0, :2]) > 0.5
+    # the way gone: where it ends depends on how long each command was held, as a busy machine sends them
+    assert np.hypot(*np.diff(states[:, :2], axis=0).T).sum() > 0.5
 
 
 def test_poses_come_late_and_are_near_the_truth(recorded):
