@@ -17,6 +17,8 @@ from pathlib import Path
 from typing import Any
 from xmlrpc.client import Fault, ServerProxy
 
+from waiting import PATIENCE, go_ahead
+
 BIN = Path("/usr/bin")
 PYTHON = Path("/usr/lib/python3/dist-packages")
 PARTS = (  # of .ci/run's packages
@@ -26,7 +28,6 @@ PARTS = (  # of .ci/run's packages
     )),
 )  # fmt: skip
 CALLER = "/seatrial_test"
-PATIENCE = 120.0  # [s]; Debian's Python runs this, too
 
 
 class Ros1:
@@ -69,6 +70,7 @@ class Ros1:
                 [str(BIN / program), *map(str, arguments)], env=self.environment, cwd=self.folder,
                 stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT, start_new_session=True,
             )  # fmt: skip
+        go_ahead(process.pid)
         process.said = path  # type: ignore[attr-defined]
         return process
 

@@ -23,7 +23,7 @@ import pytest
 from cpp_tools import clone_into, optimisation_option
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
-from waiting import PATIENCE
+from waiting import PATIENCE, go_ahead
 
 ROOT = Path(__file__).resolve().parents[1]
 PREFIX = Path(os.environ.get("SEATRIAL_ROS2", "/nowhere"))
@@ -135,6 +135,7 @@ class Ros2:
                 [str(PROGRAMS / program), *map(str, arguments)], env=self.environment,
                 cwd=self.folder, stdout=said, stderr=subprocess.STDOUT, text=True,
             )  # fmt: skip
+        go_ahead(process.pid)
         process.said = path  # type: ignore[attr-defined]
         self.started.append(process)
         return process
