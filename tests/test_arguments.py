@@ -5,6 +5,7 @@ import dataclasses
 import inspect
 import pickle
 import re
+import typing
 
 import numpy as np
 import pytest
@@ -29,7 +30,13 @@ def runs(paper_mp):
     return [paper_mp[name].recording for name in ("S1", "S2", "S3")]
 
 
-PUBLIC = [kind for name in seatrial.__all__ if inspect.isclass(kind := getattr(seatrial, name))]
+NAMES = [getattr(seatrial, name) for name in seatrial.__all__]
+RETURNED = [typing.get_type_hints(f)["return"] for f in NAMES if inspect.isfunction(f)]
+PUBLIC = [
+    kind
+    for kind in dict.fromkeys([*NAMES, *RETURNED])
+    if inspect.isclass(kind) and kind.__module__ != "builtins"
+]
 
 
 @pytest.mark.parametrize("kind", PUBLIC, ids=lambda kind: kind.__name__)

@@ -38,25 +38,46 @@ GOOD = "good for identification"
 
 @dataclass(frozen=True)
 class FaultSummary:
-    """All faults of one kind."""
+    """All faults of one kind.
+
+    kind: name of the fault
+    count: of intervals
+    longest: [s]
+    longest_at: [s] from the recording's start
+    """
 
     kind: str
     count: int
-    longest: float  # [s]
-    longest_at: float  # [s] from the recording's start
+    longest: float
+    longest_at: float
 
 
 @dataclass(frozen=True)
 class RecordingView:
-    """What one recording contains, its faults, and advice."""
+    """What one recording contains, its faults, and advice.
+
+    name: of the recording
+    start: [s] cut off at the beginning
+    duration: [s]
+    poses: how many
+    rate: [Hz] of the poses
+    jitter: [s] of their stamps
+    usable: share of the poses
+    noise: of the poses; None: too few in a row
+    streams: topics or tables with rates and clocks
+    faults: by kind
+    axes: excitation of surge, sway, yaw
+    inputs: range and rest of every input
+    verdicts: advice, in words
+    """
 
     name: str
-    start: float  # [s] cut off at the beginning
-    duration: float  # [s]
+    start: float
+    duration: float
     poses: int
-    rate: float  # [Hz]
-    jitter: float  # [s]
-    usable: float  # share of the poses
+    rate: float
+    jitter: float
+    usable: float
     noise: NoiseEntry | None
     streams: tuple[Stream, ...]
     faults: tuple[FaultSummary, ...]
@@ -67,12 +88,18 @@ class RecordingView:
 
 @dataclass(frozen=True)
 class Inspection:
-    """Recordings of one vehicle, and their consistency with its file."""
+    """Recordings of one vehicle, and their consistency with its file.
+
+    vehicle: that they are read with
+    recordings: each by itself
+    signs: units, signs and order of the vehicle file, tested
+    undriven: NAME=FROM-TO of motion without commands, as --without has it
+    """
 
     vehicle: Vehicle
     recordings: tuple[RecordingView, ...]
     signs: ConsistencyReport
-    undriven: tuple[str, ...] = ()  # NAME=FROM-TO of motion without commands, as --without has it
+    undriven: tuple[str, ...] = ()
 
     __str__ = text_by("inspection.console", "inspection_text")
 

@@ -108,7 +108,19 @@ class TrialEntry(Strict, frozen=True):
 
 
 class PlanFile(Strict, frozen=True):
-    """A plan file."""
+    """A plan file.
+
+    seatrial: kind and version of the file
+    name: of the plan
+    seed: of all random numbers
+    vehicles: vehicle files, or names of bundled ones
+    plant: the true boat
+    pool: [m] walls
+    pose: the sensor of poses
+    joypad: as it samples the commands
+    operator: reaction, amplitudes and pulses of who drives
+    trials: by name: the axis that is driven, or courses, and for how long
+    """
 
     seatrial: Literal["plan 1"]
     name: str

@@ -18,13 +18,20 @@ ENVELOPE_RATIO = 1.3  # of the largest speeds, above which envelopes differ
 
 
 class AxisMeaning(msgspec.Struct, frozen=True):
-    """Response of one axis to the same command, for A and B."""
+    """Response of one axis to the same command, for A and B.
+
+    axis: surge, sway or yaw
+    command: of its first force: full, or the largest recorded with both if that is smaller
+    top_speed: [m/s] or [rad/s]
+    rise_time: [s] to 63 % of it
+    coast: [m] or [rad] until 2 % of it is left
+    """
 
     axis: str
     command: float
-    top_speed: tuple[float, float]  # [m/s] or [rad/s]
-    rise_time: tuple[float, float]  # [s] to 63 % of it
-    coast: tuple[float, float]  # [m] or [rad] until 2 % of it is left
+    top_speed: tuple[float, float]
+    rise_time: tuple[float, float]
+    coast: tuple[float, float]
 
 
 def axis_meanings(a: Model, b: Model) -> list[AxisMeaning]:

@@ -31,13 +31,20 @@ SLOPE_STEP = 1e-6  # of central differences, in units of the unknowns
 
 
 class Cause(msgspec.Struct, frozen=True):
-    """One candidate. Probabilities of all add up to 1."""
+    """One candidate. Probabilities of all add up to 1.
 
-    cause: str  # one of `CAUSES`
+    cause: one of `CAUSES`
+    probability: by the evidence of all candidates
+    change: [-] relative, that fits best; None: it has no single one
+    what: of what: a quantity, or a thruster
+    log_evidence: less that of the best; of two causes with their prior
+    """
+
+    cause: str
     probability: float
-    change: float | None = None  # [-] relative, that fits best; None: it has no single one
-    what: str = ""  # of what: a quantity, or a thruster
-    log_evidence: float = 0.0  # less that of the best; of two causes with their prior
+    change: float | None = None
+    what: str = ""
+    log_evidence: float = 0.0
 
 
 def causes(a: Model, b: Model, found: Sequence[Pair], seen: tuple[View, View]) -> list[Cause]:

@@ -43,33 +43,57 @@ COMPARISON_FORMAT = "comparison 1"
 
 
 class Side(msgspec.Struct, frozen=True):
-    """One of the two models."""
+    """One of the two models.
 
-    label: str  # file
+    label: its file, or as given
+    vehicle: name of its vehicle
+    method: that identified it
+    recordings: names of those that it was identified from
+    length: [s] of them
+    noise: of poses and motion
+    """
+
+    label: str
     vehicle: str
     method: str
     recordings: list[str]
-    length: float  # [s] of them
+    length: float
     noise: NoiseEntry
 
 
 class Comparison(msgspec.Struct, frozen=True):
-    """Result of `compare`; forward-left-up."""
+    """Result of `compare`; forward-left-up.
+
+    seatrial: version that made it
+    a: the first model
+    b: the second
+    pairs: parameters that both have
+    joint: test of all differences; None: nothing was estimated
+    factors: common factors of the coefficients of an axis
+    only_a: parameters that B does not have
+    only_b: and A does not have
+    boat: response of each axis to the same command
+    notes: what restricts the comparison, in words
+    ahead: predictions, where recordings were given
+    better: by horizon, by u, v, r: "A", "B" or None, neither
+    same_data: whether both were identified from the same recordings
+    causes: the most probable first; none of the same recordings
+    """
 
     seatrial: str
     a: Side
     b: Side
     pairs: list[Pair]
-    joint: Joint | None  # None: nothing was estimated
+    joint: Joint | None
     factors: list[Factor]
     only_a: list[OneSided]
     only_b: list[OneSided]
     boat: list[AxisMeaning]
     notes: list[str]
     ahead: list[PredictionRow] = []
-    better: dict[str, dict[str, str | None]] = {}  # by horizon, by u, v, r: "A", "B" or neither
-    same_data: bool = False  # both were identified from the same recordings
-    causes: list[Cause] = []  # the most probable first; none of the same recordings
+    better: dict[str, dict[str, str | None]] = {}
+    same_data: bool = False
+    causes: list[Cause] = []
 
     __str__ = text_by("evaluation.comparison.console", "comparison_text")
 

@@ -21,18 +21,30 @@ LEAST_DIRECTION_VARIANCE = 1e-12
 
 
 class Pair(msgspec.Struct, frozen=True):
-    """A parameter of both models, forward-left-up."""
+    """A parameter of both models, forward-left-up.
+
+    name: of the parameter
+    unit: of its values
+    a: A's value
+    b: B's value
+    error_a: its standard error; 0: given
+    error_b: the same of B
+    difference: b - a
+    error: standard error of the difference, for independent estimates
+    z: difference / error; None: both were given
+    p: of no difference, with Holm's correction; None: both were given
+    """
 
     name: str
     unit: str
     a: float
     b: float
-    error_a: float  # standard errors; 0: given
+    error_a: float
     error_b: float
-    difference: float  # b - a
-    error: float  # of the difference, for independent estimates
-    z: float | None  # difference / error; None: both were given
-    p: float | None  # of no difference, with Holm's correction
+    difference: float
+    error: float
+    z: float | None
+    p: float | None
 
     @property
     def differs(self) -> bool:
@@ -41,7 +53,12 @@ class Pair(msgspec.Struct, frozen=True):
 
 
 class Joint(msgspec.Struct, frozen=True):
-    """Joint Wald test of all differences."""
+    """Joint Wald test of all differences.
+
+    chi2: the statistic
+    freedom: its degrees of freedom
+    p: of no difference
+    """
 
     chi2: float
     freedom: int
@@ -49,26 +66,43 @@ class Joint(msgspec.Struct, frozen=True):
 
 
 class Factor(msgspec.Struct, frozen=True):
-    """A common factor of all drag and thrust of an axis, the effect of a change of mass."""
+    """A common factor of all drag and thrust of an axis, the effect of a change of mass.
+
+    axis: surge, sway or yaw
+    coefficients: names of those that have it
+    factor: B's over A's
+    error: its standard error
+    z: its distance from 1 in standard errors
+    fits: p of the hypothesis of one factor for all
+    parts: "thrust", "drag" alone: factor, error, fits
+    """
 
     axis: str
     coefficients: list[str]
-    factor: float  # B's over A's
+    factor: float
     error: float
-    z: float  # its distance from 1 in standard errors
-    fits: float  # p of the hypothesis of one factor for all
-    parts: dict[str, tuple[float, float, float]] = {}  # "thrust", "drag" alone: factor, error, fits
+    z: float
+    fits: float
+    parts: dict[str, tuple[float, float, float]] = {}
 
 
 class OneSided(msgspec.Struct, frozen=True):
-    """A parameter without a counterpart in the other model."""
+    """A parameter without a counterpart in the other model.
+
+    name: of the parameter
+    unit: of its value
+    value: as estimated or given
+    error: its standard error; 0: given
+    why: why the parameter of the same name is no counterpart
+    at_bound: whether it is at a bound of its range: estimated, error unknown
+    """
 
     name: str
     unit: str
     value: float
     error: float
-    why: str = ""  # why the parameter of the same name is no counterpart
-    at_bound: bool = False  # of its range: estimated, error unknown
+    why: str = ""
+    at_bound: bool = False
 
 
 @dataclass(frozen=True)

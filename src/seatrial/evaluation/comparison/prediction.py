@@ -48,15 +48,25 @@ class AxisDifference(msgspec.Struct, frozen=True):
 
 
 class PredictionRow(msgspec.Struct, frozen=True):
-    """Predictions of one recording, or of all together, at one horizon."""
+    """Predictions of one recording, or of all together, at one horizon.
 
-    recording: str  # "all" for all together
-    horizon: float  # [s]
+    recording: its name; "all" for all together
+    horizon: [s]
+    predictions: how many
+    starts: "filter": the mean of both models' filters; "stencil": measured
+    axes: by u, v, r
+    block: [s] of a block of the bootstrap
+    seen_a: whether A was identified from it
+    seen_b: whether B was
+    """
+
+    recording: str
+    horizon: float
     predictions: int
-    starts: str  # "filter": the mean of both models' filters; "stencil": measured
-    axes: dict[str, AxisDifference]  # by u, v, r
-    block: float  # [s] of a block of the bootstrap
-    seen_a: bool = False  # the model was identified from it
+    starts: str
+    axes: dict[str, AxisDifference]
+    block: float
+    seen_a: bool = False
     seen_b: bool = False
 
 

@@ -34,7 +34,12 @@ NO_ARM = 1e-6  # [m], [-] of a thruster that does not act on an axis
 
 @dataclass(frozen=True)
 class Proposal:
-    """Sources and actuation found in the recordings, and the file's text."""
+    """A vehicle file's text, and what it is from.
+
+    sources: where poses and channels come from
+    drive: what moves which axis
+    text: the file's content
+    """
 
     sources: Sources
     drive: Drive
