@@ -5,7 +5,7 @@ import pytest
 from bag_tools import by_time, joy_sent, poses_sent
 from bag_tools import vehicle as bag_boat
 from mcap_writer import mcap
-from test_poolside_sources import poses_of, table, vehicle
+from poolside_sources import poses_of, table, vehicle
 
 from seatrial.poolside.sources import open_source
 from seatrial.poolside.sources.follow import BLOCK, GrowingTable

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import yaml
 from conftest import at_length
+from poolside_sources import VEHICLE, vehicle
 from sign_tables import faults, put_wrong, simulated
-from test_poolside_sources import VEHICLE, vehicle
 
 from seatrial.poolside.drive_log import DriveLog
 from seatrial.poolside.signal_health import SignalHealth

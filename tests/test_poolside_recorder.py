@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import pytest
-from test_poolside_sources import VEHICLE, table, vehicle
+from poolside_sources import VEHICLE, table, vehicle
 from waiting import PATIENCE
 
 from seatrial.boat.vehicle import load_vehicle
