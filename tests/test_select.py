@@ -21,7 +21,7 @@ from seatrial.identification.selection.score_information import (
     ScoreInformation,
     score_information_of,
 )
-from seatrial.identification.selection.significance import Estimate, Repeats, estimate, repeats
+from seatrial.identification.selection.significance import estimate, repeats
 from seatrial.identification.selection.terms import (
     default_candidates,
     given_candidates,
@@ -32,15 +32,11 @@ from seatrial.identification.selection.terms import term_fit as term_fit_module
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
 from seatrial.identification.selection.terms.candidates import aliases, is_essential
 from seatrial.identification.selection.terms.decisions import (
-    TermEvidence,
     TermTests,
     TermVerdict,
-    reason_to_go,
 )
-from seatrial.identification.selection.terms.explain import reason_out
 from seatrial.identification.selection.terms.held_out import (
     HeldOut,
-    PredictionChange,
     folds,
     retrained,
 )
@@ -54,7 +50,6 @@ from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError, SeatrialError, StructureError
-from seatrial.util.format import sensible
 from seatrial.util.parallel import Farm, working_on
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
@@ -322,63 +317,6 @@ def test_predictions_of_blocks_pass_over_seconds_without_a_usable_pose(solved, m
     ((gain, ratio),) = predicted(fitted, looked, blocks_of(fitted)).values()
     assert gain.log == pytest.approx(0.0, abs=1e-3)  # the boat has no such term
     assert ratio == pytest.approx(np.ones(3), abs=1e-2)
-
-
-def told(value=1.0, p=1e-9):
-    return Estimate(value, 0.1, p)
-
-
-def spread(p, between):
-    return Repeats(np.zeros(2), np.ones(2), p, between, 1.0)
-
-
-def changed(percent, z, moves=10.0, value=1.0):
-    return PredictionChange(percent, z, moves, value)
-
-
-SAME, FINE = spread(0.5, 0.0), changed(5.0, 6.0)
-
-
-@pytest.mark.parametrize(
-    ("evidence", "own", "said"),
-    [
-        (TermEvidence(told(), SAME, FINE), True, None),
-        (TermEvidence(told(), spread(1e-6, 0.9), changed(0.0, 0.0)), True, "not repeatable"),
-        (TermEvidence(told(), spread(1e-6, 0.2), changed(0.0, 0.0)), True, None),
-        (TermEvidence(told(), spread(1e-6, 0.9), FINE), True, None),  # stays, but is said to spread
-        (TermEvidence(told(), SAME, changed(-4.0, -5.0)), True, "4 % better without it"),
-        (TermEvidence(told(), SAME, changed(0.0, 0.0, 0.01)), False, "by 0.01 % only"),
-        (TermEvidence(told(), SAME, changed(0.0, 0.0, 0.01)), True, None),
-        (TermEvidence(told(0.05, 0.6), SAME, FINE), True, None),  # not ruled out
-        (TermEvidence(told(0.05, 0.6), SAME, changed(-0.2, -1.5, 9.0, 0.05)), True, "0.2 % better without it"),
-        (TermEvidence(told(0.05, 0.6), SAME, changed(0.0, 0.0, 0.1, 0.05)), True, "by 0.5 % at most"),
-        # all recordings together say 0, where each half says 0.1
-        (TermEvidence(told(1e-9, 0.6), SAME, changed(0.0, 0.0, 0.4, 0.1)), True, "by 0.8 % at most"),
-    ],
-)  # fmt: skip
-def test_why_a_term_of_the_model_goes(evidence, own, said):
-    parts = [type("F", (), {"name": n})() for n in ("first", "second")]
-    found = reason_to_go(evidence, 10, parts, own=own, one_boat=True)
-    assert (found is None) if said is None else (said in found)
-
-
-@pytest.mark.parametrize(
-    ("evidence", "said"),
-    [
-        (TermEvidence(told(0.05, 0.6), SAME, FINE), "not distinguishable from zero (z = 0.5)"),
-        (TermEvidence(told(0.3, 0.01), SAME, FINE),
-         "z = 3.0, but not enough for one of 24 candidates, or left-out blocks are predicted no better"),
-        (TermEvidence(told(), spread(1e-6, 0.9), FINE), "not repeatable: first: 0 ± 1; second: 0 ± 1"),
-    ],
-)  # fmt: skip
-def test_why_a_candidate_stays_out(evidence, said):
-    parts = [type("F", (), {"name": n})() for n in ("first", "second")]
-    assert reason_out(evidence, 24, parts) == said
-
-
-def test_what_rounds_to_nothing_has_no_sign():
-    shown = [sensible(value) for value in (-0.04, 0.04, -9.96, -12.3, 650.2)]
-    assert shown == ["0.0", "0.0", "-10.0", "-12", "650"]
 
 
 def test_a_true_term_comes_in_absent_ones_stay_out_and_n_ud_is_called_weak(coupled):
