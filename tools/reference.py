@@ -11,6 +11,7 @@ import dataclasses
 import inspect
 import re
 import textwrap
+import typing
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -86,8 +87,9 @@ def option(action: argparse.Action) -> tuple[str, str]:
 def library() -> list[str]:
     """What `import seatrial` gives."""
     lines = ["## Library", "", "`import seatrial`; layer by layer the rest is in the source.", ""]
-    for name in seatrial.__all__:
-        thing = getattr(seatrial, name)
+    things = [getattr(seatrial, name) for name in seatrial.__all__]
+    for thing in [*things, *results(things)]:
+        name = thing.__name__
         text = inspect.cleandoc(thing.__doc__ or "")
         head = f"{name}{inspect.signature(thing)}" if inspect.isfunction(thing) else f"class {name}"
         of_fields: list[str] = []
@@ -96,6 +98,14 @@ def library() -> list[str]:
             of_fields, text = [*listed(fields), ""], json_page.MEANING.sub("", text).strip()
         lines += [f"### {name}", "", "```python", plain(head), "```", "", text, "", *of_fields]
     return lines
+
+
+def results(things: Sequence[object]) -> list[type]:
+    """Classes that functions return, and that have no name in `seatrial`."""
+    functions = [thing for thing in things if inspect.isfunction(thing)]
+    found = dict.fromkeys(typing.get_type_hints(f)["return"] for f in functions)
+    own = [kind for kind in found if inspect.isclass(kind) and kind.__module__ != "builtins"]
+    return [kind for kind in own if kind not in things]
 
 
 def plain(signature: str) -> str:

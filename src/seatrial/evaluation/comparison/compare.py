@@ -71,7 +71,7 @@ class Comparison(msgspec.Struct, frozen=True):
     joint: test of all differences; None: nothing was estimated
     factors: common factors of the coefficients of an axis
     only_a: parameters that B does not have
-    only_b: and A does not have
+    only_b: parameters that A does not have
     boat: response of each axis to the same command
     notes: what restricts the comparison, in words
     ahead: predictions, where recordings were given
