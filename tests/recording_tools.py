@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """Poses of a wander, and the faults that were found in them."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 
 COMMANDS = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
@@ -22,6 +25,18 @@ def poses(n=600, rate=15.0, noise=0.0, seed=0, rest=0):
     eta = np.column_stack([0.8 * np.sin(0.3 * s), 0.5 * np.sin(0.5 * s + 1), 2.5 * np.sin(0.2 * s)])
     eta += noise * np.random.default_rng(seed).normal(size=eta.shape)
     return np.rint(t * 1e9).astype(np.int64), eta
+
+
+def turned(recording: Recording, *signs: float) -> Recording:
+    """With commands times `signs`."""
+    c = recording.commands
+    return replace(recording, commands=Signal(c.names, c.stamps, c.values * signs))
+
+
+def stamped(recording: Recording, later: float) -> Recording:
+    """With stamps of its commands so much later [s]."""
+    c = recording.commands
+    return replace(recording, commands=Signal(c.names, c.stamps + round(later * 1e9), c.values))
 
 
 def kinds(record):

@@ -5,33 +5,21 @@ from dataclasses import replace
 
 import pytest
 from conftest import at_length
+from recording_tools import stamped, turned
 
 from seatrial.identification.methods import identify
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.recording import Recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import simulate
-
-
-def turned(recording: Recording, *signs: int) -> Recording:
-    """With commands times `signs`."""
-    c = recording.commands
-    return replace(recording, commands=Signal(c.names, c.stamps, c.values * signs))
 
 
 def exchanged(recording: Recording) -> Recording:
     """x and y in each other's columns."""
     places = [1, 0, 2]
     return replace(recording, eta=recording.eta[:, places], raw=recording.raw[:, places])
-
-
-def stamped(recording: Recording, later: float) -> Recording:
-    """With stamps of its commands so much later [s]."""
-    c = recording.commands
-    return replace(recording, commands=Signal(c.names, c.stamps + round(later * 1e9), c.values))
 
 
 @pytest.fixture(scope="module")

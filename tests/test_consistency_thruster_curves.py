@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import at_length, make_model, on_request
+from recording_tools import turned
 from survey_boat import pulses
 
 from seatrial import _core
@@ -100,17 +101,11 @@ def test_what_is_wrong_is_found_all_the_same(places):
     vehicle, recordings = one_by_one(places, CURVE)
     for name in vehicle.inputs:
         signs = [-1.0 if name == n else 1.0 for n in vehicle.inputs]
-        found = check_consistency([turned(r, signs) for r in recordings], vehicle).findings
+        found = check_consistency([turned(r, *signs) for r in recordings], vehicle).findings
         assert any(name in f.text for f in found)
     odd = [recordings[0], turned(recordings[1], -1.0), recordings[2]]
     found = check_each_recording(odd, vehicle).findings
     assert found and all(f.text.startswith("S2 contradicts") for f in found)
-
-
-def turned(recording, signs):
-    """With commands times signs."""
-    c = recording.commands
-    return replace(recording, commands=Signal(c.names, c.stamps, c.values * signs))
 
 
 CORNERS = [(0.3, 0.22, -45.0), (0.3, -0.22, 45.0), (-0.3, 0.22, 45.0), (-0.3, -0.22, -45.0)]
@@ -146,7 +141,7 @@ def test_one_mistake_in_the_file_is_one_finding_for_recordings_of_one_axis_each(
     vehicle, recordings = one_by_one(TUG, CURVE, seed=seed, seconds=180.0)
     signs = [1.0, 1.0, -1.0] if wrong == "turned" else [1.0, 1.0, 1.0]
     order = [1, 0, 2] if wrong == "swapped" else [0, 1, 2]
-    odd = [exchanged(turned(off(r, -0.05), signs), order) for r in recordings]
+    odd = [exchanged(turned(off(r, -0.05), *signs), order) for r in recordings]
     found = check_each_recording(odd, vehicle).findings
     assert [f.kind for f in found] == [
         InconsistencyKind.PERMUTED if wrong == "swapped" else InconsistencyKind.NEGATED

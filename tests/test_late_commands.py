@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recording_tools import stamped
 from survey_boat import LATENCY, boat, driven
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.recording.signal import Signal
 from seatrial.workflow.next_step import after_identify
 
 LATE = 0.2  # [s]
@@ -19,12 +19,6 @@ LATE = 0.2  # [s]
 @pytest.fixture(scope="module")
 def drive():
     return driven({}, [lambda g: g.uniform(-1, 1)] * 2)
-
-
-def stamped(recording, late):
-    own = recording.commands
-    signal = Signal(own.names, own.stamps + round(1e9 * late), own.values)
-    return replace(recording, commands=signal)
 
 
 @pytest.mark.parametrize("method", ["output-error", "weak-form"])
