@@ -7,6 +7,7 @@ import numpy as np
 
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
+from seatrial.recording.timing import Clock, describe
 
 COMMANDS = Signal(("F_u", "F_v", "F_r"), np.array([0]), np.zeros((1, 3)))
 
@@ -41,3 +42,13 @@ def stamped(recording: Recording, later: float) -> Recording:
 
 def kinds(record):
     return {f.kind for f in record.faults}
+
+
+def beside_poses(recording: Recording, period: float) -> Recording:
+    """The recording as from one table, whose commands have rows `period` [s] apart and may be samples."""
+    place = {"source": "run.csv", "kind": "table", "clock": Clock.COLUMN}
+    streams = [
+        describe("poses", stamps=recording.stamps, **place),
+        describe("commands", stamps=recording.commands.stamps, **place),
+    ]
+    return replace(recording, streams=streams, command_period=period)

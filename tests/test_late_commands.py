@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: MIT
 """Commands that are stamped after they act: a negative latency, which no thruster has."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from recording_tools import stamped
+from recording_tools import beside_poses, stamped
 from survey_boat import LATENCY, boat, driven
 
 import seatrial
@@ -43,7 +41,7 @@ def test_a_latency_of_about_none_is_no_finding(drive, late):
 def test_samples_of_a_logger_are_late_too(drive):
     """As long as nobody states that they are none, the doubt of it stands for the finding."""
     vehicle, recording = drive
-    rows = replace(stamped(recording, LATE), command_period=0.2)
+    rows = beside_poses(stamped(recording, LATE), 0.2)
     model = seatrial.identify([rows], vehicle)
     assert not model.findings_of(FindingKind.LATE_COMMANDS)
     assert any("If a logger sampled them" in doubt for doubt in model.warnings)

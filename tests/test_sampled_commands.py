@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
+from recording_tools import beside_poses
 
 from seatrial import identify, load_vehicle
 from seatrial import read as read_recording
@@ -27,7 +28,7 @@ from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
 from seatrial.onboard.live.playback import replay
 from seatrial.recording.recording import Recording
-from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.recording.sampled_commands import sampling_doubt, sampling_unknown
 from seatrial.recording.signal import Signal
 from seatrial.util.errors import SeatrialError
 from seatrial.util.statistics import NORMAL_95
@@ -282,6 +283,21 @@ def test_a_column_beside_the_poses_may_be_exact(tmp_path):
         assert not sampling_doubt(again)
 
 
+def test_a_table_of_commands_may_be_samples_and_whoever_wrote_it_is_not_asked(tmp_path):
+    """Who writes a table of commands writes each of them, as a rule; where not, the likelihood says so."""
+    poses = [f"{0.2 * k:.1f},{0.01 * k},0,0" for k in range(150)]
+    (tmp_path / "poses.csv").write_text("\n".join(["t,x,y,psi", *poses]))
+    rows = [f"{0.1 * k:.1f},{k // 40 % 2}" for k in range(300)]
+    (tmp_path / "commands.csv").write_text("\n".join(["t,ahead", *rows]))
+    text = TABLE.replace("pose: {", "pose: {file: poses.csv, ").replace(
+        "commands: {", "commands: {file: commands.csv, "
+    )
+    found = read_recording(tmp_path, vehicle_of(tmp_path, text))
+    assert found.command_period == pytest.approx(0.1)
+    assert sampling_unknown(found)
+    assert not sampling_doubt(found)
+
+
 def test_what_is_no_truth_value_is_refused(tmp_path):
     text = TABLE.replace("commands: {", "commands: {sampled: maybe, ")
     with pytest.raises(SeatrialError, match=r"commands\.sampled: expected true or false, got text"):
@@ -294,20 +310,17 @@ def test_the_recordings_show_which_it_is(boat):
     looked_at = [replace(r, command_sampled=False) for r in recordings]
     at = first_maximum(looked_at, vehicle)
     found = sampled_commands_of(at, vehicle)
-    assert found.sampled
     assert found.gain > 100.0
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
     exact = [replace(r, command_period=0.1) for r in changed]
-    assert not sampled_commands_of(first_maximum(exact, vehicle), vehicle).sampled
-    assert not replace(found, gain=15.0).sampled
+    assert sampled_commands_of(first_maximum(exact, vehicle), vehicle) is None
 
 
 def test_the_doubt_stays_where_the_recordings_show_no_samples(boat):
     """Of samples the error may pass as correlated pose noise."""
     vehicle, _ = boat
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003)
-    exact = [replace(r, command_period=0.1) for r in changed]
-    assert sampling_doubt(exact[0])
+    exact = [beside_poses(r, PERIOD) for r in changed]
     model = identify(exact, vehicle.with_automatic_structure())
     assert model.vehicle.file.commands.sampled is None
     assert any("rows of the commands" in warning for warning in model.warnings)

@@ -3,15 +3,23 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
+from recording_tools import beside_poses
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import ChainGroup
-from seatrial.identification.selection.command_sampling import stated_sampling
+from seatrial.identification.first_search import first_maximum
+from seatrial.identification.selection.command_sampling import (
+    LEAST_SAMPLING_GAIN,
+    sampled_commands_of,
+    stated_sampling,
+)
+from seatrial.recording.signal import Signal
 from seatrial.workflow.next_step import after_identify
-from tests.boats.hulls import MIDDLE, driven
-from tests.test_sampled_commands import LAG, sampled
+from tests.boats.hulls import MIDDLE, TICK, driven, sticks
+from tests.test_sampled_commands import LAG, PERIOD, sampled
 
 
 @pytest.fixture(scope="module")
@@ -35,14 +43,14 @@ def test_a_model_of_the_users_terms_says_so_where_the_recordings_show_it(boat):
     assert not again.warnings
     # changes at their rows
     _, changed = driven(MIDDLE, {"lag": LAG}, seed=3, white=0.003, drives=1)
-    exact = seatrial.identify([replace(r, command_period=0.1) for r in changed], vehicle)
+    exact = seatrial.identify([beside_poses(r, PERIOD) for r in changed], vehicle)
     assert not exact.findings_of(FindingKind.COMMANDS_LOOK_SAMPLED)
     assert exact.warnings
 
 
 def test_under_model_mismatch_the_doubt_stays(boat, monkeypatch):
     vehicle, recordings = boat
-    looked_at = [replace(r, command_sampled=False) for r in recordings]
+    looked_at = [beside_poses(replace(r, command_sampled=False), PERIOD) for r in recordings]
     found = (finding_of(FindingKind.MODEL_MISMATCH, horizon=0.8),)
     monkeypatch.setattr("seatrial.identification.methods._findings", lambda *_: found)
     model = seatrial.identify(looked_at, vehicle)
@@ -57,3 +65,30 @@ def test_half_a_row_of_time_does_not_stand_for_an_error_of_a_stated_latency(boat
     exact = [replace(r, command_period=0.1) for r in changed]
     early = vehicle.with_chain([ChainGroup(latency=0.05)])
     assert stated_sampling(exact, early) == (early, ())
+
+
+ROW, TICKS = 0.04, 2  # of the commands: [s], and in ticks of the drive
+
+
+def with_slew_rate(rng, seconds):
+    """Commands that change with a row at most, as the thrusters follow them: by 2.5 a second at most."""
+    wanted = np.repeat(sticks(rng, seconds)[::TICKS], TICKS, axis=0)
+    thrust = np.zeros_like(wanted)
+    for i in range(1, len(wanted)):
+        thrust[i] = thrust[i - 1] + np.clip(wanted[i] - thrust[i - 1], -2.5 * TICK, 2.5 * TICK)
+    return thrust
+
+
+def test_thrust_at_a_limited_slew_rate_is_no_samples():
+    """It is off after each change, too, but by more than an error of a row's time."""
+    none = {"lag": 0.0}
+    vehicle, (followed,) = driven(
+        MIDDLE, none, seed=4, white=0.01, drives=1, pattern=with_slew_rate
+    )
+    wanted = sticks(np.random.default_rng([4, 0]), 120.0)[::TICKS]
+    known = Signal(followed.commands.names, followed.commands.stamps[::TICKS], wanted)
+    exact = beside_poses(replace(followed, commands=known), ROW)
+    at = first_maximum([exact], vehicle)
+    there = first_maximum([exact], vehicle.with_sampled_commands())
+    assert at.runs.cost - there.runs.cost > LEAST_SAMPLING_GAIN
+    assert sampled_commands_of(at, vehicle) is None

@@ -162,8 +162,8 @@ def _commands(
         stated, sampling = stated_sampling(recordings, vehicle, effects)
         if sampling:
             return stated, [*sampling]
-    # a logger's samples are stamped late, too, by up to their period
-    unsure = sampling_is_open(model.vehicle, recordings)
+    # a logger's samples are stamped late, too, by up to their period: where that is a doubt, it is said instead
+    unsure = sampling_is_open(model.vehicle, recordings) and any(map(sampling_doubt, recordings))
     return vehicle, [] if unsure else late_command_findings(model)
 
 

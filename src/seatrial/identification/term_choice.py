@@ -84,7 +84,7 @@ def choose_input(
     """
     findings: tuple[Finding, ...] = ()
     found = sampled_commands_of(at, with_usual_terms(vehicle), effects)
-    if found is not None and found.sampled:
+    if found is not None:
         at, vehicle = found.at, vehicle.with_sampled_commands()
         findings = (found.finding(FindingKind.COMMANDS_SAMPLED),)
     layout = select_layout(at, with_usual_terms(vehicle), effects)

@@ -6,20 +6,22 @@ from collections.abc import Sequence
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Clock, Stream
 
-COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
+COARSE_SAMPLING = (
+    0.04  # [s] between samples of commands: about as long as lags of thrusters, or longer
+)
 
 
 def sampled_commands(streams: Sequence[Stream], stated: bool | None = None) -> Stream | None:
     """The commands that are a logger's samples, as the vehicle file states, or as they seem to be.
 
-    They seem so, `COARSE_SAMPLING` or more apart, in an autopilot's log, or as a column beside the poses. A
+    They seem so, `COARSE_SAMPLING` or more apart, in an autopilot's log, in a table, or beside the poses. A
     message of ROS is the command itself, and its stamp the time of the change.
     """
     places = {stream.source for stream in streams if stream.role == "poses"}
     for stream in streams:
         if stream.role != "commands" or not stream.rate or stream.on_change or stated is False:
             continue
-        logged = stream.clock is Clock.LOG or stream.source in places
+        logged = stream.clock in (Clock.LOG, Clock.COLUMN) or stream.source in places
         if stated or (logged and 1.0 / stream.rate >= COARSE_SAMPLING):
             return stream
     return None
@@ -36,9 +38,16 @@ def taken_halfway(stream: Stream) -> str:
     )
 
 
+def sampling_unknown(recording: Recording) -> bool:
+    """Whether the commands may be samples, and the log does not tell."""
+    return recording.command_period > 0.0 and not recording.command_sampled
+
+
 def sampling_doubt(recording: Recording) -> list[str]:
-    """The doubt where it is open whether the commands are samples."""
-    if recording.command_period == 0.0 or recording.command_sampled:
+    """The doubt on commands beside the poses. Who writes a table of commands writes each of them, as a rule."""
+    places = {stream.source for stream in recording.streams if stream.role == "poses"}
+    beside = any(s.role == "commands" and s.source in places for s in recording.streams)
+    if not (beside and sampling_unknown(recording)):
         return []
     return [
         f"the rows of the commands are {recording.command_period:.2g} s apart. If a logger sampled them, a change "

@@ -10,16 +10,18 @@ DEAD_ZONE_NOT_SOUGHT = Spec(
     {"forces": NAMES},
 )
 COMMANDS_SAMPLED = Spec(
-    "commands: their rows are samples of a logger. With each change put halfway between its row and the row "
+    "commands: their rows look like samples of a logger. With each change put halfway between its row and the row "
     "before, -2 log L falls by {gain:.0f}, so the model has 'sampled: true'",
-    "For other models of these logs write 'sampled: true' under 'commands:' in the vehicle file",
+    "For other models of these logs write 'sampled: true' under 'commands:' in the vehicle file; or 'sampled: "
+    "false', if each row is a new command: thrust that a motor controller ramps looks much the same",
     numbers={"gain": "-"},
 )
 COMMANDS_LOOK_SAMPLED = Spec(
-    "commands: their rows are samples of a logger. With each change put halfway between its row and the row "
-    "before, -2 log L falls by {gain:.0f}. This model has each change at its row, so latency, lag and dead zone "
-    "are off by more than their intervals",
-    "State 'sampled: true' under 'commands:' in the vehicle file, and identify again",
+    "commands: their rows look like samples of a logger. With each change put halfway between its row and the row "
+    "before, -2 log L falls by {gain:.0f}. This model has each change at its row: of samples, latency, lag and "
+    "dead zone are off by more than their intervals",
+    "State 'sampled: true' under 'commands:' in the vehicle file, and identify again; or 'sampled: false', if "
+    "each row is a new command",
     numbers={"gain": "-"},
 )
 LATE_COMMANDS = Spec(

@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: MIT
-"""Whether rows of the commands beside the poses are a logger's samples, or each is a change at its row.
+"""Whether rows of the commands in a table are a logger's samples, or each is a change at its row.
 
 The log does not show it; the likelihood does. A change that counts as exact at its row, but was up to a row
-earlier, looks like process noise, and its mean like a negative latency.
+earlier, looks like process noise, and its mean like a negative latency. So does thrust that follows its command in
+another way than the model has, such as at a limited slew rate; but the size of its errors is not that of samples.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import search
 from seatrial.recording.recording import Recording
-from seatrial.recording.sampled_commands import sampling_doubt
+from seatrial.recording.sampled_commands import sampling_unknown
 from seatrial.util.errors import IdentificationError
 
 LEAST_SAMPLING_GAIN = 20.0  # fall of -2 log L; both alternatives have the same parameters
@@ -26,11 +28,6 @@ class SampledCommands:
     at: Point
     gain: float
 
-    @property
-    def sampled(self) -> bool:
-        """Whether the recordings show samples. Else they may still be: pose noise may take up the error."""
-        return self.gain >= LEAST_SAMPLING_GAIN
-
     def finding(self, kind: FindingKind) -> Finding:
         """That they show samples."""
         return finding_of(kind, gain=self.gain)
@@ -38,15 +35,16 @@ class SampledCommands:
 
 def sampling_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
     """Whether neither the vehicle file nor the log tells."""
-    return vehicle.file.commands.sampled is None and any(map(sampling_doubt, recordings))
+    return vehicle.file.commands.sampled is None and any(map(sampling_unknown, recordings))
 
 
 def sampled_commands_of(
     at: Point, vehicle: Vehicle, effects: Sequence[str] = ()
 ) -> SampledCommands | None:
-    """The alternative to `at`, whose commands are exact at their rows.
+    """What the recordings show in place of `at`, whose commands are exact at their rows.
 
-    None where the vehicle file states it, where no recording leaves it open, and where there is no solution.
+    None where the vehicle file states it, where no recording leaves it open, and where the recordings show no
+    samples: they may still be some, as pose noise may take up the error.
     """
     recordings = at.runs.problem.recordings
     if not sampling_is_open(vehicle, recordings):
@@ -55,7 +53,18 @@ def sampled_commands_of(
         there = first_maximum(recordings, vehicle.with_sampled_commands(), effects)
     except IdentificationError:
         return None
-    return SampledCommands(there, at.runs.cost - there.runs.cost)
+    gain = at.runs.cost - there.runs.cost
+    if gain < LEAST_SAMPLING_GAIN or _fall_with_larger_errors(there) >= 0.0:
+        return None
+    return SampledCommands(there, gain)
+
+
+def _fall_with_larger_errors(at: Point) -> float:
+    """By how much -2 log L falls where the errors of the samples' times are twice as large."""
+    problem = at.runs.problem
+    larger = [None if e is None else (e[0], 4.0 * e[1]) for e in problem.input_errors]
+    found, _ = search(replace(problem, input_errors=tuple(larger)), at.theta, at.noise)
+    return at.runs.cost - found.runs.cost
 
 
 def stated_sampling(
@@ -76,6 +85,6 @@ def stated_sampling(
     if not latencies or not set(latencies) <= set(problem.free):
         return vehicle, ()
     found = sampled_commands_of(at, vehicle, effects)
-    if found is None or not found.sampled:
+    if found is None:
         return vehicle, ()
     return vehicle.with_sampled_commands(), (found.finding(FindingKind.COMMANDS_LOOK_SAMPLED),)
