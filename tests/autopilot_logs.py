@@ -126,8 +126,8 @@ class Sensors:
     battery: np.ndarray  # (n, 2) t, [V]
 
 
-def sensed(run: Trial, *, seed: int = 1, position: float = 0.02) -> Sensors:
-    """GNSS at 5 Hz (`position` [m]), heading at 20 Hz (0.2 deg), gyro at 50 Hz, motors at 10 Hz."""
+def sensed(run: Trial, *, seed: int = 1, position: float = 0.02, outputs: float = 10.0) -> Sensors:
+    """GNSS at 5 Hz (`position` [m]), heading at 20 Hz (0.2 deg), gyro at 50 Hz, motors at `outputs` [Hz]."""
     rng = np.random.default_rng(seed)
 
     def times(rate: float, phase: float) -> np.ndarray:
@@ -142,7 +142,7 @@ def sensed(run: Trial, *, seed: int = 1, position: float = 0.02) -> Sensors:
     yaw = np.column_stack([t, np.mod(x[:, 2] + rng.normal(0, 0.0035, len(t)), 2 * np.pi), x[:, 5]])
     t = times(50.0, 0.003)
     gyro = np.column_stack([t, run.at(t)[:, 5] + rng.normal(0, 0.004, len(t))])
-    t = times(10.0, 0.0)
+    t = times(outputs, 0.0)
     motors = np.column_stack([t, run.command_at(t)])
     t = times(1.0, 0.5)
     return Sensors(gps, yaw, gyro, motors, np.column_stack([t, np.interp(t, run.t, run.volts)]))
@@ -242,9 +242,11 @@ def pulses(run: Trial, t: float, command: Sequence[float], channels: int) -> lis
     return found
 
 
-def ardupilot(path: Path, run: Trial, *, text: bool = False, seed: int = 1) -> Path:
-    """A DataFlash log of Rover in a boat's frame."""
-    found, parts = sensed(run, seed=seed), []
+def ardupilot(
+    path: Path, run: Trial, *, text: bool = False, seed: int = 1, outputs: float = 10.0
+) -> Path:
+    """A DataFlash log of Rover in a boat's frame, its RCOU at `outputs` [Hz]."""
+    found, parts = sensed(run, seed=seed, outputs=outputs), []
     message = text_message if text else binary_message
 
     def write(name: str, *values: object) -> None:

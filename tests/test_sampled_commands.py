@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from autopilot_logs import ardupilot, trial
+from autopilot_logs import TWIN, ardupilot, trial
 from recording_tools import beside_poses
 
 from seatrial import identify, load_vehicle
@@ -26,6 +26,7 @@ from seatrial.identification.term_choice import choose_terms
 from seatrial.identification.uncertainty.command_shape import with_ramps, with_unknown_shape
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.identification.uncertainty.dead_zone import with_dead_zone_profile
+from seatrial.io.convert import convert
 from seatrial.onboard.live.playback import replay
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt, sampling_unknown
@@ -240,6 +241,7 @@ forces:
   F_r: {axis: yaw, of: {left: 0.5, right: -0.5}}
 structure: auto
 """
+GYRO = "  yaw_rate: {topic: IMU, field: GyrZ}"
 TABLE = """seatrial: vehicle 1
 name: barge
 axes: forward-left-up
@@ -264,6 +266,34 @@ def test_an_autopilot_log_has_samples_of_its_outputs(tmp_path):
     (remark,) = [r for r in found.remarks if "samples" in r]
     assert "RCOU are samples, 0.1 s apart: each change counts as halfway" in remark
     assert not found.doubts
+
+
+def test_rows_of_an_autopilots_log_are_samples_where_the_recordings_show_it(tmp_path):
+    """At 25 Hz they may be the outputs of its loop, or samples of them; thrust that is late tells."""
+    truth = {
+        "latency": 0.0,
+        "X_F": 2 * TWIN.full / TWIN.mass[0],
+        "N_F": 0.6 * TWIN.full / TWIN.mass[2],
+    }
+    vehicle = vehicle_of(tmp_path, AUTOPILOT.replace("pose:", f"pose:\n{GYRO}"))
+    log = ardupilot(tmp_path / "run.BIN", trial(), outputs=25.0)
+    looked_at = read_recording(log, vehicle)
+    assert looked_at.command_period == pytest.approx(0.04, rel=1e-3)
+    assert not looked_at.command_sampled
+    model = identify([looked_at], vehicle)
+    assert model.findings_of(FindingKind.COMMANDS_SAMPLED)
+    assert not model.warnings
+    off = {n: (model.parameter_values[n] - x) / model.standard_errors[n] for n, x in truth.items()}
+    assert max(map(abs, off.values())) < 3.0
+    late = identify([replace(looked_at, command_period=0.0)], vehicle)
+    assert late.parameter_values["latency"] < -10.0 * late.standard_errors["latency"]
+    # a table of it keeps the question
+    convert(log, tmp_path / "out", vehicle)
+    known = load_vehicle(tmp_path / "out" / "vehicle.yaml")
+    again = read_recording(tmp_path / "out", known)
+    assert known.file.commands.sampled == "estimate"
+    assert sampling_unknown(again)
+    assert again.command_period == pytest.approx(0.04, rel=1e-3)
 
 
 def test_a_column_beside_the_poses_may_be_exact(tmp_path):
@@ -300,8 +330,12 @@ def test_a_table_of_commands_may_be_samples_and_whoever_wrote_it_is_not_asked(tm
 
 def test_what_is_no_truth_value_is_refused(tmp_path):
     text = TABLE.replace("commands: {", "commands: {sampled: maybe, ")
-    with pytest.raises(SeatrialError, match=r"commands\.sampled: expected true or false, got text"):
+    with pytest.raises(
+        SeatrialError, match=r"commands\.sampled: got 'maybe'; expected true or false, or estimate"
+    ):
         vehicle_of(tmp_path, text)
+    with pytest.raises(SeatrialError, match="sampled: expected true, false or a word, got a whole"):
+        vehicle_of(tmp_path, text.replace("maybe", "1"))
 
 
 def test_the_recordings_show_which_it_is(boat):

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from seatrial.recording.sampled_commands import sampled_commands
+from seatrial.recording.sampled_commands import are_samples, sampled_commands
 from seatrial.recording.timing import Clock, describe, longest_rising, only_changes, regular_period
 
 EPOCH = 1_700_000_000 * 10**9  # [ns]
@@ -50,14 +50,25 @@ def test_rare_samples_of_commands_are_found(source, clock):
     found = sampled_commands(signals(source, clock, 10.0))
     assert found.source == source
     assert found.rate == pytest.approx(10.0)
-    assert sampled_commands(signals(source, clock, 50.0)) is None
+    assert are_samples(found) == (clock is Clock.LOG)
+    assert are_samples(found, stated=True)
+    assert not are_samples(found, stated="estimate")
     assert sampled_commands(signals(source, clock, 10.0), stated=False) is None
 
 
-@pytest.mark.parametrize(("source", "clock"), [("b.csv", Clock.COLUMN), ("/joy", Clock.HEADER)])
-def test_rare_commands_are_themselves_where_they_have_a_place_of_their_own(source, clock):
-    assert sampled_commands(signals(source, clock, 10.0)) is None
-    assert sampled_commands(signals(source, clock, 10.0), stated=True).source == source
+@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("b.csv", Clock.COLUMN)])
+def test_rows_may_be_samples_where_they_are_rarer_than_a_loop(source, clock):
+    """Those of a fast loop are the commands themselves; 20 ms apart they may be either."""
+    found = sampled_commands(signals(source, clock, 50.0))
+    assert not are_samples(found)
+    assert are_samples(found, stated=True)
+    assert sampled_commands(signals(source, clock, 250.0)) is None
+    assert sampled_commands(signals(source, clock, 250.0), stated="estimate").rate > 249.0
+
+
+def test_messages_are_commands_themselves():
+    assert sampled_commands(signals("/joy", Clock.HEADER, 10.0)) is None
+    assert sampled_commands(signals("/joy", Clock.HEADER, 10.0), stated=True).source == "/joy"
 
 
 # Rates, gaps and order. #

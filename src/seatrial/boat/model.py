@@ -279,7 +279,7 @@ def sampling_period(vehicle: Vehicle, recording: Driven) -> float:
     A change is at any time between two samples, and counts as halfway. What the vehicle file states has priority.
     """
     stated = vehicle.file.commands.sampled
-    sampled = recording.command_sampled if stated is None else stated
+    sampled = stated if isinstance(stated, bool) else recording.command_sampled
     return recording.command_period if sampled else 0.0
 
 

@@ -96,7 +96,8 @@ class CommandSource(Strict, frozen=True):
     file: str | None = None  # of a folder recording
     topic: str | None = None  # of a bag
     clock: Clock = "header"
-    sampled: bool | None = None  # whether rows are a logger's samples; without it as the log shows
+    # whether rows are a logger's samples; estimate: the recordings show it; without it as the log shows
+    sampled: bool | Estimate | None = None
 
 
 class ScaleSource(Strict, frozen=True):

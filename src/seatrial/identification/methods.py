@@ -242,7 +242,7 @@ def _warnings(
         for r in recordings
         if r.usable < LEAST_USABLE
     ]
-    is_open = vehicle.file.commands.sampled is None
+    is_open = not isinstance(vehicle.file.commands.sampled, bool)
     doubts = [
         (r, [*r.doubts, *course_doubt(r), *(sampling_doubt(r) if is_open else [])])
         for r in recordings

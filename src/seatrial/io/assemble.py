@@ -28,9 +28,13 @@ from seatrial.recording.faults.interleaved_commands import interleaving_doubt
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording, Source
 from seatrial.recording.resolution import coarse_position, interpolated_position
-from seatrial.recording.sampled_commands import sampled_commands, taken_halfway
+from seatrial.recording.sampled_commands import (
+    Stated,
+    are_samples,
+    sampled_commands,
+    taken_halfway,
+)
 from seatrial.recording.signal import Signal
-from seatrial.recording.timing import Clock
 from seatrial.recording.yaw_rate import with_yaw_rate
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -76,16 +80,12 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     return recording
 
 
-def _with_sampled_commands(recording: Recording, stated: bool | None) -> Recording:
-    """The recording with the period of sampled commands.
-
-    Whether a column beside the poses is sampled is open: it may be of the controller that changed the command, at
-    its row.
-    """
+def _with_sampled_commands(recording: Recording, stated: Stated) -> Recording:
+    """The recording with the period of commands that are samples, or may be."""
     stream = sampled_commands(recording.streams, stated)
     if stream is None:
         return recording
-    sampled = stated or stream.clock is Clock.LOG
+    sampled = are_samples(stream, stated)
     remarks = (*recording.remarks, taken_halfway(stream)) if sampled else recording.remarks
     return replace(
         recording, remarks=remarks, command_period=1.0 / stream.rate, command_sampled=sampled

@@ -25,7 +25,7 @@ from seatrial.io.formats import is_log, open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import open_signals, recording_name
 from seatrial.io.signals import Request, Rows
-from seatrial.recording.sampled_commands import sampled_commands
+from seatrial.recording.sampled_commands import are_samples, sampled_commands
 from seatrial.recording.timing import Clock
 from seatrial.util.arguments import expect
 from seatrial.util.errors import FileError, RecordingError
@@ -182,9 +182,10 @@ def _in_rows(signals: Sequence[tuple[Stamps, Array]]) -> tuple[Stamps, list[Arra
 def _content(found: Sequence[_Signal], vehicle: Vehicle) -> dict[str, Any]:
     """The vehicle file's, with what only the log shows of the commands."""
     content = vehicle.to_mapping()
-    sampled = sampled_commands([s.rows.stream for s in found], vehicle.file.commands.sampled)
+    stated = vehicle.file.commands.sampled
+    sampled = sampled_commands([s.rows.stream for s in found], stated)
     if sampled is not None and sampled.clock is Clock.LOG:
-        content["commands"]["sampled"] = True
+        content["commands"]["sampled"] = are_samples(sampled, stated) or "estimate"
     return content
 
 

@@ -2,29 +2,42 @@
 """Commands that a logger sampled: a change is at any time between two samples."""
 
 from collections.abc import Sequence
+from typing import Literal
 
 from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Clock, Stream
 
-COARSE_SAMPLING = (
-    0.04  # [s] between samples of commands: about as long as lags of thrusters, or longer
-)
+COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
+FINE_SAMPLING = 0.01  # [s] whoever writes rows faster than this writes each command
+Stated = bool | Literal["estimate"] | None  # what the vehicle file has
 
 
-def sampled_commands(streams: Sequence[Stream], stated: bool | None = None) -> Stream | None:
-    """The commands that are a logger's samples, as the vehicle file states, or as they seem to be.
+def sampled_commands(streams: Sequence[Stream], stated: Stated = None) -> Stream | None:
+    """The commands that are or may be a logger's samples, as the vehicle file states, or as they seem to be.
 
-    They seem so, `COARSE_SAMPLING` or more apart, in an autopilot's log, in a table, or beside the poses. A
-    message of ROS is the command itself, and its stamp the time of the change.
+    They seem so in an autopilot's log, in a table, or beside the poses, `FINE_SAMPLING` or more apart. A message
+    of ROS is the command itself, and its stamp the time of the change.
     """
     places = {stream.source for stream in streams if stream.role == "poses"}
     for stream in streams:
         if stream.role != "commands" or not stream.rate or stream.on_change or stated is False:
             continue
         logged = stream.clock in (Clock.LOG, Clock.COLUMN) or stream.source in places
-        if stated or (logged and 1.0 / stream.rate >= COARSE_SAMPLING):
+        if stated or (logged and 1.0 / stream.rate >= FINE_SAMPLING):
             return stream
     return None
+
+
+def are_samples(stream: Stream, stated: Stated = None) -> bool:
+    """Whether commands that may be samples are known to be.
+
+    Those of an autopilot's log are, where they are rarer than its outputs change. Else it is open: rows may be of
+    the controller that changed the command, at its row.
+    """
+    if isinstance(stated, bool):
+        return stated
+    rare = 1.0 / stream.rate >= COARSE_SAMPLING
+    return stated is None and stream.clock is Clock.LOG and rare
 
 
 def taken_halfway(stream: Stream) -> str:
@@ -47,7 +60,8 @@ def sampling_doubt(recording: Recording) -> list[str]:
     """The doubt on commands beside the poses. Who writes a table of commands writes each of them, as a rule."""
     places = {stream.source for stream in recording.streams if stream.role == "poses"}
     beside = any(s.role == "commands" and s.source in places for s in recording.streams)
-    if not (beside and sampling_unknown(recording)):
+    rare = recording.command_period >= COARSE_SAMPLING
+    if not (beside and rare and sampling_unknown(recording)):
         return []
     return [
         f"the rows of the commands are {recording.command_period:.2g} s apart. If a logger sampled them, a change "

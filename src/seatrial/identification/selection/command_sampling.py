@@ -35,7 +35,8 @@ class SampledCommands:
 
 def sampling_is_open(vehicle: Vehicle, recordings: Sequence[Recording]) -> bool:
     """Whether neither the vehicle file nor the log tells."""
-    return vehicle.file.commands.sampled is None and any(map(sampling_unknown, recordings))
+    stated = isinstance(vehicle.file.commands.sampled, bool)
+    return not stated and any(map(sampling_unknown, recordings))
 
 
 def sampled_commands_of(

@@ -13,7 +13,13 @@ S = TypeVar("S", bound=msgspec.Struct)
 _PLAIN = {"`array`": "a list", "`object`": "a mapping", "`str`": "text", "`float`": "a number",
           "`object | null`": "a mapping", "`array | null`": "a list", "`float | null`": "a number",
           "`int`": "a whole number", "`int | null`": "a whole number", "`str | null`": "text",
-          "`bool | null`": "true or false", "expected `bool`": "expected true or false"}  # fmt: skip
+          "`bool | null`": "true or false", "`bool | str | null`": "true, false or a word",
+          "expected `bool`": "expected true or false"}  # fmt: skip
+
+_OTHER: dict[str, tuple[type, ...]] = {
+    "a number": (int, float),
+    "true or false": (bool,),
+}  # beside words
 
 
 def explained(message: str, kind: type[msgspec.Struct], keys: Sequence[str] = ()) -> str:
@@ -41,8 +47,8 @@ def explained(message: str, kind: type[msgspec.Struct], keys: Sequence[str] = ()
     if "enum value" in text:
         wanted = _all_fields(kind).get(where.rpartition(".")[2])
         allowed = ", ".join(_literals(wanted))
-        number = "a number, or " if _has_number(wanted) else ""
-        text = text.replace("invalid enum value", "got") + f"; expected {number}{allowed}"
+        other = "".join(f"{word}, or " for word, types in _OTHER.items() if _has(wanted, types))
+        text = text.replace("invalid enum value", "got") + f"; expected {other}{allowed}"
     return f"{where or 'the file'}: {text}"
 
 
@@ -87,9 +93,9 @@ def _literals(kind: object) -> list[str]:
     return [text for part in get_args(kind) for text in _literals(part)]
 
 
-def _has_number(kind: object) -> bool:
-    """Whether a type, or a part of a union, is a number."""
-    return kind in (int, float) or any(_has_number(part) for part in get_args(kind))
+def _has(kind: object, types: Sequence[type]) -> bool:
+    """Whether a type, or a part of a union, is one of these."""
+    return kind in types or any(_has(part, types) for part in get_args(kind))
 
 
 def _all_fields(kind: type[msgspec.Struct]) -> dict[str, Any]:
