@@ -166,3 +166,21 @@ def test_another_time_zone_or_unit_is_named(log, tmp_path, shift, scale, words):
     vehicle = seatrial.load_vehicle("mallard-mp")
     with pytest.raises(SeatrialError, match=words):
         seatrial.read(folder, vehicle)
+
+
+def test_the_stamp_is_no_command_whatever_it_is_called(log, tmp_path):
+    """ "TimeS [s]" is a stamp in part by its name; rows of commands have no pose, rows of poses no command."""
+    poses = [
+        (t, f"{t:.3f},{x:.4f},{y:.4f},{psi:.4f},,,")
+        for t, (x, y, psi) in zip(log.pose_t, log.pose, strict=True)
+    ]
+    sent = [
+        (t, f"{t:.3f},,,,{a:.3f},{b:.3f},{c:.3f}")
+        for t, (a, b, c) in zip(log.command_t, log.command, strict=True)
+    ]
+    path = tmp_path / "log.csv"
+    rows = [line for _, line in sorted([*poses, *sent])]
+    path.write_text("\n".join(["TimeS [s],x,y,psi,F_u,F_v,F_r", *rows]) + "\n")
+    text = init(path).text
+    assert yaml.safe_load(text)["commands"]["stamp"] == {"column": "TimeS [s]"}
+    assert "not used" not in text

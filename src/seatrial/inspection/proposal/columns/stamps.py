@@ -167,8 +167,9 @@ def _rest_of(table: TableSeen, column: ColumnView) -> str:
 
 
 def stamp_columns(table: TableSeen) -> set[str]:
-    """Every column that is a stamp by its name, and rises or has dates; with its nanoseconds."""
-    found: set[str] = set()
+    """Every column that is a stamp by its name, with its nanoseconds, and the one that is taken as the stamp."""
+    taken = find_stamp(table)
+    found: set[str] = set() if taken is None else {taken.entry["column"]}
     for column in table.view.columns:
         if column.name and grade(column.name, Kind.STAMP) in (Grade.WHOLE, Grade.PREFIXED):
             found.add(column.name)
