@@ -8,13 +8,9 @@ from functools import cached_property
 import msgspec
 import numpy as np
 
-from seatrial import _core
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import FIT_HORIZON, STATED_DELAYS, STATED_LEVER, Model
 from seatrial.boat.noise_parameters import (
-    DISTURBANCES,
-    MEMORY,
-    NOISE_MOST,
     OUTLIER,
     folded,
     noise_entry,
@@ -22,6 +18,7 @@ from seatrial.boat.noise_parameters import (
 )
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry
 from seatrial.boat.vehicle import Vehicle
+from seatrial.identification.effects_as_noise import with_effects_as_noise
 from seatrial.identification.likelihood.filter_runs import FilterRuns
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.linearised import Point
@@ -136,9 +133,11 @@ class Fit:
         noise = likelihood_noise(self.point, self.maximum_noise) if self.horizon else self.noise
         noise = folded(noise, min(r.period for r in recordings))
         entries = tuple(self._entry(i) for i in range(len(recordings)))
+        moving = self._moving()
         noise, earth = with_effects_as_noise(
             noise,
             [entry.effects for entry in entries],
+            moving,
             problem.vehicle,
             np.ascontiguousarray(theta[:n]),
         )
@@ -149,7 +148,7 @@ class Fit:
             with_lever(vehicle, *lever.tolist()), theta[:n], self.model_covariance(), constants,
             Integration("runge-kutta", problem.step),
             noise_entry(noise, earth=problem.earth_fixed if earth is None else earth),
-            envelope(problem.vehicle, constants, recordings, self._moving()),
+            envelope(problem.vehicle, constants, recordings, moving),
             entries,
             EstimatorEntry(OUTPUT_ERROR, settings, findings=[*self.findings, *self._lever(), *self._delays()]),
         )  # fmt: skip
@@ -217,43 +216,3 @@ def with_lever(vehicle: Vehicle, ahead: float, left: float) -> Vehicle:
     if ahead == left == 0.0:
         return vehicle
     return vehicle.with_lever((vehicle.lever[0] + ahead, vehicle.lever[1] + left))
-
-
-def with_effects_as_noise(
-    noise: Array, effects: Sequence[Mapping[str, float]], vehicle: Vehicle, coefficients: Array
-) -> tuple[Array, bool | None]:
-    """The noise (11,) with the mean square of all recordings' effects as a slow disturbance force.
-
-    effects: of each recording, by name, in SI. The estimator knows them; a filter on board estimates them as its
-    disturbance. A current acts by the drag that it makes. Also whether the disturbance is then earth-fixed; None:
-    as before. Variances add, memories are weighted by them.
-    """
-    if not any(effects):
-        return noise, None
-    found = np.mean([_variances(own, vehicle, coefficients) for own in effects], axis=0)
-    linear, yaw, earth = found.tolist()
-    out = noise.copy()
-    before = noise[DISTURBANCES] ** 2
-    after = before + np.array([linear, yaw])
-    share = (linear + yaw) / max(float(after.sum()), np.finfo(float).tiny)
-    out[DISTURBANCES] = np.sqrt(after)
-    out[MEMORY] = (1.0 - share) * noise[MEMORY] + share * NOISE_MOST[MEMORY]
-    return out, True if earth > 0.5 * float(after[0]) else None
-
-
-def _variances(
-    own: Mapping[str, float], vehicle: Vehicle, coefficients: Array
-) -> tuple[float, float, float]:
-    """Mean squares: linear, of an axis [(m/s^2)^2]; yaw [(rad/s^2)^2]; earth-fixed part of the first."""
-    wind = np.hypot(own.get("wind_x", 0.0), own.get("wind_y", 0.0))
-    trim = np.hypot(own.get("trim_u", 0.0), own.get("trim_v", 0.0))
-    speed = float(np.hypot(own.get("current_x", 0.0), own.get("current_y", 0.0)))
-    earth = 0.5 * float(wind) ** 2
-    if speed > 0.0:  # a boat that rests over ground: its drag in the two axes, of any heading
-        nu = np.array([[-speed, 0.0, 0.0], [0.0, -speed, 0.0]])
-        still = np.zeros((2, len(vehicle.forces)))
-        pushed = _core.accelerations(vehicle.structure.compiled, coefficients, nu, still)
-        earth += 0.25 * float(pushed[0, 0] ** 2 + pushed[1, 1] ** 2)
-    turning = np.hypot(own.get("wind_turn_x", 0.0), own.get("wind_turn_y", 0.0))
-    yaw = own.get("trim_r", 0.0) ** 2 + 0.5 * float(turning) ** 2
-    return earth + 0.5 * float(trim) ** 2, yaw, earth
