@@ -102,9 +102,17 @@ def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
     ):
         with pytest.raises(SeatrialError, match="far enough"):
             seatrial.auto(logs, tmp_path / where, **options)
-    assert seen == [["b"]] * 3
-    for wrong, given in (("c", logs), ("a", logs[:1])):
-        with pytest.raises(SeatrialError, match=rf"--test {wrong}: expected one of several logs"):
+    # a further log, and the same log under another path
+    roundabout = tmp_path / "b" / ".." / "a"
+    for test, given in ((logs[0], logs[1:]), (roundabout, logs)):
+        with pytest.raises(SeatrialError, match="far enough"):
+            seatrial.auto(given, tmp_path / "given", test=test)
+    assert seen == [["b"]] * 5
+    for wrong, given, why in (
+        ("c", logs, "there is no such log; give one of .*/a, .*/b or another one"),
+        ("a", logs[:1], "it is the only log; give another one"),
+    ):
+        with pytest.raises(SeatrialError, match=f"^--test {wrong}: {why}$"):
             seatrial.auto(given, tmp_path / "nowhere", test=wrong)
     assert not (tmp_path / "nowhere").exists()
     (tmp_path / "file").write_text("")

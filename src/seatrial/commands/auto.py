@@ -25,7 +25,7 @@ def add(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument(
         "--test", type=Path, metavar="LOG",
-        help="the log that tests the model (default: the last quarter of each log)",
+        help="the log that tests the model, one of LOG or a further one (default: the last quarter of each log)",
     )  # fmt: skip
     command.add_argument("--name", help="the boat's name (default: that of DIR, else the log's)")
     command.add_argument(

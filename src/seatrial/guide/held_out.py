@@ -41,7 +41,7 @@ def hold_out(
     other = (
         "--test LOG for another"
         if len(here.logs) > 1
-        else "another drive tests it better: LOG LOG2 --test LOG2"
+        else "another drive tests it better: --test LOG2"
     )
     here.assumed.append(f"the model is tested on {LAST_QUARTER} ({other})")
     return training, held
@@ -71,12 +71,30 @@ def _answered_test(here: Task, names: Sequence[str]) -> str:
     return answer
 
 
+def with_test(test: str | Path | None, logs: Sequence[Path]) -> tuple[Path, ...]:
+    """The logs, and the one that tests the model where it is a further one. Raises RecordingError."""
+    further = test is not None and not _places(str(test), logs) and Path(test).exists()
+    found = (*logs, Path(str(test))) if further else tuple(logs)
+    if test is not None:
+        place_of(str(test), found)
+    return found
+
+
 def place_of(test: str, logs: Sequence[Path]) -> int:
     """The place of the log that tests the model, given by path or name. Raises RecordingError."""
+    places = _places(test, logs)
+    if len(places) == 1 < len(logs):
+        return places[0]
+    wrong = (
+        "it is the only log; give another one"
+        if len(logs) == 1
+        else "several logs have this name; give its path"
+    )
+    if not places:
+        wrong = f"there is no such log; give one of {', '.join(map(str, logs))} or another one"
+    raise RecordingError(f"--test {test}: {wrong}")
+
+
+def _places(test: str, logs: Sequence[Path]) -> list[int]:
     named = enumerate(zip(logs, recording_names(logs), strict=True))
-    places = [i for i, (path, name) in named if Path(test) == path or test == name]
-    if len(places) != 1 or len(logs) < 2:
-        raise RecordingError(
-            f"--test {test}: expected one of several logs, {', '.join(map(str, logs))}"
-        )
-    return places[0]
+    return [i for i, (log, name) in named if log.resolve() == Path(test).resolve() or name == test]

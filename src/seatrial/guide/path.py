@@ -10,7 +10,7 @@ from pathlib import Path
 
 from seatrial.boat.model import Model
 from seatrial.evaluation.scores import Scores
-from seatrial.guide.held_out import hold_out, place_of
+from seatrial.guide.held_out import hold_out, with_test
 from seatrial.guide.model import model_of, whole_command
 from seatrial.guide.recordings import as_model_reads, driven_recordings
 from seatrial.guide.scores_and_report import report, scores_on
@@ -63,10 +63,10 @@ def auto(
 ) -> Guide:
     """From logs to a model that is validated on what was held out, and its report, in one folder.
 
-    `test`: the log of `logs` that tests the model; default: the last quarter of each. `ask`: who answers what no
-    log can tell; without, it is assumed and stated. `effects`: those to begin with, as of `identify`. A path that
-    was stopped goes on where it was, and a vehicle file in the folder is used as it is: it has the answers. Raises
-    as `init`, `identify` and `validate`.
+    `test`: the log that tests the model, of `logs` or a further one; default: the last quarter of each. `ask`: who
+    answers what no log can tell; without, it is assumed and stated. `effects`: those to begin with, as of
+    `identify`. A path that was stopped goes on where it was, and a vehicle file in the folder is used as it is:
+    it has the answers. Raises as `init`, `identify` and `validate`.
     """
     paths, place = _checked(logs, Path(folder), test), Path(folder)
     here = Task(paths, place, ask, say, salvage, Steps(place), tuple(effects))
@@ -103,6 +103,4 @@ def _checked(logs: Sequence[str | Path], folder: Path, test: str | Path | None) 
         raise RecordingError("no log given; pass at least one")
     if folder.is_file():
         raise FileError(f"{folder}: is a file; give a folder to write to")
-    if test is not None:
-        place_of(str(test), paths)
-    return paths
+    return with_test(test, paths)
