@@ -203,6 +203,15 @@ def test_sentences_join_what_one_manoeuvre_does_and_end_with_what_none_does(mode
     )
 
 
+def test_a_usable_parameter_that_no_drive_improves_asks_for_nothing(model):
+    """`auto` ended with it where all else was sharp, in place of what to use the model for."""
+    errors = np.sqrt(np.diag(model.covariance))
+    for share, sentences in ((0.1, 0), (0.4, 1)):  # usable; weak
+        errors[model.parameters.index("N_r")] = share * abs(model.values["N_r"])
+        known = identifiability(replace(model, covariance=np.diag(errors**2)))
+        assert len(next_drive(known, [made("N_r", 1e9)])) == sentences
+
+
 @pytest.mark.parametrize(
     ("seconds", "expected"),
     [(1.0, "5 s"), (28.0, "30 s"), (90.0, "90 s"), (91.0, "2 min"), (400.0, "7 min"), (7300.0, "2.0 h"),

@@ -232,7 +232,7 @@ def test_two_thrusters_astern_push_nothing_sideways(tmp_path, propose):
     vehicle, text = propose(tables(log, tmp_path / "cat", commands="t,left,right"))
     of = {name: force.of for name, force in vehicle.file.forces.items()}
     assert of == {"F_u": {"left": 0.5, "right": 0.5}, "F_r": {"left": -0.5, "right": 0.5}}
-    assert "which input drives sway? No channel moves it" in text
+    assert "which input drives sway? It moves with the inputs of other axes only" in text
     assert (
         "# origin: the middle of thrusters around the boat; of thrusters astern only, the" in text
     )

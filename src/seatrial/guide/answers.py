@@ -157,7 +157,9 @@ def assumptions(path: Path, proposal: Proposal, given: Choices, ask: Questions |
     if ask is None and not is_log(path):
         known = joined(proposal.sources.notes.get("known axes", []))
         axes = "" if known else f"axes {given.axes} and "
-        found.append(f"{axes}a heading that points to the bow (init --axes, psi: {{sign: -1}})")
+        found.append(
+            f"{axes}a heading that points to the bow; else correct axes and pose: psi in vehicle.yaml"
+        )
     if ask is None and (wrong := contradicting_names(proposal.drive.forces, given.axes)):
         found.append(
             f"{joined(wrong)} on the other side than the names say: driven ahead, they turn the boat the other "

@@ -42,7 +42,8 @@ def model_of(
     here.steps.note("model", made_from, [path])
     if here.ask is None:
         here.assumed += [
-            f"{effect} is estimated with the model, as the log shows it" for effect in found.effects
+            f"{effect} is estimated with the model, because the log shows it"
+            for effect in found.effects
         ]
     here.say(f"identify  {_made_of(found, training, held_out, vehicle, accepted)}  -> {path}")
     _lever_stated_wrong(here, found.model, vehicle)

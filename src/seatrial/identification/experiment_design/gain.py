@@ -184,7 +184,8 @@ def next_drive(found: Identifiability, gained: Sequence[ManoeuvreGain]) -> list[
     done: set[str] = set()
     for gain in wanted:
         if gain.seconds > LONGEST_DRIVE:
-            never.append(gain)
+            if found[gain.parameter].verdict is not ParameterVerdict.USABLE:
+                never.append(gain)
             continue
         if gain.parameter in done or len(sentences) == MOST_SENTENCES:
             continue

@@ -116,11 +116,7 @@ def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     lines += [_commented(f"    {_line(n, c)}", drive.remarks[n]) for n, c in drive.inputs.items()]
     for axis in () if drive.thrusters or choices.thrusters else drive.undriven:
         force = FORCE_OF_AXIS[axis]
-        lines.append(
-            _commented(
-                f"    # {force}: {{...}}", f"check: which input drives {axis}? {NO_DRIVER_FOUND}"
-            )
-        )
+        lines.append(_commented(f"    # {force}: {{...}}", _which_drives(axis, drive)))
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare or sources.spare:
@@ -156,14 +152,17 @@ def _forces(drive: Drive, choices: Choices) -> list[str]:
     lines += [f"  {_line(name, force)}" for name, force in drive.forces.items()]
     for axis in drive.undriven:
         of = "..." if drive.thrusters else f"{FORCE_OF_AXIS[axis]}: 1"
-        why = (
-            f"check: which input drives {axis}? {NO_DRIVER_FOUND}"
-            if drive.thrusters
-            else "with its input above"
-        )
+        why = _which_drives(axis, drive) if drive.thrusters else "with its input above"
         entry = f"  # {FORCE_OF_AXIS[axis]}: {{axis: {axis}, of: {{{of}}}}}"
         lines.append(_commented(entry, why))
     return lines
+
+
+def _which_drives(axis: str, drive: Drive) -> str:
+    """An axis may move with the inputs of another: a boat that turns sways."""
+    moves = any(f"{axis} (t " in remark for remark in drive.remarks.values())
+    found = "It moves with the inputs of other axes only" if moves else NO_DRIVER_FOUND
+    return f"check: which input drives {axis}? {found}"
 
 
 def _thrusters(drive: Drive, choices: Choices) -> list[str]:
