@@ -2,6 +2,7 @@
 """Gains and margins: against closed forms, python-control, a Pade state space, and the law of margins."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from survey_boat import TRUTH as TWIN
 from survey_boat import boat as twin
 from tune_tools import CHAIN, LAG, LATENCY, boat_by_hand, mallard, poles_by_pade, with_chain
 
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.control import tune
 from seatrial.control.tuning.dead_zone import dead_zone
 from seatrial.control.tuning.design import (
@@ -249,6 +251,29 @@ def test_a_model_too_uncertain_for_any_knob_is_told_so():
         ControlError, match=r"mallard: no knob up to 100 s is robust .* identify it with more"
     ):
         tune(model, 50.0, draws=2)
+
+
+@pytest.mark.parametrize(
+    ("munk", "advice"), [(-20.0, "fit a skeg, or try --action pd"), (-7.0, "Larger ones may fail")]
+)
+def test_a_boat_that_is_unstable_by_itself_is_told_so(munk, advice):
+    """More driving does not help it. Sway and yaw ahead: v' = Y_v v + Y_ur u r, r' = N_uv u v + N_r r."""
+    content = twin([{"latency": 0.05, "lag": 0.1}]).to_mapping()
+    content["structure"]["yaw"].append("N_uv * u * v")
+    model = make_model(vehicle_from(content, "twin"), TWIN | {"N_uv": munk})
+    with pytest.raises(ControlError, match=advice) as e:
+        tune(model, 2.0, draws=2)
+    speed, time = re.search(
+        r"unstable at (\S+) m/s ahead, where a turn doubles within (\S+) s", str(e.value)
+    ).groups()
+    top = (-TWIN["X_u"] - np.sqrt(TWIN["X_u"] ** 2 - 4.0 * TWIN["X_uu"] * TWIN["X_F"])) / (
+        2.0 * TWIN["X_uu"]
+    )
+    assert float(speed) == pytest.approx(top, rel=0.02)
+    square = top**2 * TWIN["Y_ur"] * munk
+    half = (TWIN["Y_v"] - TWIN["N_r"]) / 2.0
+    growth = (TWIN["Y_v"] + TWIN["N_r"]) / 2.0 + np.sqrt(half**2 + square)
+    assert float(time) == pytest.approx(np.log(2.0) / growth, rel=0.05)
 
 
 def test_the_smallest_knob_has_all_draws_as_witnesses(model, boat):

@@ -231,18 +231,34 @@ def _check_drag(model: Model, boat: LinearBoat) -> None:
 
 
 def _refusal(model: Model, boats: list[LinearBoat], found: Margins, request: Request) -> str:
-    knob, hold, _, _ = request
+    knob, hold, action, _ = request
     smallest = smallest_knob(boats, found, request)
     delay = boats[0].actuators.delay + hold
     axis = int(np.argmax(found.sensitivity[..., list(boats[0].driven)].max(axis=0)))
     axis = boats[0].driven[axis]
     why = f"with a delay of {delay[axis]:.3g} s in {AXES[axis]} and the model's standard errors"
+    alone = _unstable_alone(boats[0])
     if smallest is None:
-        return f"{model.name}: no knob up to {LARGEST_KNOB:g} s is robust {why}; identify it with more driving"
+        advice = f"{alone}; fit a skeg" if alone else "identify it with more driving"
+        if alone and action == "pid":
+            advice += ", or try --action pd"
+        return f"{model.name}: no knob up to {LARGEST_KNOB:g} s is robust {why}; {advice}"
     return (
         f"knob {knob:g} s is not robust {why} (sensitivity "
         f"{found.sensitivity.max():.3g}, at most {SENSITIVITY_LIMIT:g}); the smallest robust one: "
-        f"--knob {smallest:g}"
+        f"--knob {smallest:g}{f'. Larger ones may fail: {alone}' if alone else ''}"
+    )
+
+
+def _unstable_alone(boat: LinearBoat) -> str:
+    """At which motion the boat turns away without a controller, as hulls without a skeg do; empty: at none."""
+    growth = np.linalg.eigvals(boat.slopes).real.max(axis=1)
+    worst = int(np.argmax(growth))
+    if growth[worst] <= 0.0:
+        return ""
+    return (
+        f"without control the boat is unstable at {boat.speeds[worst, 0]:.2g} m/s ahead, "
+        f"where a turn doubles within {np.log(2.0) / growth[worst]:.2g} s"
     )
 
 

@@ -22,7 +22,8 @@ def prediction_lines(found: Comparison) -> Iterator[str]:
         rows = [row for row in found.ahead if f"{row.horizon:g}" == name]
         yield ""
         start = "measured velocities" if rows[0].starts == "stencil" else "the mean of both filters"
-        yield f"RMS error {name} s ahead, both from {start}"
+        yield f"RMS error {name} s ahead, both from {start}; the reference, the stencil's"
+        yield "velocity, has pose noise that is in both errors: those of 'validate' are smaller"
         width = max(9, *(len(row.recording) for row in rows))
         for row in rows:
             for axis, symbol in enumerate(SYMBOLS):
