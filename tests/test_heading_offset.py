@@ -5,6 +5,9 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import at_length, on_request
+from survey_boat import LAG
+from survey_boat import TRUTH as TWIN
+from survey_boat import boat as twin
 
 from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.boat.vehicle import Vehicle
@@ -15,6 +18,9 @@ from seatrial.identification.diagnostics.heading_offset import (
 )
 from seatrial.identification.estimator import output_error
 from seatrial.io.poses import in_vehicle_terms
+from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import Recording
+from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import MIDDLE, SMALL, driven
 
@@ -86,3 +92,43 @@ def test_the_offset_that_is_named_takes_the_error_off(axes, sign, unit, per):
     offset = psi_offset(reads(column), 0.1)
     after = in_vehicle_terms(raw, reads(msgspec.structs.replace(column, offset=offset)))[:, 2]
     np.testing.assert_allclose(before - after, 0.1, atol=1e-12)
+
+
+def along_a_line(seed: int, ahead: float) -> tuple[Vehicle, Recording]:
+    """Two thrusters astern drive to and fro and keep the heading by small corrections; markers ahead of the origin."""
+    rng, vehicle = np.random.default_rng(seed), twin()
+    p, tick, state, force = TWIN, 0.02, np.zeros(6), np.zeros(2)
+    commands, poses, surge, until = [], [], 0.0, 5.0
+    for k in range(round(150.0 / tick)):
+        if k * tick >= until:
+            surge, until = (
+                rng.uniform(0.2, 1.0) * -np.sign(state[0] + 1e-9),
+                until + rng.uniform(0.5, 3.0),
+            )
+        _, _, psi, u, v, r = state
+        turn = np.clip(-0.5 * psi - 0.4 * r, -0.2, 0.2) if surge else 0.0
+        commands.append((surge - turn, surge + turn))
+        force += tick / LAG * (np.array([surge, turn]) - force)
+        c, s = np.cos(psi), np.sin(psi)
+        poses.append(state[:3] + np.array([ahead * c, ahead * s, 0.0]))
+        push = rng.normal(size=3) * [0.1, 0.1, 0.15]
+        rates = [
+            c * u - s * v, s * u + c * v, r,
+            p["X_vr"] * v * r + p["X_u"] * u + p["X_uu"] * abs(u) * u + p["X_F"] * force[0] + push[0],
+            p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + push[1],
+            p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * force[1] + push[2],
+        ]  # fmt: skip
+        state = state + tick * np.array(rates)
+    stamps = np.round(1e9 * tick * np.arange(len(poses))).astype(np.int64)
+    seen = np.array(poses)[::2] + 3e-3 * rng.normal(size=(len(poses[::2]), 3))
+    signal = Signal(vehicle.inputs, stamps, np.array(commands))
+    return vehicle, make_recording("line", stamps[::2], seen, signal)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_headings_of_one_line_do_not_show_a_compass_near_iron(seed):
+    """Its deviation would be as good as an offset; it was told where the markers are a quarter of a metre ahead."""
+    vehicle, line = along_a_line(seed, 0.25)
+    assert np.ptp(line.eta[:, 2]) < 2.0
+    model = output_error([line], vehicle)
+    assert model.findings_of(FindingKind.COMPASS_DEVIATION) == ()

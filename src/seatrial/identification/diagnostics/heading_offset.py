@@ -27,6 +27,8 @@ from seatrial.util.frames import Array
 TRIAL_TURN = 0.05  # [rad] of the two runs for the parabola
 MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
 LARGEST_HEADING_ERROR = 0.05  # [rad] standard error above which the offset is not identifiable
+# share of the spread of even headings, below which the standard error of a deviation is over twice theirs
+LEAST_SPREAD = 0.25
 LEAST_HEADING_OFFSET = 0.02  # [rad] reported: less hardly biases a coefficient
 HeadingError = Callable[[Array], Array]  # [rad] by heading [rad], recorded less true
 
@@ -95,6 +97,8 @@ def likelier_deviation(at: Point) -> Deviation | None:
 
 def _deviation(at: Point, number: int) -> Deviation | None:
     """The deviation with so many periods in a turn; sine and cosine have a parabola each."""
+    if _spread(at.runs.problem, number) < LEAST_SPREAD:
+        return None
     waves = [lambda psi: np.sin(number * psi), lambda psi: np.cos(number * psi)]
     parts = [_likelier(at, wave) for wave in waves]
     sine, cosine = (0.0 if part is None else part[0] for part in parts)
@@ -109,6 +113,12 @@ def _deviation(at: Point, number: int) -> Deviation | None:
     if not (gain > LARGE_GAIN and _in_most_blocks(at, error)):
         return None
     return Deviation(gain, size, ("once", "twice")[number - 1])
+
+
+def _spread(problem: Problem, number: int) -> float:
+    """How evenly headings lie in a period, from 0 to 1; in a part of it a deviation looks like an offset."""
+    turned = number * np.concatenate([r.eta[r.valid, 2] for r in problem.recordings])
+    return float(2.0 * np.linalg.eigvalsh(np.cov(np.sin(turned), np.cos(turned)))[0])
 
 
 def _in_most_blocks(at: Point, error: HeadingError) -> bool:
