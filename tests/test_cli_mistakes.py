@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import yaml
 from cli_tools import main, run
-from conftest import CSE1
+from conftest import CSE1, make_model
+from survey_boat import TRUTH, boat
 
-from seatrial.boat.model_file import load
+from seatrial.boat.model_file import load, save
 
 BAD = {
     "no such recording": (["identify", "none", "--vehicle", "{v}", "-o", "{o}"], "no such file or folder"),
@@ -227,3 +228,16 @@ def test_recordings_that_may_be_left_out_are_not_required(capsys):
     with pytest.raises(SystemExit):
         main(["compare", "old.yaml"])
     assert "the following arguments are required: B;" in capsys.readouterr().err
+
+
+def test_a_boat_whose_thrusters_are_commanded_is_refused_before_trials_are_written(
+    tmp_path, capsys
+):
+    out = tmp_path / "trials"
+    vehicle, model = tmp_path / "twin.yaml", tmp_path / "model.yaml"
+    vehicle.write_text(yaml.safe_dump(boat().to_mapping()))
+    save(make_model(boat(), TRUTH), model)
+    code, _, err = run(capsys, "simulate", "--vehicle", vehicle, "--model", model, "-o", out)
+    assert code == 1
+    assert "seatrial sim MODEL" in err and len(err.splitlines()) == 1
+    assert not out.exists()

@@ -59,10 +59,10 @@ def run(args: argparse.Namespace) -> None:
         truth = plant_model(one, vehicle) if given is None else given.with_vehicle(vehicle)
         for words in negative_latencies(truth):
             say(f"seatrial: {truth.name}: {words}", file=sys.stderr)
+        trials = simulate(one, vehicle, given)  # refused before anything is written
         done.append(SimulatedVehicle(str(write_setting(one, vehicle, truth, out)), []))
         say(f"vehicle {done[-1].vehicle}")
-        trials = over(simulate(one, vehicle, given), "simulating trial", len(one.trials))
-        for trial in trials:
+        for trial in over(trials, "simulating trial", len(one.trials)):
             done[-1].trials.append(str(write_trial(trial, out, args.format)))
             say(f"  {done[-1].trials[-1]}")
     write_json(args, "simulate 1", SimulateResult(plan.name, str(args.out), done))

@@ -92,7 +92,8 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
     if set(vehicle.inputs) != set(WRENCH):
         raise VehicleError(
             f"{vehicle.source}: the simulated operator commands {', '.join(WRENCH)}; "
-            f"this vehicle's inputs are {', '.join(vehicle.inputs)}"
+            f"this vehicle's inputs are {', '.join(vehicle.inputs)}. Drive its model by your own commands: "
+            "seatrial sim MODEL"
         )
     plant = plant_model(plan, vehicle) if model is None else model.with_vehicle(vehicle)
     return (_run(plan, plant, name, entry) for name, entry in plan.trials.items())
