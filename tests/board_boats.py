@@ -22,7 +22,14 @@ from seatrial.boat.schema import (
 from seatrial.boat.vehicle import Vehicle, load_vehicle, vehicle_from
 
 STAGES = [
-    ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.09), lag=0.1, power=1.3, reverse_ratio=0.8)
+    ChainGroup(
+        latency=0.02,
+        dead_zone=DeadZone(0.08, 0.09),
+        lag=0.1,
+        power=1.3,
+        reverse_ratio=0.8,
+        slew_rate=2.0,
+    )
 ]
 TWO_EDGES = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, 0.03), lag=0.1)]
 ONE_EDGE = [ChainGroup(latency=0.02, dead_zone=DeadZone(0.08, "forward"), lag=0.1)]
@@ -92,7 +99,7 @@ def with_rudder(axes: str) -> Vehicle:
         "F_d": {"axis": "yaw", "deflection": {"rudder": -0.6}},
     }
     content["chain"] = [
-        {"name": "m", "actuators": ["motor", "pod"], "lag": 0.2, "dead_zone": "estimate",
+        {"name": "m", "actuators": ["motor", "pod"], "lag": 0.2, "slew_rate": 2.0, "dead_zone": "estimate",
          "scale": {"signal": "volts", "power": 1.5}},
         {"name": "rudder", "actuators": ["rudder"], "latency": 0.05, "steered": angle | {"dead_zone": 0.06}},
         {"name": "turn", "actuators": ["turn"], "lag": 0.1,

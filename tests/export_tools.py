@@ -78,8 +78,8 @@ def right_down() -> seatrial.Model:
     """Forward-right-down axes; every constant of single curves, other ones by group; one thruster without."""
     chain = [
         {"name": "bow", "actuators": ["F_1", "F_2"], "latency": 0.113, "power": 1.4, "reverse_ratio": 0.7,
-         "dead_zone": {"forward": 0.05, "reverse": 0.11}, "lag": 0.21},
-        {"name": "stern", "actuators": ["F_3"], "latency": 0.031, "lag": 0.0, "reverse_ratio": 0.9},
+         "dead_zone": {"forward": 0.05, "reverse": 0.11}, "lag": 0.21, "slew_rate": 2.0},
+        {"name": "stern", "actuators": ["F_3"], "latency": 0.031, "lag": 0.0, "slew_rate": 1.5, "reverse_ratio": 0.9},
         {"gains": {"F_1": 1.1, "F_2": 0.9, "F_3": 1.05, "F_4": 0.95}},
     ]  # fmt: skip
     content = seatrial.load_vehicle("mallard-mp").to_mapping()
@@ -131,7 +131,7 @@ def azimuths() -> seatrial.Model:
         "F_d": {"axis": "yaw", "deflection": {"helm": -0.6}},
     }
     chain = [
-        {"name": "thrust", "actuators": ["motor", "pod"], "latency": 0.113, "lag": 0.3, "power": 1.4,
+        {"name": "thrust", "actuators": ["motor", "pod"], "latency": 0.113, "lag": 0.3, "slew_rate": 3.0, "power": 1.4,
          "dead_zone": {"forward": 0.05, "reverse": 0.11}, "reverse_ratio": 0.6},
         {"name": "battery", "actuators": ["motor"], "scale": {"signal": "volt", "power": 1.7}},
         {"name": "helm", "actuators": ["helm"], "latency": 0.07, "lag": 0.15, "steered": {

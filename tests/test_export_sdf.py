@@ -222,7 +222,7 @@ def test_the_comments_have_all_their_words(tmp_path):
     export(known(), "sdf", tmp_path / "boat.sdf", hull=EVEN)
     text = (tmp_path / "boat.sdf").read_text()
     assert "so they do not determine the parts. -->" in text
-    assert "Allocation, latency, dead zone and lag are not included. -->" in text
+    assert "Allocation, latency, dead zone, lag and slew rate are not included. -->" in text
     assert "Angles take rad on cmd_pos: helm (of motor). -->" in text
 
 

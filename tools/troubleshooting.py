@@ -40,6 +40,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.DEAD_ZONE_NOT_IDENTIFIABLE: "All thrusts are of about one size, as with always-forward allocation. The "
         "model predicts well at such thrusts, not at others.",
         K.SCALE_POWER_HELD: "One value of a signal shows no exponent.",
+        K.SLEW_RATE_SELECTED: "The thrusters follow their commands at a limited rate. No action is necessary.",
         K.CURVE_STAGE_SELECTED: "The data need this part of the curve. No action is necessary.",
         K.GROUP_STAGES_SELECTED: "The thrusters differ in this constant. No action is necessary.",
         K.UNEQUAL_THRUSTER_GAINS: "Different gains explain what the model counts as noise.",

@@ -75,7 +75,7 @@ Chain make_chain(int scheme, Matrix inverse, double offset, double limit, Matrix
     std::int8_t* fields[] = {&a.latency,      &a.edge_forward,  &a.edge_reverse,   &a.reverse_ratio,
                              &a.power,        &a.lag,           &a.scale_power,    &a.gain,
                              &a.offset_along, &a.offset_across, &a.pair_dead_zone, &a.full_angle,
-                             &a.angle_offset, &a.angle_rate,    &a.scale};
+                             &a.angle_offset, &a.slew_rate,     &a.scale};
     for (int i = 0; i < 15; ++i) *fields[i] = static_cast<std::int8_t>(actuators(k, i));
     a.tabulated = actuators(k, 15) > 0;
     a.partner = static_cast<std::int8_t>(actuators(k, 16));

@@ -153,6 +153,7 @@ enum SteeredConstant {
   kRudderZone,
   kAzimuthAngle,
   kAzimuthRate,
+  kThrustRate,  // of the azimuth thruster
   kSteeredConstants
 };
 
@@ -178,17 +179,18 @@ inline Chain steered_chain() {
   Actuator& rudder = c.actuators[1];
   rudder.full_angle = kRudderAngle;
   rudder.angle_offset = kRudderTrim;
-  rudder.angle_rate = kRudderRate;
+  rudder.slew_rate = kRudderRate;
   rudder.edge_forward = rudder.edge_reverse = kRudderZone;
   Actuator& azimuth = c.actuators[3];
   azimuth.full_angle = kAzimuthAngle;
-  azimuth.angle_rate = kAzimuthRate;
+  azimuth.slew_rate = kAzimuthRate;
   azimuth.lag = kAngleLag;
+  c.actuators[2].slew_rate = kThrustRate;
   return c;
 }
 
 inline std::vector<double> steered_constants() {
-  return {0.13, 0.07, 0.06, 0.21, 0.09, 35.0, -4.0, 61.0, 0.05, 150.0, 95.0};
+  return {0.13, 0.07, 0.06, 0.21, 0.09, 35.0, -4.0, 61.0, 0.05, 150.0, 95.0, 3.7};
 }
 
 }  // namespace boats

@@ -248,5 +248,4 @@ TEST_CASE("an incomplete angle is distinguished from one") {
   CHECK(broken([](Actuator* a) { a[1].full_angle = -1; }));
   CHECK(broken([](Actuator* a) { a[1].gain = boats::kThrustEdge; }));
   CHECK(broken([](Actuator* a) { a[1].scale = 0; }));
-  CHECK(broken([](Actuator* a) { a[0].angle_rate = boats::kRudderRate; }));
 }

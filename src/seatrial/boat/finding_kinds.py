@@ -47,6 +47,7 @@ class FindingKind(Enum):
         actuator_chain.DEAD_ZONE_NOT_IDENTIFIABLE,
     )
     SCALE_POWER_HELD = ("scale-power-held", actuator_chain.SCALE_POWER_HELD)
+    SLEW_RATE_SELECTED = ("slew-rate-selected", actuator_chain.SLEW_RATE_SELECTED)
     CURVE_STAGE_SELECTED = ("curve-stage-selected", actuator_chain.CURVE_STAGE_SELECTED)
     GROUP_STAGES_SELECTED = ("group-stages-selected", actuator_chain.GROUP_STAGES_SELECTED)
 

@@ -197,6 +197,7 @@ class ChainGroup(Strict, frozen=True):
     pair: PairEntry | None = None  # instead of all these
     steered: SteeredEntry | None = None  # thrusters that an angle turns
     lag: NotNegative | Estimate | None = None  # [s]
+    slew_rate: Positive | Estimate | None = None  # [1/s] largest change of thrust, of full thrust
     scale: ScaleUse | None = None
     gains: dict[str, float] | None = None  # by actuator, mean 1
 

@@ -23,7 +23,7 @@ def stages_of(entry: SteeredEntry) -> dict[str, tuple[str, float | str]]:
         "edge_forward": ("steer_dead_zone", entry.dead_zone),
         "full_angle": ("steer_angle", entry.angle_deg),
         "angle_offset": ("steer_offset", entry.offset_deg),
-        "angle_rate": ("steer_rate", entry.rate_deg),
+        "slew_rate": ("steer_rate", entry.rate_deg),
     }
     return {s: (name, value) for s, (name, value) in given.items() if value is not None}
 

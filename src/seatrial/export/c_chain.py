@@ -184,7 +184,7 @@ def levels(content: Content, names: Names) -> list[str]:
 
 
 def parts(content: Content, names: Names) -> list[str]:
-    """The part of the time in which no angle reaches the end of its rate limit."""
+    """The part of the time in which no level reaches the end of its rate limit."""
     return [
         f"part = {names.name}_smooth_part(boat->level[{k}] - boat->target[{k}], {_rate(content, names, a)}, "
         f"{_lag(content, names, a)}, part);"
@@ -199,7 +199,8 @@ def _lag(content: Content, names: Names, actuator: Actuator) -> str:
 
 
 def _rate(content: Content, names: Names, actuator: Actuator) -> str:
-    """[rad/s] of an angle's rate limit, as source code; 0 without one."""
+    """Rate limit of a level [1/s], of an angle [rad/s], as source code; 0 without one."""
     if not content.limited(actuator):
         return "0.0"
-    return f"{names.degree} * {names.macros[actuator.constants['angle_rate']]}"
+    rate = names.macros[actuator.constants["slew_rate"]]
+    return rate if actuator.steers is None else f"{names.degree} * {rate}"

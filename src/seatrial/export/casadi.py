@@ -166,8 +166,9 @@ class Functions:
         return length
 
     def _gear(self, actuator: Actuator) -> tuple[float, float, float]:
-        """Rate limit [rad/s], the distance [rad] at which the lag takes over, and the lag [s]."""
-        rate = math.radians(self._own(actuator, "angle_rate", 0.0))
+        """Rate limit of the level [1/s], the distance at which the lag takes over, and the lag [s]."""
+        rate = self._own(actuator, "slew_rate", 0.0)
+        rate = rate if actuator.steers is None else math.radians(rate)
         lag = self._own(actuator, "lag", 0.0) if self.content.lagged(actuator) else 0.0
         return rate, rate * lag, lag
 

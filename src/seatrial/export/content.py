@@ -164,8 +164,8 @@ class Content:
         return own is not None and self.values[own] > SHORTEST_LAG
 
     def limited(self, actuator: Actuator) -> bool:
-        """Whether it is an angle with a rate limit."""
-        return "angle_rate" in actuator.constants
+        """Whether its level has a rate limit."""
+        return "slew_rate" in actuator.constants
 
     @property
     def angles(self) -> tuple[tuple[int, int], ...]:

@@ -171,7 +171,7 @@ class Gazebo:
         x, y = np.linalg.solve(
             [[ahead[1], -ahead[0]], [even[1], -even[0]]], [wrench[2, k], wrench[2, angle]]
         )
-        rate = own.constants.get("angle_rate")
+        rate = own.constants.get("slew_rate")
         limit = None if rate is None else float(np.deg2rad(self.content.values[rate]))
         gear = Gear(*self._names[angle], side, limit)
         heading = float(np.arctan2(ahead[1], ahead[0]))

@@ -156,8 +156,8 @@ def _limited(content: Content) -> dict[str, str]:
 
 
 def _rate(content: Content, actuator: Actuator) -> str:
-    own = _own(content, actuator, "angle_rate", "")
-    return f"pi / 180 * {own}" if own else "0"
+    own = _own(content, actuator, "slew_rate", "0")
+    return own if actuator.steers is None else f"pi / 180 * {own}"
 
 
 def _table(content: Content) -> dict[str, str]:

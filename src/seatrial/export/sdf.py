@@ -59,7 +59,7 @@ def _about(boat: Gazebo) -> list[str]:
         f"{hull.added[1]:g} kg, {hull.added[2]:g} kg m^2 as given by the user: coefficients are per unit of "
         "the sum, so they do not determine the parts.",
         "Thrusters take N on cmd_thrust; full command ahead and astern give max_thrust_cmd and min_thrust_cmd. "
-        "Allocation, latency, dead zone and lag are not included.",
+        "Allocation, latency, dead zone, lag and slew rate are not included.",
         *([f"Angles take rad on cmd_pos: {gears}."] if gears else []),
     ]
 

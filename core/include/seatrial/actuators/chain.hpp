@@ -40,7 +40,7 @@ inline bool angles_are_whole(const Chain& c) {
   for (int k = 0; k < c.n_actuators(); ++k) {
     const Actuator& a = c.actuators[k];
     if (a.steers < 0) {
-      if (a.full_angle >= 0 || a.angle_offset >= 0 || a.angle_rate >= 0) return false;
+      if (a.full_angle >= 0 || a.angle_offset >= 0) return false;
       continue;
     }
     const bool another = a.steers < c.n_actuators() && a.steers != k;
@@ -70,15 +70,20 @@ inline double decay(const Chain& c, const double* q, int k, double h) {
   return lag > kShortestLag ? std::exp(-h / lag) : 0.0;
 }
 
+/// A level's unit in that of its rate limit: the thrust's is itself, an angle's [rad] is in
+/// degrees.
+inline double slew_unit(const Actuator& a) { return a.steers >= 0 ? kDegree : 1.0; }
+
 /// Rate limit of actuator k's level [1/s]; 0: none.
 inline double rate_limit(const Chain& c, const double* q, int k) {
-  return kDegree * detail::constant(q, c.actuators[k].angle_rate, 0.0);
+  const Actuator& a = c.actuators[k];
+  return slew_unit(a) * detail::constant(q, a.slew_rate, 0.0);
 }
 
 /// Whether actuator k's level jumps to its target: neither lag nor rate limit.
 inline bool follows_at_once(const Chain& c, const double* q, int k) {
   return !(detail::constant(q, c.actuators[k].lag, 0.0) > kShortestLag) &&
-         c.actuators[k].angle_rate < 0;
+         c.actuators[k].slew_rate < 0;
 }
 
 /// Remaining fraction of (level - target) of a first-order lag at the three Runge-Kutta nodes of a
@@ -139,7 +144,8 @@ struct Thrust {
   double multiplier[kMaxActuators] = {};  // of the known scale signal
 };
 
-inline constexpr double kArrived = 1e-9;  // [rad] beyond the end of the rate limit: rounding
+inline constexpr double kArrived =
+    1e-9;  // of the level, beyond the end of the rate limit: rounding
 
 /// [s] until actuator k's rate limit no longer holds it back; infinite where it does not now.
 inline double time_limited(const Chain& c, const double* q, const Thrust& f, int k) {

@@ -34,7 +34,7 @@ struct Actuator {
   // of an angle, whose level is in rad
   std::int8_t full_angle = -1;    // [deg] at full command
   std::int8_t angle_offset = -1;  // [deg] at no command (trim)
-  std::int8_t angle_rate = -1;    // [deg/s] rate limit, > 0
+  std::int8_t slew_rate = -1;     // [1/s] rate limit of the thrust, > 0; [deg/s] of an angle
   std::int8_t scale = -1;         // which scale signal; -1: none
   bool tabulated = false;         // the table instead of edges and power
   std::int8_t partner = -1;       // the pair's other actuator; -1: no pair

@@ -139,7 +139,7 @@ class Steering {
     if (a.steers != thrust_) return SteeringFault::kOther;
     full_ = kDegree * detail::constant(q, a.full_angle, 0.0);
     trim_ = kDegree * detail::constant(q, a.angle_offset, 0.0);
-    rate_ = kDegree * detail::constant(q, a.angle_rate, 0.0);
+    rate_ = kDegree * detail::constant(q, a.slew_rate, 0.0);
     return full_ > 0.0 ? SteeringFault::kOk : SteeringFault::kCurve;
   }
 

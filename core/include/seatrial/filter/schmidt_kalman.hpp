@@ -115,14 +115,15 @@ inline double limited_errors(const Actuator& a, const PrincipalErrors& d, const 
   const auto mean = [](double begin, double half, double full) {
     return (begin + 4.0 * half + full) / 6.0;
   };
-  const Loadings& rate = d.constant[a.angle_rate];
+  const Loadings& rate = d.constant[a.slew_rate];
+  const double unit = slew_unit(a);
   const Loadings none = {};
   const Loadings& lag = a.lag >= 0 ? d.constant[a.lag] : none;
   for (int i = 0; i < kMostConsidered; ++i) {
     moved[i] = e.target[k][i] + e.away[k][i] * mean(1.0, middle.dstart, end.dstart) +
-               kDegree * rate[i] * mean(0.0, middle.drate, end.drate) +
+               unit * rate[i] * mean(0.0, middle.drate, end.drate) +
                lag[i] * mean(0.0, middle.dlag, end.dlag);
-    e.away[k][i] = e.away[k][i] * end.dstart + kDegree * rate[i] * end.drate + lag[i] * end.dlag;
+    e.away[k][i] = e.away[k][i] * end.dstart + unit * rate[i] * end.drate + lag[i] * end.dlag;
   }
   return target + mean(start, middle.left, end.left);
 }

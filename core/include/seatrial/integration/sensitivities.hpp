@@ -206,7 +206,7 @@ inline double limited_sensitivities(const Chain& c, const double* q, const Colum
   for (int p = 0; p < columns.n_constants; ++p) {
     const double daway = df.level[k][p] - df.target[k][p];
     dlevel[p] = df.target[k][p] + d.dstart * daway + d.dtime * dh[p];
-    if (columns.constant[p] == a.angle_rate) dlevel[p] += kDegree * d.drate;
+    if (columns.constant[p] == a.slew_rate) dlevel[p] += slew_unit(a) * d.drate;
     if (columns.constant[p] == a.lag) dlevel[p] += d.dlag;
   }
   return f.target[k] + d.left;

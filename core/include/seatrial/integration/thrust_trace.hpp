@@ -66,7 +66,7 @@ class ThrustTrace {
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       const bool same = k > 0 && chain_.actuators[k].lag == chain_.actuators[k - 1].lag;
       if (!same) remains = decay(chain_, q_, k, length);
-      f.level[k] = chain_.actuators[k].angle_rate >= 0
+      f.level[k] = chain_.actuators[k].slew_rate >= 0
                        ? level_after(chain_, q_, f, k, length)
                        : f.target[k] + (f.level[k] - f.target[k]) * remains;
     }
@@ -183,7 +183,8 @@ class ThrustTrace {
     const bool lags = detail::constant(q_, a.lag, 0.0) > kShortestLag;
     for (int p = 0; p < columns_.n_constants; ++p) {
       dt[p] += std::copysign(1.0, away) * (df.level[k][p] - df.target[k][p]) / rate;
-      if (columns_.constant[p] == a.angle_rate) dt[p] -= kDegree * std::abs(away) / (rate * rate);
+      if (columns_.constant[p] == a.slew_rate)
+        dt[p] -= slew_unit(a) * std::abs(away) / (rate * rate);
       if (lags && columns_.constant[p] == a.lag) dt[p] -= 1.0;
     }
   }

@@ -2,6 +2,7 @@
 // The groups of a vehicle's actuator chain: which constants there are, and which actuator uses
 // which. Their values are the model's, under the names that are made here.
 #pragma once
+#include <algorithm>
 #include <utility>
 
 #include "seatrial/actuators/chain.hpp"
@@ -24,9 +25,19 @@ class ChainReader {
         signs_(std::move(signs)),
         chain_(to) {}
 
+  /// Angles are known before any group is read: a rate limit of thrust is none of theirs.
+  void note_angles(const Value& group) {
+    const auto steered = group.find("steered");
+    if (!steered) return;
+    for (const Value& two : steered->at("of").items()) {
+      const std::vector<Value> names = two.items();
+      if (names.size() == 2) angles_.push_back(place(names[1]));
+    }
+  }
+
   void read(const Value& group) {
     group.only({"name", "actuators", "latency", "dead_zone", "reverse_ratio", "power", "table",
-                "pair", "steered", "lag", "scale", "gains"});
+                "pair", "steered", "lag", "slew_rate", "scale", "gains"});
     const std::optional<Value> name = group.find("name");
     suffix_ = name && !name->text().empty() ? "." + name->text() : "";
     const std::vector<int> all = members(group);
@@ -46,6 +57,7 @@ class ChainReader {
     single(group, "reverse_ratio", "reverse_ratio", &Actuator::reverse_ratio, all);
     single(group, "power", "power", &Actuator::power, all);
     single(group, "lag", "lag", &Actuator::lag, all);
+    single(group, "slew_rate", "slew_rate", &Actuator::slew_rate, thrusts(all));
     if (const auto scale = group.find("scale")) read_scale(*scale, all);
     if (const auto pair = group.find("pair")) read_pair(*pair);
     if (const auto steered = group.find("steered")) read_steered(*steered);
@@ -112,6 +124,15 @@ class ChainReader {
       if (a.edge_reverse >= 0) given.refuse("two groups give an actuator's edge_reverse");
       a.edge_reverse = a.edge_forward;
     }
+  }
+
+  /// Without the angles.
+  std::vector<int> thrusts(const std::vector<int>& all) const {
+    std::vector<int> found;
+    for (const int k : all) {
+      if (std::find(angles_.begin(), angles_.end(), k) == angles_.end()) found.push_back(k);
+    }
+    return found;
   }
 
   void single(const Value& group, const std::string& key, const std::string& stage, Stage at,
@@ -216,7 +237,7 @@ class ChainReader {
     }
     add(steered.at("angle_deg"), "steer_angle", &Actuator::full_angle, angles);
     single(steered, "offset_deg", "steer_offset", &Actuator::angle_offset, angles);
-    single(steered, "rate_deg", "steer_rate", &Actuator::angle_rate, angles);
+    single(steered, "rate_deg", "steer_rate", &Actuator::slew_rate, angles);
   }
 
   void read_gains(const Value& gains) {
@@ -233,6 +254,7 @@ class ChainReader {
   std::vector<double> signs_;
   Chain& chain_;
   std::string suffix_;
+  std::vector<int> angles_;
   Words names_;
 };
 
@@ -243,6 +265,7 @@ class ChainReader {
 inline Words read_chain(const Value& groups, const Words& actuators, const Words& scales,
                         const std::vector<double>& signs, Chain& to) {
   detail::ChainReader reader(actuators, scales, signs, to);
+  for (const Value& group : groups.items()) reader.note_angles(group);
   for (const Value& group : groups.items()) reader.read(group);
   reader.turn();
   if (!pairs_are_whole(to)) {

@@ -13,15 +13,16 @@ ESTIMATE: Final = "estimate"
 STAGES = (
     "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power", "gain",
     "pair_offset_along", "pair_offset_across", "pair_dead_zone",
-    "full_angle", "angle_offset", "angle_rate",
+    "full_angle", "angle_offset", "slew_rate",
 )  # in the order of the core's Actuator  # fmt: skip
 SHORTEST_LAG = 1e-6  # [s] a smaller lag is none, as in the core
 USES = ("scale", "tabulated", "partner", "across", "mirrored", "steers")  # the core's after these
 CURVE = ("edge_forward", "edge_reverse", "reverse_ratio", "power")  # of a single actuator
 CONSTANT_UNITS = {  # all others have none
-    "latency": "s", "lag": "s", "steer_angle": "deg", "steer_offset": "deg", "steer_rate": "deg/s",
+    "latency": "s", "lag": "s", "slew_rate": "1/s",
+    "steer_angle": "deg", "steer_offset": "deg", "steer_rate": "deg/s",
 }  # fmt: skip
-STARTS = {  # start values of estimated constants
+STARTS = {  # start values of estimated constants, by their name or else by their stage
     "latency": 0.0,  # [s]
     "lag": 0.05,  # [s]
     "edge_forward": 0.05,
@@ -34,11 +35,13 @@ STARTS = {  # start values of estimated constants
     "pair_dead_zone": 0.05,
     "full_angle": 30.0,  # [deg]
     "angle_offset": 0.0,  # [deg]
-    "angle_rate": 60.0,  # [deg/s]
+    "slew_rate": 2.0,  # [1/s] of thrust
+    "steer_rate": 60.0,  # [deg/s]
 }
 BOUNDS = {  # least and largest value of an estimated constant, by the first part of its name
     "latency": (-1.0, 2.0),  # [s]
     "lag": (0.002, 3.0),  # [s]
+    "slew_rate": (0.1, 20.0),  # [1/s]
     "edge_forward": (0.0, 0.6),
     "edge_reverse": (0.0, 0.6),
     "reverse_ratio": (0.1, 10.0),

@@ -11,7 +11,7 @@ from seatrial import _core
 from seatrial.boat.actuators.constants import CURVE, STAGES, STARTS, USES, Constants
 from seatrial.boat.actuators.stated_values import edges
 from seatrial.boat.schema import ChainGroup, DeadZone, PairEntry, SteeredEntry
-from seatrial.boat.steering import check_steering, stages_of
+from seatrial.boat.steering import angle_names, check_steering, stages_of
 from seatrial.util.errors import VehicleError
 from seatrial.util.frames import Array
 
@@ -59,7 +59,7 @@ class ChainReader:
                         )
                     index[members, column] = len(values)
                 names.append(name)
-                values.append(STARTS[stage] if isinstance(given, str) else given)
+                values.append(_start(stage, name) if isinstance(given, str) else given)
                 estimated += [name] if isinstance(given, str) else []
         if len(set(names)) != len(names):
             raise VehicleError(f"{self.source}: chain: two groups have the same name; rename one")
@@ -131,8 +131,11 @@ class ChainReader:
         members = self.members(group)
         if group.table is not None:
             _check_table(group)
+        turned = {self.place(name, "chain: steered") for name in angle_names(self.groups)}
         for stage, value in _single(group).items():
-            yield stage, stage + suffix, value, members
+            # an angle's rate limit is in degrees, with the others of its constants
+            own = [k for k in members if not (stage == "slew_rate" and k in turned)]
+            yield stage, stage + suffix, value, own
         if group.pair is not None:
             paired = [self.place(n, "chain: pair") for names in group.pair.of for n in names]
             for stage, value in _of_pair(group.pair).items():
@@ -194,6 +197,11 @@ def _also(group: ChainGroup, stage: str, name: str) -> tuple[str, ...]:
     return ("edge_reverse",) if shared else ()
 
 
+def _start(stage: str, name: str) -> float:
+    """Start value of an estimated constant."""
+    return STARTS.get(name.partition(".")[0], STARTS[stage])
+
+
 def _single(group: ChainGroup) -> dict[str, float | str]:
     """The constants that a group gives each of its actuators."""
     zone = None if group.dead_zone is None else edges(group.dead_zone)
@@ -204,6 +212,7 @@ def _single(group: ChainGroup) -> dict[str, float | str]:
         "reverse_ratio": group.reverse_ratio,
         "power": group.power,
         "lag": group.lag,
+        "slew_rate": group.slew_rate,
         "scale_power": group.scale.power if group.scale else None,
     }
     return {stage: value for stage, value in values.items() if value is not None}

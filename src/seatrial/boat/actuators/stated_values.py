@@ -44,7 +44,7 @@ def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
         changes["steered"] = msgspec.structs.replace(group.steered, **given)
     if group.gains is not None:
         changes["gains"] = {n: values.get(f"gain.{n}", gain) for n, gain in group.gains.items()}
-    single = {stage: stage for stage in ("latency", "reverse_ratio", "power", "lag")}
+    single = {stage: stage for stage in ("latency", "reverse_ratio", "power", "lag", "slew_rate")}
     return msgspec.structs.replace(group, **_put(group, here, single), **changes)
 
 

@@ -75,6 +75,12 @@ SCALE_POWER_HELD = Spec(
     {"power": "-"},
     signed=("power",),
 )
+SLEW_RATE_SELECTED = Spec(
+    "actuator-stage selection: thrust changes by {rate:.2g} of full thrust a second at most, as where a motor "
+    "controller or an autopilot ramps it (ArduPilot: MOT_SLEWRATE). With this rate -2 log L falls by {gain:.0f}",
+    "To estimate it always, state 'slew_rate: estimate' in the vehicle file's chain",
+    numbers={"rate": "1/s", "gain": "-"},
+)
 CURVE_STAGE_SELECTED = Spec(
     "actuator-stage selection: {stage_means} of the thrust curve is estimated",
     "To estimate it always, state it as 'estimate' in the vehicle file's chain",

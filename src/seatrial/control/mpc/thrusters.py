@@ -31,7 +31,7 @@ class Thrusters:
     idle: Array  # thrust of zero cost
     unit: Array  # of thrust in the cost: 1, or the full angle [rad]
     lag: Array  # [s]
-    rate: Array  # [rad/s] limit of an angle; 0: none
+    rate: Array  # [1/s] limit of thrust, [rad/s] of an angle; 0: none
     latency: float  # [s] of the slowest
     sways: bool  # whether the boat has sway thrust of its own, beside surge and yaw
     steered: bool  # one thruster and the angle that turns its thrust
@@ -42,7 +42,7 @@ class Thrusters:
 
     @property
     def limited(self) -> list[int]:
-        """Numbers of the angles with a rate limit."""
+        """Numbers of those with a rate limit."""
         return [k for k, rate in enumerate(self.rate.tolist()) if rate > 0.0]
 
     def decay(self, h: float) -> Array:
@@ -53,7 +53,7 @@ class Thrusters:
     def left(self, t: float, length: float) -> Array:
         """What is left (n,) of the distance to the thrust at t [s] in a stage of this length.
 
-        An angle with a rate limit turns evenly over the stage, as it does at the limit.
+        One with a rate limit moves evenly over the stage, as it does at the limit.
         """
         evenly = 1.0 - (1.0 - self.decay(length)) * t / length
         return np.where(self.rate > 0.0, evenly, self.decay(t))
@@ -82,7 +82,7 @@ def thrusters_of(model: Model) -> Thrusters:
         idle=np.where(sides == 0, 0.0, allocator.thrust(allocator.idle)),
         unit=np.ones(len(limits)),
         lag=constants.of_each("lag", model.constants),
-        rate=np.zeros(len(limits)),
+        rate=constants.of_each("slew_rate", model.constants),
         latency=_latency(model),
         sways=SWAY in allocator.boat.driven,
         steered=False,
@@ -101,7 +101,7 @@ def _steered(model: Model, steering: _core.Steering) -> Thrusters:
     constants, limit = model.vehicle.constants, _limit(model)
     thrust, angle = steering.thrust, steering.angle
     lowest, highest, idle = np.zeros(2), np.zeros(2), np.zeros(2)
-    unit, rate = np.ones(2), np.zeros(2)
+    unit, rate = np.ones(2), constants.of_each("slew_rate", model.constants)
     lowest[thrust], highest[thrust] = steering.thrusts
     lowest[angle], highest[angle] = np.arcsin(steering.sines)
     idle[angle], unit[angle], rate[angle] = steering.trim, steering.full_angle, steering.angle_rate

@@ -35,6 +35,7 @@ class ChainConstant:
 CHAIN_CONSTANTS = {
     "latency": ChainConstant(step=0.1, typical=0.1),  # [s]
     "lag": ChainConstant(step=0.1, typical=0.1),  # [s]
+    "slew_rate": ChainConstant(step=1.0),  # [1/s]
     "edge_forward": ChainConstant(step=0.1, typical=0.1),
     "edge_reverse": ChainConstant(step=0.1, typical=0.1),
     "reverse_ratio": ChainConstant(step=0.5),

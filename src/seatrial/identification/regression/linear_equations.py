@@ -33,6 +33,7 @@ class ConstantSteps:
 CONSTANT_STEPS = {
     "latency": ConstantSteps(0.02, 0.15, LATENCY_GRID),  # [s]
     "lag": ConstantSteps(0.02, 0.15, LAG_GRID),  # [s]
+    "slew_rate": ConstantSteps(0.1, 0.5),  # [1/s]
     "edge_forward": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),
     "edge_reverse": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),
     "pair_dead_zone": ConstantSteps(0.02, 0.08, DEAD_ZONE_GRID),

@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from seatrial.boat.findings import Finding
+from seatrial.boat.actuators import BOUNDS, STARTS
+from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import present
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.likelihood.filter_runs import FilterRuns, filter_along
@@ -15,9 +16,11 @@ from seatrial.identification.likelihood.fit_horizon import noise_floor
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import Outcome, at_bounds, search
 from seatrial.identification.likelihood.problem import Problem
+from seatrial.identification.likelihood.whiteness import without_process_noise
 from seatrial.identification.problem_setup import problem_with
-from seatrial.identification.selection.actuator_stages import stage_candidates
+from seatrial.identification.selection.actuator_stages import stage_candidates, with_slew_stage
 from seatrial.identification.selection.held import Held, held_test
+from seatrial.identification.selection.score_test import REPORTED_GAIN
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.util.errors import IdentificationError
@@ -34,12 +37,15 @@ def select_stages(
 ) -> tuple[Point, list[Finding]]:
     """The solution with further significant stages of the chain, and a finding on each."""
     findings: list[Finding] = []
+    limited = with_slew_rate(at, vehicle, settings, horizon)
+    if limited is not None:
+        findings, at = [slew_finding(at, limited)], limited
     for _ in range(MOST_SELECTED):
         # score tests of all candidates; the significant one with the largest expected gain is fitted
         candidates = _candidates(at, vehicle, settings)
         likely = [a for a in candidates if a.test.likely]
         most = max(likely, key=lambda a: a.test.gain, default=None)
-        there = None if most is None else _fitted(at, most, settings, horizon)
+        there = None if most is None else _fitted(at, most.problem, most.theta, settings, horizon)
         # a curve that dead-zone edges hide from its score test is found by a fit
         if there is None:
             there, most = _by_fit(at, candidates, vehicle, settings, horizon)
@@ -48,6 +54,48 @@ def select_stages(
         at = there
         findings += most.findings(at.theta)
     return at, findings
+
+
+def with_slew_rate(
+    at: Point, vehicle: Vehicle, settings: OutputErrorSettings, horizon: float = 0.0
+) -> Point | None:
+    """The solution with a slew rate of all thrusters; None where it explains no process noise.
+
+    Its neutral value is infinite, where a score test has no power, so it is fitted.
+    """
+    problem = at.runs.problem
+    whole = with_slew_stage(vehicle, problem.vehicle)
+    if whole is None or without_process_noise(at):
+        return None
+    wider = wider_problem(problem, whole, vehicle, settings)
+    there = _fitted(at, wider, _with_ramp_for_lag(at, wider), settings, horizon)
+    if there is None or at.runs.cost - there.runs.cost < REPORTED_GAIN:
+        return None
+    return None if at_bounds(there)[_place(there, "slew_rate")] else there
+
+
+def _with_ramp_for_lag(at: Point, wider: Problem) -> Array:
+    """Parameters in which a ramp stands for the lag: that of a full step has the lag as its mean delay."""
+    theta = moved_to(at, wider, {})
+    rate, lag = (wider.names.index(n) if n in wider.names else None for n in ("slew_rate", "lag"))
+    if rate is not None and lag in wider.free:
+        least, most = BOUNDS["slew_rate"]
+        theta[rate] = np.clip(0.5 / theta[lag], 2.0 * least, 0.5 * most)
+        theta[lag] = STARTS["lag"]
+    return theta
+
+
+def slew_finding(at: Point, there: Point) -> Finding:
+    """That thrust follows its commands at a limited rate."""
+    rate = float(there.theta[there.runs.problem.names.index("slew_rate")])
+    gain = at.runs.cost - there.runs.cost
+    return finding_of(FindingKind.SLEW_RATE_SELECTED, rate=rate, gain=gain)
+
+
+def _place(at: Point, name: str) -> int:
+    """Where a parameter stands among the free ones."""
+    problem = at.runs.problem
+    return problem.free.index(problem.names.index(name))
 
 
 def _candidates(at: Point, vehicle: Vehicle, settings: OutputErrorSettings) -> list[Held]:
@@ -73,13 +121,13 @@ def _told(findings: tuple[Finding, ...], _: Array) -> tuple[Finding, ...]:
 
 
 def _fitted(
-    at: Point, candidate: Held, settings: OutputErrorSettings, horizon: float
+    at: Point, problem: Problem, theta: Array, settings: OutputErrorSettings, horizon: float
 ) -> Point | None:
-    """The solution with a candidate; None where there is none."""
+    """The solution of a wider problem from parameters `theta`; None where there is none."""
     # no further noise sources: else they count as the stage's gain
     found, outcome = search(
-        candidate.problem, candidate.theta, at.noise, hold=settings.hold_noise,
-        least=noise_floor(candidate.problem, horizon), free=present(at.noise),
+        problem, theta, at.noise, hold=settings.hold_noise,
+        least=noise_floor(problem, horizon), free=present(at.noise),
     )  # fmt: skip
     return found if outcome is Outcome.CONVERGED else None
 
@@ -100,7 +148,7 @@ def _by_fit(
     curves = [a for a in candidates if _is_curve(problem, a.problem)]
     tries = [*_whole_curve(at, curves, vehicle, settings), *curves]
     for one in tries:
-        there = _fitted(at, one, settings, horizon)
+        there = _fitted(at, one.problem, one.theta, settings, horizon)
         if there is None or not at.runs.cost - there.runs.cost > LEAST_STAGE_GAIN:
             continue
         far = _significant(

@@ -34,7 +34,11 @@ CHAIN_FINDINGS = (  # of `with_estimated_stages`
     FindingKind.DEAD_ZONE_NOT_IDENTIFIABLE,
     FindingKind.SCALE_POWER_HELD,
 )
-STAGES_SELECTED = (FindingKind.CURVE_STAGE_SELECTED, FindingKind.GROUP_STAGES_SELECTED)
+STAGES_SELECTED = (
+    FindingKind.SLEW_RATE_SELECTED,
+    FindingKind.CURVE_STAGE_SELECTED,
+    FindingKind.GROUP_STAGES_SELECTED,
+)
 # stages that each kind of actuator may have of its own
 STAGES_BY_GROUP = (
     "latency",
@@ -130,6 +134,15 @@ def _scale_varies(recordings: Sequence[Recording], vehicle: Vehicle, group: Chai
         np.searchsorted(reached, [IGNORED_THRUST / 2, 1.0 - IGNORED_THRUST / 2])
     ]
     return bool(high > LEAST_SCALE_RATIO * low)
+
+
+def with_slew_stage(vehicle: Vehicle, whole: Vehicle) -> Vehicle | None:
+    """The vehicle with estimated stages, `whole`, and a slew rate; None where it has one, or no room."""
+    chain, place = [*whole.file.chain], len(vehicle.file.chain)
+    if place == len(chain) or _stated(whole)["slew_rate"]:
+        return None
+    chain[place] = _with(chain[place], "slew_rate", STARTS["slew_rate"])
+    return with_room(whole, chain)
 
 
 def stage_candidates(vehicle: Vehicle, whole: Vehicle) -> list[StageCandidate]:

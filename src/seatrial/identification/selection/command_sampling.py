@@ -3,7 +3,7 @@
 
 The log does not show it; the likelihood does. A change that counts as exact at its row, but was up to a row
 earlier, looks like process noise, and its mean like a negative latency. So does thrust that follows its command in
-another way than the model has, such as at a limited slew rate; but the size of its errors is not that of samples.
+another way than the model has; but the size of its errors is not that of samples.
 """
 
 from collections.abc import Sequence
@@ -14,6 +14,8 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import search
+from seatrial.identification.selection.actuator_selection import with_slew_rate
+from seatrial.identification.solution import OutputErrorSettings
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_unknown
 from seatrial.util.errors import IdentificationError
@@ -54,8 +56,11 @@ def sampled_commands_of(
         there = first_maximum(recordings, vehicle.with_sampled_commands(), effects)
     except IdentificationError:
         return None
-    gain = at.runs.cost - there.runs.cost
-    if gain < LEAST_SAMPLING_GAIN or _fall_with_larger_errors(there) >= 0.0:
+    # both with a slew rate where one is likelier: thrust that follows it is off after each change, too
+    settings = OutputErrorSettings(effects=tuple(effects))
+    exact, samples = (with_slew_rate(one, vehicle, settings) or one for one in (at, there))
+    gain = exact.runs.cost - samples.runs.cost
+    if gain < LEAST_SAMPLING_GAIN or _fall_with_larger_errors(samples) >= 0.0:
         return None
     return SampledCommands(there, gain)
 

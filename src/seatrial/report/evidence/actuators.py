@@ -115,7 +115,10 @@ def _step(model: Model, q: Array, commands: Array, scales: Array, t: Array) -> A
 def _settling_time(model: Model) -> float:
     """Four times the largest latency and lag, and the longest stroke at its rate limit [s]."""
     each, q = model.vehicle.constants.of_each, model.constants
-    rate, stroke = each("angle_rate", q), each("full_angle", q)  # [deg/s], [deg]
+    angle = each(
+        "full_angle", q
+    )  # [deg]; 0: a thruster, whose stroke is from full astern to full ahead
+    rate, stroke = each("slew_rate", q), np.where(angle > 0.0, angle, 2.0)
     limited = rate > 0.0
     strokes = stroke[limited] / rate[limited]
     slowest = np.abs(each("latency", q)).max() + np.abs(each("lag", q)).max()
