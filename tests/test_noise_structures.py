@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Searches that begin anew: of boats that are pushed, with correlated pose errors."""
 
+from types import SimpleNamespace
+
 import msgspec
 import numpy as np
 import pytest
@@ -152,6 +154,15 @@ def test_white_innovations_and_the_right_frame_are_searched_no_further(found, mo
     assert not at.runs.problem.earth_fixed
     monkeypatch.setattr(subject, "search", refused)
     assert refined(at) is at
+
+
+def test_innovations_of_a_filter_that_diverged_are_not_white():
+    """Their variances are no numbers or below zero; they counted as white."""
+    white = np.random.default_rng(1).normal(size=(500, 3))
+    for variance, expected in ((1.0, True), (-1.0, False), (np.nan, False)):
+        spread = np.tile([1.0, 0.0, 0.0, 1.0, 0.0, variance], (500, 1))
+        run = SimpleNamespace(spread=spread, innovation=white, weight=np.ones(500))
+        assert is_white(SimpleNamespace(runs=SimpleNamespace(by_recording=[run]))) is expected
 
 
 def test_a_force_in_place_of_a_walk_moves_the_velocity_as_far():

@@ -143,7 +143,10 @@ def scored(
     reach = np.where(amplitude, GROWTH * np.maximum(begin, units[places] ** 2), LOGARITHM_STEP)
     reach[places == COLOUR_TURN] = TURN_STEP
     scale = 1.0 / np.sqrt(np.maximum(np.diag(information), np.finfo(float).tiny))
-    matrix = information * np.outer(scale, scale) + RELATIVE_RIDGE * np.eye(len(places))
+    with np.errstate(over="ignore"):
+        matrix = information * np.outer(scale, scale) + RELATIVE_RIDGE * np.eye(len(places))
+    if not np.isfinite(matrix).all():  # a model that diverges shows nothing of the noise
+        return noise, here
     low, high = np.maximum(least - begin, -reach) / scale, np.minimum(most - begin, reach) / scale
     step = scale * box_minimum(
         matrix, -scale * gradient, np.minimum(low, 0.0), np.maximum(high, 0.0)

@@ -23,16 +23,20 @@ def autocorrelation_ratio(at: Point) -> float:
     """The largest autocorrelation of the innovations, over the limit of whiteness.
 
     Autocorrelations of n white innovations are normal with deviation 1 / sqrt(n) (Box, Jenkins, Reinsel
-    and Ljung, Time Series Analysis, 5th ed., section 2.1.6): of few poses they are large by chance.
+    and Ljung, Time Series Analysis, 5th ed., section 2.1.6): of few poses they are large by chance. Infinite where
+    the filter diverged.
     """
     sums, used = np.zeros((AUTOCORRELATION_LAGS + 1, 3)), 0
     for each in at.runs.by_recording:
-        spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
+        with np.errstate(invalid="ignore"):
+            spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
         error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
         error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
         for lag in range(min(AUTOCORRELATION_LAGS + 1, len(error))):
             sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
         used += int(np.sum(np.asarray(each.weight) > 0.0))
+    if not np.isfinite(sums).all():
+        return np.inf
     if not (sums[0] > 0.0).all():  # an axis without errors
         return 0.0
     return float(
