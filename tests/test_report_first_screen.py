@@ -222,6 +222,10 @@ def test_a_direction_is_in_the_words_of_the_files_axes(survey, axes, pose, said)
     assert direction(vehicle_from(content, "own"), 0.3, 0.4) == said
 
 
+def test_a_direction_along_x_has_no_sign(survey):
+    assert direction(survey[0].vehicle, 1.0, -1e-3) == "0 deg from x towards y"
+
+
 def test_the_first_screen_has_the_effects_on_one_line(in_a_current, survey):
     line = effects.in_short(in_a_current)
     assert line == (

@@ -9,7 +9,7 @@ from test_bootstrap import lasting
 from test_filtering import one_trial, truth  # noqa: F401
 
 from seatrial.evaluation.filtering import run_filter
-from seatrial.evaluation.residuals import _correlation, in_words, residuals
+from seatrial.evaluation.residuals import Correlation, _correlation, in_words, residuals
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
 from seatrial.util.statistics import autocorrelation, bartlett_band, cross_correlation, white_band
@@ -49,6 +49,14 @@ def test_an_axis_that_follows_its_own_force_may_be_of_a_boat_that_changed(truth,
     heavier = found(changed(truth, X_F=1.3 * truth.values["X_F"]), quiet.recording)[0]
     assert (heavier.residual, heavier.force) == ("u", "F_u")
     assert "mass, thrust or drag has changed" in in_words(heavier)
+
+
+@pytest.mark.parametrize(
+    ("peak", "limit", "said"),
+    [(0.2, 0.09, "+0.20 (95 % limit 0.09)"), (-0.0612, 0.0583, "-0.061 (95 % limit 0.058)")],
+)
+def test_a_correlation_and_its_limit_have_the_digits_that_tell_them_apart(peak, limit, said):
+    assert said in in_words(Correlation("r", "F_u", 0.1, [], 0.05, limit, True, peak, 0.3))
 
 
 def shifted(quiet, seconds):

@@ -2,6 +2,7 @@
 """`structure: auto`: the recordings choose the terms; a given structure stays, and its missing term is named."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -12,15 +13,17 @@ from survey_boat import TRUTH, as_stated, driven, even
 import seatrial
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.physical_library import base_terms, library_tiers
+from seatrial.commands import identify as identify_command
 from seatrial.commands.cli import main
+from seatrial.identification import term_choice
 from seatrial.identification.estimator import fit
 from seatrial.identification.selection.significance import enough_blocks, least_length, usable_time
 from seatrial.identification.selection.terms import choose_structure, given_candidates
 from seatrial.identification.selection.terms.block_prediction import BlockPrediction
-from seatrial.identification.selection.terms.candidates import aliases
+from seatrial.identification.selection.terms.candidates import aliases, with_usual_terms
 from seatrial.identification.selection.terms.held_out import folds
 from seatrial.identification.selection.terms.select_terms import estimated_parameters
-from seatrial.identification.term_choice import choose_terms
+from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.from_poses import make_recording
 from seatrial.simulation.plan import load_plan, with_seed
@@ -195,6 +198,25 @@ def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
     piece, count = lifted[0].cut(0.0, 20.0), round(least / 20.0)
     assert enough_blocks([piece] * count, fitted)
     assert not enough_blocks([piece] * (count - 1), fitted)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "said"),
+    [
+        (330.0, "ask for more terms than 330 s tell apart"),
+        (100.0, "100 s are too short to choose terms"),
+    ],
+)
+def test_a_search_that_runs_out_of_data_does_not_ask_for_the_length_that_is_there(
+    monkeypatch, seconds, said
+):
+    """Terms that stand in for a lever arm or a current are too many at any length: `record 340 s` was no advice."""
+    vehicle, recording = driven({}, [lambda g: g.uniform(-1, 1)] * 2, seconds=seconds)
+    chosen = TermChoice(with_usual_terms(vehicle.with_automatic_structure()), automatic=True)
+    monkeypatch.setattr(term_choice, "choose_terms", lambda *_: chosen)
+    args = SimpleNamespace(effect=(), verbose=False)
+    text, _ = identify_command._terms(args, [recording], vehicle.with_automatic_structure(), None)
+    assert said in text
 
 
 def test_time_without_usable_poses_is_no_time_to_test_terms():

@@ -51,7 +51,7 @@ def direction(vehicle: Vehicle, x: float, y: float) -> str:
     """
     second = vehicle.axes.lateral_sign * y
     if not _knows_north(vehicle.file.pose, vehicle.axes):
-        return f"{degrees(atan2(second, x)):.0f} deg from x towards y"
+        return f"{round(degrees(atan2(second, x)))} deg from x towards y"
     north, east = (x, second) if vehicle.axes is Axes.FRD else (second, x)
     bearing = degrees(atan2(east, north)) % 360.0
     return f"{bearing:.0f} deg ({POINTS[round(bearing / 45.0) % 8]})"

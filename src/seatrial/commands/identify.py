@@ -32,6 +32,11 @@ TOO_SHORT = (
     "mass of every axis. Record {least:.0f} s or more, 20 s for each parameter, or write the terms in the vehicle "
     "file"
 )
+TOO_MANY = (
+    "structure: auto: the recordings ask for more terms than {length:.0f} s tell apart, 20 s for each parameter. "
+    "The model has drag, thrust and free added mass of every axis. Do first what the findings advise: terms can "
+    "stand in for an effect such as a lever arm; else record longer"
+)
 DIVERGE = (
     "structure: auto: models with chosen terms diverge. The model has drag, thrust and free added mass of every "
     "axis. Do first what the findings advise: terms can stand in for an effect such as a lever arm"
@@ -171,7 +176,11 @@ def _terms(
     prior: "Model | None",
 ) -> "tuple[str, TermChoice | None]":
     """The terms of a vehicle with `structure: auto`, and why, in words."""
-    from seatrial.identification.selection.significance import least_length, usable_time
+    from seatrial.identification.selection.significance import (
+        enough_blocks,
+        least_length,
+        usable_time,
+    )
     from seatrial.identification.selection.terms import chosen_terms_text, selection_text
     from seatrial.identification.selection.terms.select_terms import estimated_parameters
     from seatrial.identification.term_choice import choose_terms
@@ -188,8 +197,9 @@ def _terms(
     if choice.diverges:
         return DIVERGE, choice
     fitted = estimated_parameters(choice.vehicle, recordings)
-    least = least_length(recordings, fitted)
-    return TOO_SHORT.format(length=usable_time(recordings), least=least), choice
+    least, length = least_length(recordings, fitted), usable_time(recordings)
+    text = TOO_MANY if enough_blocks(recordings, fitted) else TOO_SHORT
+    return text.format(length=length, least=least), choice
 
 
 def _same_options(args: argparse.Namespace) -> list[str]:

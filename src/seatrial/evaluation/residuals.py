@@ -122,7 +122,9 @@ def _whitened(force: Array) -> Array:
 def in_words(correlation: Correlation) -> str:
     """The correlation as a message: value, cause."""
     axis = AXES[SYMBOLS.index(correlation.residual)]
-    size = f"{correlation.peak:+.2f} (95 % limit {correlation.limit:.2f})"
+    peak, limit = correlation.peak, correlation.limit
+    digits = next((d for d in (2, 3, 4) if round(abs(peak), d) != round(limit, d)), 5)
+    size = f"{peak:+.{digits}f} (95 % limit {limit:.{digits}f})"
     if correlation.lag < 0:
         return (
             f"{correlation.force} follows residuals in {axis} after {-correlation.lag:.2f} s: correlation {size}: "

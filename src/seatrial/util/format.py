@@ -25,7 +25,8 @@ def plus_minus(value: float, error: float) -> str:
     digits = 1 - int(f"{error:.1e}".partition("e")[2])
     if digits > 7 or max(abs(value), error) >= 1e5:
         return f"{value:.3e} ± {error:.1e}"
-    return f"{value:.{max(0, digits)}f} ± {error:.{max(0, digits)}f}"
+    shown = round(value, max(0, digits)) + 0.0  # no -0.00
+    return f"{shown:.{max(0, digits)}f} ± {error:.{max(0, digits)}f}"
 
 
 def percent(share: float) -> str:
