@@ -10,18 +10,25 @@ import threading
 import urllib.request
 from argparse import Namespace
 from contextlib import suppress
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import waiting
+from conftest import make_model
+from survey_boat import TRUTH, boat
 from waiting import PATIENCE, free_port
 
 import seatrial
+from seatrial.boat.findings import FindingKind, finding_of
+from seatrial.boat.model_file import save
+from seatrial.boat.schema import EstimatorEntry
 from seatrial.commands import live
 from seatrial.commands.cli import main
 from seatrial.poolside.state import LiveState, SignalState
 from seatrial.simulation.plan import load_plan
+from seatrial.util.files import dump_yaml
 
 TRIAL = "S4-MP"
 
@@ -269,11 +276,28 @@ def test_a_drive_without_a_model_fails(trials, tmp_path, monkeypatch, capsys):
     assert (tmp_path / "drive" / "recording" / "poses.csv").exists()
 
 
+def saved_session(folder, findings=()):
+    """Paths of a recording with its vehicle file, and of a model with these findings."""
+    recording = folder / "recording"
+    recording.mkdir(exist_ok=True)
+    (recording / "vehicle.yaml").write_text(dump_yaml(boat().to_mapping()))
+    estimator = EstimatorEntry("output-error", findings=[*findings])
+    save(replace(make_model(boat(), TRUTH), estimator=estimator), folder / "model.yaml")
+    return {"recording": str(recording), "model": str(folder / "model.yaml")}
+
+
 def test_the_line_that_mends_the_vehicle_file_is_printed_at_the_end(tmp_path, capsys):
     wrong = SignalState("F_r", "command", 9, finding="turns the other way", edit="F_r: {sign: -1}")
-    saved = (("recording", "out/recording"), ("model", "out/model.yaml"))
+    saved = tuple(saved_session(tmp_path).items())
     state = LiveState(vehicle="boat", signals=(wrong,), saved=saved)
     live._saved(Namespace(json=None), SimpleNamespace(state=lambda: state), tmp_path)
     said = capsys.readouterr()
     assert "F_r: turns the other way; change the vehicle file: F_r: {sign: -1}" in said.err
-    assert "next: seatrial predict out/model.yaml" in said.out
+    assert f"next: seatrial predict {tmp_path / 'model.yaml'}" in said.out
+
+
+def test_the_last_line_is_what_the_saved_model_asks_for(tmp_path):
+    """A lever arm that was found makes wrong coefficients; it ended with the use of them."""
+    lever = finding_of(FindingKind.UNMODELLED_LEVER_ARM, size=0.26)
+    for findings, said in (([], " predict "), ([lever], " --effect lever ")):
+        assert said in live._next(Namespace(), saved_session(tmp_path, findings))

@@ -146,12 +146,21 @@ def _saved(args: argparse.Namespace, session: "Session", folder: Path) -> None:
 
 
 def _next(args: argparse.Namespace, paths: dict[str, str]) -> str:
-    from seatrial.workflow.next_step import after_predict, command
+    from seatrial.boat.model_file import load
+    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.guide.model import effect_options
+    from seatrial.workflow.next_step import after_predict, asked_for, command
 
-    if "model" in paths:
-        return after_predict(Path(paths["model"])).text
-    vehicle = Path(paths["recording"]) / "vehicle.yaml"
-    return f"next: {command('inspect', paths['recording'], '--vehicle', vehicle)}"
+    recording, vehicle = paths["recording"], Path(paths["recording"]) / "vehicle.yaml"
+    if "model" not in paths:
+        return f"next: {command('inspect', recording, '--vehicle', vehicle)}"
+    path = Path(paths["model"])
+    model, automatic = load(path), load_vehicle(vehicle).automatic
+    further = path.with_name("model-2.yaml")
+    asked = asked_for(
+        model, [recording], vehicle, further, effect_options(model), automatic=automatic
+    )
+    return (asked or after_predict(path)).text
 
 
 def _area(args: argparse.Namespace) -> "Area | None":
