@@ -2,6 +2,7 @@
 """What the report computes for itself: pooling, curves, agreement, intervals."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +12,11 @@ from conftest import TABLE_II, make_model
 import seatrial
 from seatrial.boat.actuators import STARTS
 from seatrial.boat.physics import axis_physics, driven
+from seatrial.boat.schema import RecordingEntry
 from seatrial.evaluation.pooled_scores import pooled, together
 from seatrial.evaluation.prediction import predict
 from seatrial.identification.uncertainty.identifiability import identifiability
+from seatrial.report.evidence import advice
 from seatrial.report.evidence import homogeneity as agreement
 from seatrial.report.evidence.actuators import angle_curves, curves, step_responses
 from seatrial.report.evidence.model_evidence import collect
@@ -267,3 +270,18 @@ def test_a_column_over_decades_keeps_the_digits_of_its_small_numbers():
     narrow = np.linspace(-1.0, 1.0, 201)
     np.testing.assert_allclose(decode(encode(narrow)), narrow, atol=0.5e-4)
     assert encode(narrow)[0] == -4
+
+
+def test_a_bias_is_no_open_issue_where_the_model_has_its_wind(model):
+    """The model alone predicts without it: `auto` asked for the wind that it had estimated."""
+    score = SimpleNamespace(bias=0.8, rms=1.0)
+    run = SimpleNamespace(
+        name="S1", tested=True, score=SimpleNamespace(scores=dict.fromkeys("uvr", score))
+    )
+    (said,) = advice._biased(model, run)
+    assert said.startswith(
+        "S1: the errors in surge, sway and yaw are biased. Possible causes: wind"
+    )
+    for effects, sentences in (({"wind_x": 0.03, "wind_y": 0.0}, 0), ({"current_x": 0.1}, 1)):
+        known = replace(model, recordings=(RecordingEntry("S1", 100.0, effects=effects),))
+        assert len(advice._biased(known, run)) == sentences
