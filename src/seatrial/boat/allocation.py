@@ -65,8 +65,8 @@ def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:
     if np.linalg.matrix_rank(geometry, tol=1e-9) < 3:
         raise VehicleError(
             f"thrusters: these {len(thrusters)} can't actuate surge, sway and yaw independently "
-            "(rank of the geometry below 3); check their positions and angles, or, for a boat without sway "
-            "thrust, write forces: (docs/vehicle.md)"
+            "(rank of the geometry below 3); check their positions and angles. A boat without sway thrust has "
+            "forces: in their place, which 'seatrial init --thrusters' writes (docs/vehicle.md)"
         )
     return geometry / scale[:, None], scale
 

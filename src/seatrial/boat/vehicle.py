@@ -172,7 +172,7 @@ class Vehicle:
         if not set(self.inputs) <= set(WRENCH):
             raise VehicleError(
                 f"{self.source}: inputs are {', '.join(self.inputs)}; without thrusters or forces "
-                f"they must be {', '.join(WRENCH)}, or some of these"
+                f"they must be {', '.join(WRENCH)}, or some of these; 'seatrial init' proposes forces"
             )
         return np.array([[float(i == f.name) for i in self.inputs] for f in self.forces])
 
