@@ -277,6 +277,10 @@ def test_too_short_says_what_there_is_what_it_takes_and_how_to_get_there(held, n
 
     text = too_short_text(found, [drive(270.0, "pool")], [drive(held, name)])
     assert text == f"270 s identify the model, choosing terms takes 320 s: {said}"
+    # long enough for these parameters, but not for all terms that the search tried
+    found.solution.problem.free = range(13)
+    text = too_short_text(found, [drive(270.0, "pool")], [drive(held, name)])
+    assert text == "the recordings ask for more terms than 270 s tell apart: record longer"
 
 
 @pytest.mark.parametrize(("level", "used"), [(Level.LIMITED, True), (Level.NOT_FIT, False)])

@@ -12,7 +12,7 @@ from seatrial.guide.held_out import HELD_OUT_SHARE, HELD_OUT_SUFFIX
 from seatrial.guide.steps import Task
 from seatrial.identification.experiment_design.gain import drive_time
 from seatrial.identification.guided import Guided, identify_guided
-from seatrial.identification.selection.significance import least_length, usable_time
+from seatrial.identification.selection.significance import enough_blocks, least_length, usable_time
 from seatrial.recording.recording import Recording
 from seatrial.util.format import joined
 from seatrial.workflow.next_step import identify_line
@@ -70,7 +70,9 @@ def _made_of(
         text += f", those that every boat has: {short}"
     dropped = [kind for kind in accepted if kind not in found.effects]
     text += f"; with {joined(found.effects)}" if found.effects else ""
-    return text + (f"; without {joined(dropped)}, which the other parts explain" if dropped else "")
+    return text + (
+        f"; without {joined(dropped)}: effects and terms of the model explain it" if dropped else ""
+    )
 
 
 def too_short_text(
@@ -78,7 +80,10 @@ def too_short_text(
 ) -> str:
     """What identifies and what choosing terms takes, in s, and how to get there."""
     used = usable_time(training)
-    least = least_length(training, len(found.solution.problem.free))
+    parameters = len(found.solution.problem.free)
+    if enough_blocks(training, parameters):  # candidates are further parameters
+        return f"the recordings ask for more terms than {used:.0f} s tell apart: record longer"
+    least = least_length(training, parameters)
     # the last quarter of what is recorded further is held out, too
     quarters = any(one.name.endswith(HELD_OUT_SUFFIX) for one in held_out)
     lacking = (least - used) / ((1.0 - HELD_OUT_SHARE) if quarters else 1.0)
