@@ -51,9 +51,14 @@ def test_a_current_turns_a_boat_at_speed_by_its_munk_moment():
     )  # no Coriolis terms in this structure: the current's own turn in body axes
     assert linear == pytest.approx(np.sqrt(own), rel=0.01)
     across = np.sqrt(square * SPEED**2 + square**2 / 2.0)  # of (u + c cos) c sin
-    assert yaw == pytest.approx(abs(N_UV) * across, rel=0.01)
-    # of a cosine in body axes; the small drag lasts longer in earth axes
-    assert memory == pytest.approx(np.arccos(1.0 / np.e) / TURN, rel=0.1)
+    cosine = (
+        np.arccos(1.0 / np.e) / TURN
+    )  # memory of one in body axes; the drag lasts longer in earth axes
+    assert memory == pytest.approx(cosine, rel=0.1)
+    # the quicker axis changes within a short time as it does with its own memory
+    assert yaw == pytest.approx(
+        abs(N_UV) * across * np.sqrt(memory / cosine), rel=0.02
+    )  # lags of 0.1 s
 
 
 def test_a_current_on_a_boat_that_lies_still_is_its_drag_and_lasts():
@@ -78,10 +83,13 @@ def test_gusts_beside_a_steady_force_stay_as_quick_as_they_are():
     trim = {"trim_u": 0.05, "trim_v": 0.01, "trim_r": 0.01}
     (linear, yaw), memory, _ = as_noise(trim, circle(SPEED, TURN), noise)
     steady = (0.05**2 + 0.01**2) / 2.0, 0.01**2
-    assert linear == pytest.approx(np.sqrt(0.03**2 + steady[0]))
-    assert yaw == pytest.approx(np.sqrt(0.02**2 + steady[1]))
-    change = (0.03**2 + 0.02**2) / 1.5 + sum(steady) / 30.0
-    assert (linear**2 + yaw**2) / memory == pytest.approx(change)
+    squares = 0.03**2 + steady[0], 0.02**2 + steady[1]
+    changes = 0.03**2 / 1.5 + steady[0] / 30.0, 0.02**2 / 1.5 + steady[1] / 30.0
+    assert memory == pytest.approx(sum(squares) / sum(changes))
+    # yaw changes quicker than a force of this memory and its variance would
+    assert changes[1] * memory > squares[1]
+    assert linear == pytest.approx(np.sqrt(squares[0]))
+    assert yaw == pytest.approx(np.sqrt(changes[1] * memory))
 
 
 @pytest.mark.system

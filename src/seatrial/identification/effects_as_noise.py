@@ -28,11 +28,6 @@ class Force:
     memory: float = LONGEST
     earth: bool = False
 
-    @property
-    def size(self) -> float:
-        """The weight of its memory, of forces and of moments."""
-        return self.linear + self.yaw
-
 
 def with_effects_as_noise(
     noise: Array,
@@ -45,25 +40,27 @@ def with_effects_as_noise(
 
     effects: of each recording, by name, in SI; moving: its velocity through the water. The estimator knows them; a
     filter on board estimates them as its disturbance. Also whether the disturbance is then earth-fixed; None: as
-    before. Variances add, and so do variances over memories: by these the force changes within a short time.
+    before. Variances add, and so do variances over memories: by these the force changes within a short time. The
+    memory is one for all axes: where an axis changes quicker, its variance is larger in place of it.
     """
     if not any(effects):
         return noise, None
     parts = [
         part
         for own, path in zip(effects, moving, strict=True)
-        for part in (*_steady(own), _of_current(own, path, vehicle, coefficients))
+        for part in (*_steady(own), *_of_current(own, path, vehicle, coefficients))
     ]
     n = len(effects)
-    added = [Force(p.linear / n, p.yaw / n, p.memory) for p in parts]
     linear, yaw = (noise[DISTURBANCES] ** 2).tolist()
-    found = [Force(linear, yaw, float(noise[MEMORY])), *added]
-    after = np.array([sum(p.linear for p in found), sum(p.yaw for p in found)])
+    found = [Force(linear, yaw, float(noise[MEMORY]))]
+    found += [Force(p.linear / n, p.yaw / n, p.memory) for p in parts]
+    squares = np.array([(p.linear, p.yaw) for p in found])
+    changes = squares / np.array([[p.memory] for p in found])  # [1/s], within a short time
     out = noise.copy()
-    out[DISTURBANCES] = np.sqrt(after)
-    out[MEMORY] = sum(p.size for p in found) / sum(p.size / p.memory for p in found)
+    out[MEMORY] = squares.sum() / changes.sum()
+    out[DISTURBANCES] = np.sqrt(np.maximum(squares.sum(axis=0), changes.sum(axis=0) * out[MEMORY]))
     earth = sum(p.linear for p in parts if p.earth) / n
-    return out, True if earth > 0.5 * float(after[0]) else None
+    return out, True if earth > 0.5 * float(squares[:, 0].sum()) else None
 
 
 def _steady(own: Mapping[str, float]) -> tuple[Force, Force]:
@@ -79,14 +76,14 @@ def _steady(own: Mapping[str, float]) -> tuple[Force, Force]:
 
 def _of_current(
     own: Mapping[str, float], path: Motion, vehicle: Vehicle, coefficients: Array
-) -> Force:
+) -> tuple[Force, ...]:
     """A current: the acceleration by which a model that takes motion over ground for motion through water errs.
 
     At speed it is many times the drag of a boat at rest: by quadratic drag, and in yaw by u v (Munk moment).
     """
     current = own.get("current_x", 0.0), own.get("current_y", 0.0)
     if not any(current):
-        return Force()
+        return ()
     psi, nu = path.eta[path.valid, 2], path.nu[path.valid]
     water = _core.rotate(psi, np.tile([*current, 0.0], (len(psi), 1)), to_body=True)
     if not len(psi):  # no velocity is known: at rest over ground, any heading
@@ -107,12 +104,15 @@ def _of_current(
     mean = np.mean(missed**2, axis=0)
     step = float(np.median(np.diff(path.t))) if len(path.t) > 1 else LONGEST
     turned = _core.rotate(psi, missed, to_body=False)
-    body, earth = _memory(missed, step), _memory(turned, step)
-    return Force(0.5 * float(mean[:2].sum()), float(mean[2]), max(body, earth), earth >= body)
+    body, earth = _memory(missed[:, :2], step), _memory(turned[:, :2], step)
+    return (
+        Force(0.5 * float(mean[:2].sum()), 0.0, max(body, earth), earth >= body),
+        Force(0.0, float(mean[2]), _memory(missed[:, 2:], step)),
+    )
 
 
 def _memory(force: Array, step: float) -> float:
-    """The lag [s] at which the autocorrelation (all axes) falls below 1 / e. force: (n, 3), every `step` [s]."""
+    """The lag [s] at which the autocorrelation falls below 1 / e. force: (n, axes), every `step` [s]."""
     whole = float(np.mean(force**2)) / np.e
     every = max(1, round(LAG_STEP / step))
     for lag in range(every, min(len(force), round(LONGEST / step)), every):
