@@ -2,6 +2,7 @@
 """The logs that PX4 writes of simulated trials (ULog), by its documents."""
 
 import struct
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
@@ -9,11 +10,14 @@ import autopilot_logs
 import numpy as np
 from autopilot_logs import BOOT, Event, Trial, in_order, sensed
 
+ODOMETRY = "vehicle_odometry"
 ULOG = {  # name: fields
     "sensor_gps": "uint64_t timestamp;uint64_t timestamp_sample;double latitude_deg;double longitude_deg;"
                   "float heading;uint8_t fix_type;uint8_t[7] _padding0;",
     "vehicle_attitude": "uint64_t timestamp;uint64_t timestamp_sample;float[4] q;",
     "vehicle_local_position": "uint64_t timestamp;float x;float y;float heading;uint8_t[4] _padding0;",
+    ODOMETRY: "uint64_t timestamp;float[3] position;float[4] q;uint8_t reset_counter;"
+                        "uint8_t[3] _padding0;",
     "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
     "actuator_motors": "uint64_t timestamp;float[12] control;uint16_t reversible_flags;uint8_t[6] _padding0;",
     "battery_status": "uint64_t timestamp;float voltage_v;float current_a;",
@@ -28,15 +32,25 @@ def ulog_message(kind: str, body: bytes) -> bytes:
     return struct.pack("<HB", len(body), ord(kind)) + body
 
 
-def px4(path: Path, run: Trial, *, seed: int = 1, old: bool = False) -> Path:
-    """A ULog of PX4; `old`: vehicle_gps_position with whole numbers, as before 1.14."""
+def px4(
+    path: Path,
+    run: Trial,
+    *,
+    seed: int = 1,
+    old: bool = False,
+    without: Sequence[str] = (ODOMETRY,),
+) -> Path:
+    """A ULog of PX4; `old`: vehicle_gps_position with whole numbers, as before 1.14.
+
+    without: topics that it lacks.
+    """
     found = sensed(run, seed=seed)
     formats = {
         ("vehicle_gps_position" if old and n == "sensor_gps" else n): f for n, f in ULOG.items()
     }
     if old:
         formats["vehicle_gps_position"] = OLD_GPS
-    numbers = {name: i for i, name in enumerate(formats)}
+    numbers = {name: i for i, name in enumerate(formats) if name not in without}
     parts = [
         b"\x55\x4c\x6f\x67\x01\x12\x35\x01" + struct.pack("<Q", BOOT),
         ulog_message("B", bytes(40)),
@@ -61,6 +75,8 @@ def px4(path: Path, run: Trial, *, seed: int = 1, old: bool = False) -> Path:
         parts.append(ulog_message("A", bytes([0]) + struct.pack("<H", number) + name.encode()))
 
     def write(name: str, t: float, code: str, *values: float) -> None:
+        if name not in numbers:
+            return
         stamp = struct.pack("<Q", BOOT + round(t * 1e6))
         body = struct.pack("<H", numbers[name]) + stamp + struct.pack(f"<{code}", *values)
         parts.append(ulog_message("D", body))
@@ -80,6 +96,9 @@ def px4(path: Path, run: Trial, *, seed: int = 1, old: bool = False) -> Path:
     for t in found.yaw[::2, 0]:
         x = run.at(np.array([t]))[0]
         row = ("vehicle_local_position", t, "fff", x[0], x[1], x[2])
+        events.append((t, partial(write, *row)))
+        q = (np.cos(x[2] / 2), 0.0, 0.0, np.sin(x[2] / 2))
+        row = (ODOMETRY, t, "7fB", x[0], x[1], 0.0, *q, 0)
         events.append((t, partial(write, *row)))
     for t, rate in found.gyro:
         events.append((t, partial(write, *("sensor_combined", t, "6f", 0, 0, rate, 0, 0, -9.81))))

@@ -117,6 +117,20 @@ def test_raw_positions_before_the_filters(logs, tmp_path, name, position, headin
     assert any("filter" in other for other in row.others)
 
 
+def test_odometry_of_px4s_filter_is_a_pose_where_there_is_no_other(tmp_path):
+    run = trial(TWIN, seconds=40.0)
+    others = ("sensor_gps", "vehicle_attitude", "vehicle_local_position")
+    log = px4(tmp_path / "run.ulg", run, without=others)
+    found, vehicle = proposed(log, tmp_path)
+    assert [r.column for r in found.sources.recognised[:2]] == [
+        "vehicle_odometry position[0], position[1]",
+        "vehicle_odometry q[1], q[2], q[3], q[0]",
+    ]
+    recording = read(log, vehicle)
+    truth = run.at(recording.t + 0.007) * [1, -1, -1, 1, -1, -1]  # forward-left-up
+    np.testing.assert_allclose(recording.eta, truth[:, :3], atol=1e-5)
+
+
 def test_the_battery_is_a_scale_where_it_falls(logs, tmp_path):
     """16.6 to 15.4 V."""
     _, vehicle = proposed(logs["twin", "run.BIN"], tmp_path)
