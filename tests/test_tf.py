@@ -8,6 +8,9 @@ from mcap_writer import mcap
 from scipy.spatial.transform import Rotation, Slerp
 
 import seatrial
+from seatrial.io.bags.contents import contents
+from seatrial.recording.clocks import clock_verdicts
+from seatrial.recording.timing import Clock
 from seatrial.util.errors import SeatrialError
 
 LENGTH = 3.0  # [s]
@@ -255,3 +258,23 @@ def test_times_of_the_other_transforms_may_be_far_away(tmp_path):
     with pytest.raises(SeatrialError, match="0 poses") as caught:
         seatrial.read(ros1(tmp_path / "run.bag", sent), boat("map", "base_link"))
     assert "\n" not in str(caught.value)
+
+
+def test_of_a_split_recording_the_first_file_alone_has_the_static_transforms(tmp_path):
+    sent = tree()
+    late = [s for s in sent if s.time >= START + SECOND and not s.topic.endswith("_static")]
+    first = [s for s in sent if s not in late]
+    (tmp_path / "run").mkdir()
+    ros1(tmp_path / "run" / "run_0.bag", first)
+    second = ros1(tmp_path / "run" / "run_1.bag", late)
+    whole = seatrial.read(ros1(tmp_path / "whole.bag", sent), boat("map", "base_link"))
+    found = seatrial.read(tmp_path / "run", boat("map", "base_link"))
+    np.testing.assert_array_equal(found.eta, whole.eta)
+    with pytest.raises(SeatrialError, match=r"no tf_static.*give the folder with all of them"):
+        seatrial.read(second, boat("map", "base_link"))
+
+
+def test_transforms_have_stamps_of_their_own(tmp_path):
+    (entry,) = contents(ros1(tmp_path / "run.bag", tree())).of("poses")
+    assert entry.stream.clock is Clock.TRANSFORMS
+    assert not any("transport delay" in verdict for verdict in clock_verdicts([entry.stream]))

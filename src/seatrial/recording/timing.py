@@ -36,6 +36,7 @@ class Clock(str, Enum):
     HEADER = "header"
     ARRIVAL = "arrival in the bag"  # chosen in the vehicle file, or the message has no header
     ZERO = "arrival in the bag, as its headers hold no time"
+    TRANSFORMS = "headers of its transforms"
     COLUMN = "column of the table"
     LOG = "message of the log"
 

@@ -126,7 +126,7 @@ def _entry(bag: Bag, name: str, times: _Times) -> Entry:
     topic = bag.topics[name]
     arrival = np.array(times.arrival, dtype=np.int64)
     header = np.array(times.header, dtype=np.int64)
-    clock, stamps = Clock.ARRIVAL, arrival
+    clock, stamps = Clock.TRANSFORMS if is_tf(topic) else Clock.ARRIVAL, arrival
     if times.stamped and len(header) == len(arrival):
         clock = Clock.HEADER if header.any() else Clock.ZERO
         stamps = header if header.any() else arrival

@@ -168,7 +168,7 @@ def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edg
         if len(edges) > MOST_EDGES:
             listed += f" and {len(edges) - MOST_EDGES} more"
         raise RecordingError(
-            f"{bag.path}: no transforms lead from '{parent}' to '{child}'; the bag has {listed}"
+            f"{bag.path}: no transforms lead from '{parent}' to '{child}'; the bag has {listed}{_no_static(bag)}"
         )
     path: list[tuple[Edge, bool]] = []
     frame = child
@@ -176,6 +176,16 @@ def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edg
         edge, forward, frame = reached[frame]
         path.append((edge, forward))
     return path[::-1]
+
+
+def _no_static(bag: Bag) -> str:
+    """Where static transforms may be, if there are none in the bag."""
+    if any(is_tf(t) and t.name.endswith("_static") and t.messages for t in bag.topics.values()):
+        return ""
+    return (
+        ", and no tf_static. Of a recording in several files the first one alone may have it: give the folder "
+        "with all of them, or record /tf_static"
+    )
 
 
 def _collect(
