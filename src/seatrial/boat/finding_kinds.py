@@ -76,6 +76,7 @@ class FindingKind(Enum):
     UNMODELLED_DELAY = ("unmodelled-delay", effects.UNMODELLED_DELAY)
     UNEQUAL_THRUSTER_GAINS = ("unequal-thruster-gains", effects.UNEQUAL_THRUSTER_GAINS)
     COMPASS_DEVIATION = ("compass-deviation", effects.COMPASS_DEVIATION)
+    HEADING_JUMP = ("heading-jump", effects.HEADING_JUMP)
     HEADING_OFFSET = ("heading-offset", effects.HEADING_OFFSET)
 
     # changes between and within recordings
@@ -117,6 +118,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.NOT_PREDICTABLE,
     FindingKind.HEADING_OFFSET,
     FindingKind.COMPASS_DEVIATION,
+    FindingKind.HEADING_JUMP,
     FindingKind.CLOCK_HOMOGENEITY,
     FindingKind.CLOCK_DRIFT,
     FindingKind.OUTLIERS,

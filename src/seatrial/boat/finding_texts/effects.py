@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Findings of effects that the model does not have."""
 
-from seatrial.boat.finding_texts.spec import NAMES, Spec
+from seatrial.boat.finding_texts.spec import NAMES, ONE_NAME, Spec
 
 UNMODELLED = "would remove more than half of the process noise, or move a coefficient by half its standard error"
 UNMODELLED_BESIDE_NOISE = UNMODELLED.replace("noise,", "noise or of the correlated pose noise,")
@@ -55,6 +55,15 @@ HEADING_OFFSET = Spec(
     "before further terms are selected",
     numbers={"size": "rad", "psi_offset": "of psi in the vehicle file"},
     signed=("psi_offset",),
+)
+HEADING_JUMP = Spec(
+    "heading jump: in {recording} the heading jumps by {size:.2deg} degrees at {at:.10g} s and the course does "
+    "not, as where an estimator resets its yaw. The heading is off on one side: coefficients, most of all those "
+    "of sway, may be off by more than their intervals",
+    "Identify from the side with the right heading. If that is after the jump, with --without "
+    "{recording_quoted}=0-{at:.10g}",
+    {"recording": ONE_NAME},
+    {"size": "rad", "at": "s"},
 )
 COMPASS_DEVIATION = Spec(
     "compass deviation: poses fit far better with a heading error of up to {size:.2deg} degrees that depends on "

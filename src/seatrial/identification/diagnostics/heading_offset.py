@@ -22,7 +22,7 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.selection.score_test import LARGE_GAIN, beyond_chance
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import IdentificationError
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Stamps
 
 TRIAL_TURN = 0.05  # [rad] of the two runs for the parabola
 MOST_TURN = 0.15  # [rad] in one step: further away the parabola does not hold
@@ -177,10 +177,15 @@ def without_offset(recording: Recording, by: float) -> Recording:
 
 def without_error(recording: Recording, error: HeadingError) -> Recording:
     """The recording with headings less by an error that depends on them."""
+    return with_headings_less(recording, lambda psi, _: error(psi))
+
+
+def with_headings_less(recording: Recording, error: Callable[[Array, Stamps], Array]) -> Recording:
+    """The recording with headings less by an error that depends on them and on their stamps [ns]."""
     eta, raw, others = recording.eta.copy(), recording.raw.copy(), recording.asynchronous
     for poses in (eta, raw):
-        poses[:, 2] -= error(poses[:, 2])
-    turned = None if others is None else others.turned(-error(others.values))
+        poses[:, 2] -= error(poses[:, 2], recording.stamps)
+    turned = None if others is None else others.turned(-error(others.values, others.stamps))
     return replace(recording, eta=eta, raw=raw, asynchronous=turned)
 
 
@@ -192,6 +197,11 @@ def _without(at: Point, error: HeadingError, move: Array) -> FilterRuns:
 
 def _cost(at: Point, error: HeadingError) -> float:
     """-2 log L of poses without an error, after one Gauss-Newton step of the free parameters."""
-    runs = _without(at, error, np.zeros(len(at.theta)))
+    return cost_of(at, _turned(at.runs.problem, error))
+
+
+def cost_of(at: Point, there: Problem) -> float:
+    """-2 log L of the problem with other poses, after one Gauss-Newton step of the free parameters."""
+    runs = replace(at.runs, problem=there).relinearised(at.noise, np.zeros(len(at.theta)))
     taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
     return float(runs.cost - taken)

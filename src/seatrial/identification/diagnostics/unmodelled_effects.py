@@ -11,6 +11,7 @@ from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
+from seatrial.identification.diagnostics.heading_jump import likelier_jump
 from seatrial.identification.diagnostics.heading_offset import (
     heading_findings,
     likelier_deviation,
@@ -40,6 +41,7 @@ EFFECTS_FOUND = (
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEVEN_CURRENT,
     FindingKind.COMPASS_DEVIATION,
+    FindingKind.HEADING_JUMP,
     FindingKind.UNEQUAL_THRUSTER_GAINS,
 )
 MOST_NOISE_LEFT = 0.5  # of the process noise: an effect that leaves more may stand for another
@@ -67,8 +69,9 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
 
     horizon: [s] of the fit under model mismatch; covariance: (p, p) of the free parameters.
     """
-    # without process noise nothing is missing; a delay may be in pose noise alone
-    if without_process_noise(at):
+    # without process noise nothing is missing; a delay or a jump may be in pose noise alone
+    jump = likelier_jump(at)
+    if without_process_noise(at) and jump is None:
         delayed = _with_effects(at, ["delay"]) if has_correlated_poses(at.noise) else None
         candidates = [] if delayed is None else _effects(at, delayed, ["delay"])
         return _best_fitted(at, candidates, horizon, covariance)
@@ -76,8 +79,9 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     runs = _with_effects(at, EFFECT_KINDS)
     candidates, off = [*_effects(at, runs, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     most = max([LARGE_GAIN, *(a.test.gain for a in candidates)])
-    # errors that vary with place or heading are no effect to be estimated
-    varying = [one for one in (uneven_current(runs), likelier_deviation(at)) if one is not None]
+    # errors that vary with place, heading or time are no effect to be estimated
+    errors = (uneven_current(runs), likelier_deviation(at), jump)
+    varying = [one for one in errors if one is not None]
     largest = max(varying, key=lambda one: one.gain, default=None)
     if largest is not None and largest.gain > max(most, 0.0 if off is None else off.gain):
         return Unmodelled(tuple(largest.findings))
