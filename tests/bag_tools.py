@@ -215,19 +215,21 @@ def parts(sent: Sequence[Sent], n: int) -> list[list[Sent]]:
     return [ordered[i * len(ordered) // n : (i + 1) * len(ordered) // n] for i in range(n)]
 
 
-def split1(folder: Path, sent: Sequence[Sent]) -> Path:
+def split1(folder: Path, sent: Sequence[Sent], n: int = 12) -> Path:
     """rosbag record --split: more than ten files, so that _10 comes after _9."""
     folder.mkdir()
-    for i, part in enumerate(parts(sent, 12)):
+    for i, part in enumerate(parts(sent, n)):
         ros1(folder / f"run_{i}.bag", part)
     return folder
 
 
-def split2(folder: Path, sent: Sequence[Sent], plugin: str, *, metadata: bool = True) -> Path:
+def split2(
+    folder: Path, sent: Sequence[Sent], plugin: str, *, metadata: bool = True, n: int = 12
+) -> Path:
     """ros2 bag record -d: several files and one metadata.yaml; without it as after a crash."""
     folder.mkdir()
     infos = []
-    for i, part in enumerate(parts(sent, 12)):
+    for i, part in enumerate(parts(sent, n)):
         made = ros2(folder.parent / f"{folder.name}_{i}", part, plugin)
         infos.append(yaml.safe_load((made / "metadata.yaml").read_text()))
         file = next(p for p in made.iterdir() if p.suffix in (".mcap", ".db3"))
@@ -239,6 +241,7 @@ def split2(folder: Path, sent: Sequence[Sent], plugin: str, *, metadata: bool = 
         whole[key]["relative_file_paths"] = [
             name for info in infos for name in info[key]["relative_file_paths"]
         ]
+        whole[key]["files"] = [file for info in infos for file in info[key]["files"]]
         whole[key]["message_count"] = len(sent)
         counts: dict[str, Any] = {}
         for info in infos:

@@ -81,6 +81,8 @@ class Bag(ABC):
     topics: dict[str, Topic]
     files: tuple[Path, ...]
     remarks: tuple[str, ...] = ()  # losses of a salvaged bag
+    # [ns] first and last arrival in each file, where the bag states them
+    spans: tuple[tuple[int, int], ...] = ()
 
     @abstractmethod
     def messages(self, names: Collection[str]) -> Iterator[Message]:

@@ -32,6 +32,8 @@ class SplitBag(Bag):
         self.kind = f"{parts[0].kind} in {len(parts)} files"
         self.files = tuple(f for part in parts for f in part.files)
         self.remarks = tuple(f"{p.path.name}: {r}" for p in parts for r in p.remarks)
+        stated = all(len(part.spans) == 1 for part in parts)
+        self.spans = tuple(span for part in parts for span in part.spans) if stated else ()
         self.topics = merged_topics([t for part in parts for t in part.topics.values()])
 
     def close(self) -> None:

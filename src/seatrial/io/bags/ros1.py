@@ -170,6 +170,10 @@ class Ros1Bag(Bag):
             raise DamagedError("a chunk is in the index twice")
         self._places.add(position)
         self._chunks.append(Place(position, frozenset(counts)))
+        if {b"start_time", b"end_time"} <= record.fields.keys():
+            begin, end = record.time(b"start_time"), record.time(b"end_time")
+            known = self.spans[0] if self.spans else (begin, end)
+            self.spans = ((min(known[0], begin), max(known[1], end)),)
 
     def _scan(self, reason: str) -> None:
         """Connections and chunks from the records themselves, where the index is not whole."""

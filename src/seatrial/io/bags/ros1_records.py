@@ -45,6 +45,11 @@ class Record(NamedTuple):
         """A field of eight bytes."""
         return int(_u64(self.source, self.sized(name, 8))[0])
 
+    def time(self, name: bytes) -> int:
+        """A time [ns], two fields of four bytes."""
+        seconds, nanoseconds = _time(self.source, self.sized(name, 8))
+        return int(seconds) * 10**9 + int(nanoseconds)
+
     def text(self, name: bytes) -> str:
         """A field of text."""
         if name not in self.fields:

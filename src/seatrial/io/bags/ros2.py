@@ -42,6 +42,9 @@ class Ros2Bag(Bag):
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(path, error) from None
         self._check_chunks()
+        self.spans = (
+            _spans(path) if path.is_dir() else ((self._reader.start_time, self._reader.end_time),)
+        )
         entries = [
             (c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections
         ]
@@ -85,6 +88,17 @@ class Ros2Bag(Bag):
                 yield connection.topic, stamp, data
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(self.path, error) from None
+
+
+def _spans(folder: Path) -> tuple[tuple[int, int], ...]:
+    """First and last arrival [ns] in each file by the folder's metadata; none where they do not state them."""
+    try:
+        files = read_yaml(folder / METADATA)["rosbag2_bagfile_information"]["files"]
+        begins = [int(f["starting_time"]["nanoseconds_since_epoch"]) for f in files]
+        lengths = [int(f["duration"]["nanoseconds"]) for f in files]
+    except (FileError, KeyError, TypeError, ValueError):
+        return ()
+    return tuple((a, a + b) for a, b in zip(begins, lengths, strict=True))
 
 
 def unusable_metadata(folder: Path) -> str:

@@ -9,6 +9,7 @@ from seatrial.boat.schema import Column, PoseSource
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, Samples, collect
+from seatrial.io.bags.pauses import pause_remarks, pauses, with_unknown_commands
 from seatrial.io.bags.poses import chosen_stamps, of_one_frame, usual_columns
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf, tf_pose
 from seatrial.io.signals import Request, Rows, Signals, Spec, given_rows, of_columns, shared_places
@@ -59,7 +60,12 @@ class BagSignals(Signals):
         unreadable = [
             f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped
         ]
-        self.remarks = (*self._bag.remarks, *unreadable)
+        self._pauses = pauses(self._bag)
+        self.remarks = (
+            *self._bag.remarks,
+            *unreadable,
+            *pause_remarks(self._bag, self._pauses),
+        )
         # removed from the list one by one, so that ten hours of samples are in memory once
         return [
             self._from_transforms(one)
@@ -94,7 +100,10 @@ class BagSignals(Signals):
             request.role, topic.name, topic.type, clock=clock, stamps=stamps[keep],
             arrival=samples.arrival[keep], publishers=topic.publishers,
         )  # fmt: skip
-        return Rows(stamps[keep], of_columns(samples.values[keep], request.columns), stream)
+        rows = Rows(stamps[keep], of_columns(samples.values[keep], request.columns), stream)
+        if request.role != "commands":
+            return rows
+        return with_unknown_commands(rows, samples.arrival[keep], self._pauses)
 
     def _from_transforms(self, request: Request) -> Rows:
         spec, topic = self._vehicle.file.pose, self._bag.topics[request.place]
