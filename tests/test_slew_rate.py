@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from steered_boat import outboard
+from test_mpc_path import straight
 
 import seatrial
 from seatrial import _core
@@ -11,6 +12,9 @@ from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.control.mpc import Nmpc
+from seatrial.control.mpc.problem import MOTION_SIZE, PATH_GRID
+from seatrial.control.mpc.step import Layout
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.selection.actuator_selection import select_stages, with_slew_rate
 from seatrial.identification.solution import OutputErrorSettings
@@ -46,15 +50,19 @@ def twin(*chain: dict[str, object]) -> Vehicle:
     return vehicle_from({**CONTENT, "chain": list(chain)}, "twin")
 
 
-def driven(*chain: dict[str, object], seed: int = 1, seconds: float = 240.0) -> Recording:
-    """A drive by pulses of both thrusters, seen 5 times a second with noise of 1 cm and 5 mrad."""
-    vehicle, rng = twin(*chain), np.random.default_rng(seed)
+def boat_of(vehicle: Vehicle) -> Model:
     theta = np.array([TRUTH[name] for name in vehicle.structure.coefficients])
     none = np.zeros((len(theta) + len(vehicle.constants.names),) * 2)
-    boat = Model(
+    return Model(
         vehicle, theta, none, vehicle.constants.values, Integration("runge-kutta", 1 / 240),
         NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
     )  # fmt: skip
+
+
+def driven(*chain: dict[str, object], seed: int = 1, seconds: float = 240.0) -> Recording:
+    """A drive by pulses of both thrusters, seen 5 times a second with noise of 1 cm and 5 mrad."""
+    vehicle, rng = twin(*chain), np.random.default_rng(seed)
+    boat = boat_of(vehicle)
     command, begin = np.zeros((round(seconds / TICK), 2)), 0
     while begin < len(command):
         end = begin + round(rng.uniform(1.0, 4.0) / TICK)
@@ -153,3 +161,14 @@ def test_a_stated_rate_is_kept_and_an_open_one_is_estimated():
 def test_a_rate_is_above_zero(wrong):
     with pytest.raises(SeatrialError, match=r"slew_rate: expected a number > 0"):
         twin({"slew_rate": wrong})
+
+
+def test_no_plan_of_mpc_is_quicker():
+    """Full ahead is wanted at once; the slew rate is what holds it."""
+    controller = Nmpc(boat_of(twin({"slew_rate": 0.8, "latency": 0.1})))
+    controller.command(0.0, [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], straight(PATH_GRID.times, speed=1.0))
+    layout = Layout(2, PATH_GRID.stages)
+    plan = controller._plan
+    levels = [plan[k * layout.block + MOTION_SIZE :][:2] for k in range(PATH_GRID.stages)]
+    moved = np.array([plan[layout.thrust(k)] for k in range(PATH_GRID.stages)]) - levels
+    assert np.abs(moved).max() == pytest.approx(0.8 * PATH_GRID.length, rel=1e-2)

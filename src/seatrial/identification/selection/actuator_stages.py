@@ -139,7 +139,10 @@ def _scale_varies(recordings: Sequence[Recording], vehicle: Vehicle, group: Chai
 def with_slew_stage(vehicle: Vehicle, whole: Vehicle) -> Vehicle | None:
     """The vehicle with estimated stages, `whole`, and a slew rate; None where it has one, or no room."""
     chain, place = [*whole.file.chain], len(vehicle.file.chain)
-    if place == len(chain) or _stated(whole)["slew_rate"]:
+    rates, angles = (
+        whole.constants.index[:, STAGES.index(s)] >= 0 for s in ("slew_rate", "full_angle")
+    )
+    if place == len(chain) or (rates & ~angles).any():  # an angle's rate is its own
         return None
     chain[place] = _with(chain[place], "slew_rate", STARTS["slew_rate"])
     return with_room(whole, chain)
