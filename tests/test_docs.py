@@ -54,7 +54,7 @@ def test_the_documented_vehicle_file_is_valid_but_for_its_alternatives(tmp_path)
     text = blocks(ROOT / "docs" / "vehicle.md", "yaml")[0]
     vehicle = vehicle_from(load(text, tmp_path), "vehicle.md")
     assert vehicle.constants.names == (
-        "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "scale_power",
+        "latency", "edge_forward", "edge_reverse", "reverse_ratio", "power", "lag", "slew_rate", "scale_power",
     )  # fmt: skip
 
 

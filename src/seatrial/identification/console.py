@@ -11,6 +11,7 @@ from seatrial.boat.findings import finding_text, most_important, sentence_of
 from seatrial.boat.model import Model
 from seatrial.boat.physics import physics_line
 from seatrial.boat.schema import EQUATION_ERROR
+from seatrial.identification.likelihood.parameters import typical_size
 from seatrial.identification.regression.smoother import SMOOTHER
 from seatrial.identification.uncertainty.identifiability import (
     CORRELATED,
@@ -154,7 +155,9 @@ def _verdict(found: ParameterAccuracy, combinations: Sequence[Combination]) -> s
     """The verdict with the relative standard error, an upper limit or correlated parameters."""
     text = found.verdict.value
     if found.verdict in RATED:
-        text += f" ({percent(found.relative)})"
+        typical = typical_size(found.name)
+        of = f" of {typical:g}" if typical > abs(found.value) else ""
+        text += f" ({percent(found.relative)}{of})"
     if limit := reach_text(found):
         text += f": {limit}"
     shown = {name for c in combinations if found.name in c.names for name in c.names}
