@@ -98,9 +98,8 @@ def _of_current(
         for v in (nu, nu + water)
     )
     missed = through - over
-    missed[:, :2] += (
-        nu[:, 2:] * water[:, 1::-1] * [1.0, -1.0]
-    )  # the current's own turn in body axes
+    # the current turns in body axes
+    missed[:, :2] += nu[:, 2:] * water[:, 1::-1] * [1.0, -1.0]
     mean = np.mean(missed**2, axis=0)
     step = float(np.median(np.diff(path.t))) if len(path.t) > 1 else LONGEST
     turned = _core.rotate(psi, missed, to_body=False)

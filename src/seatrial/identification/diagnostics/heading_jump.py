@@ -61,9 +61,8 @@ def heading_jumps(recording: Recording) -> Iterator[tuple[float, int]]:
             stamps, psi = _headings(recording, slice(after - 2, after + 2))
             steps = np.diff(psi)
             at = 1 + int(np.argmax(np.abs(steps[1:-1])))
-            size = float(
-                steps[at] - 0.5 * (steps[at - 1] + steps[at + 1])
-            )  # without the turn of the boat
+            # without the turn of the boat
+            size = float(steps[at] - 0.5 * (steps[at - 1] + steps[at + 1]))
             if abs(size) > LEAST_HEADING_OFFSET:
                 yield size, int(stamps[at + 1])
 

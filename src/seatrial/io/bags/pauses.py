@@ -36,9 +36,8 @@ def with_unknown_commands(rows: Rows, arrival: Stamps, found: Sequence[Pause]) -
     if not len(arrival):
         return rows
     late = int(np.median(arrival - rows.stamps))
-    found = [
-        one for one in found if 0 <= one[0] - late < LATEST
-    ]  # stamps of another clock may be anything
+    # stamps of another clock may be anything
+    found = [one for one in found if 0 <= one[0] - late < LATEST]
     stamps, values = rows.stamps, rows.values
     for end, _ in found:
         after = int(np.searchsorted(stamps, end - late, side="right"))
