@@ -173,7 +173,8 @@ def ship(vehicle: Vehicle) -> Vehicle:
 
 def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1, cse1_vehicle):
     with pytest.raises(
-        IdentificationError, match=r"scale_power\.propellers are to be estimated; equation-error"
+        IdentificationError,
+        match=r"'estimate' is given for .*scale_power\.propellers; equation-error",
     ):
         seatrial.identify([cse1["run1"]], ship(cse1_vehicle), method="equation-error")
     plan = load_plan("clean")

@@ -24,6 +24,7 @@ from seatrial.recording.pose_noise import pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.errors import IdentificationError
+from seatrial.util.format import joined
 from seatrial.util.frames import AXES, SYMBOLS, Array
 
 LONGEST_STEP = 1.5  # median periods between two poses: a longer one is a gap
@@ -99,7 +100,7 @@ def equation_error(
 def _refuse_unknown_actuators(vehicle: Vehicle) -> None:
     if vehicle.estimated:
         raise IdentificationError(
-            f"{vehicle.source}: {', '.join(vehicle.estimated)} are to be estimated; {EQUATION_ERROR} takes "
+            f"{vehicle.source}: 'estimate' is given for {joined(vehicle.estimated)}; {EQUATION_ERROR} takes "
             "the actuators as known: use output-error or weak-form, or give numbers"
         )
 
