@@ -120,6 +120,7 @@ def test_messages_of_a_chunk_that_rosbag_has_not_finished(tmp_path, monkeypatch)
             for place, value in zip(lengths, known, strict=True):
                 bag.seek(place)
                 bag.write(value)
+                settled(found)  # with one of them, too
             bag.seek(end)
             bag.write(content[end:])
         path.rename(tmp_path / "run.bag")

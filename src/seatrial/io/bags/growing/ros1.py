@@ -93,7 +93,10 @@ class GrowingRos1(GrowingBag, Ros1Bag):
     def _chunk_of(self, record: Record) -> bool:
         """Messages of a chunk; while it is written its lengths are 0."""
         open_now = record.end == record.begin
-        if open_now and record.text(b"compression") != "none":
+        # rosbag writes its two lengths one after the other: one of them may be there
+        last = record.end == len(record.source)
+        ending = last and not open_now and record.u32(b"size") == 0
+        if ending or (open_now and record.text(b"compression") != "none"):
             return False
         chunk = record.source[record.begin :] if open_now else chunk_content(record)
         try:
