@@ -162,7 +162,7 @@ def _commands(
         stated, sampling = stated_sampling(recordings, vehicle, effects)
         if sampling:
             return stated, [*sampling]
-    # a logger's samples are stamped late, too, by up to their period: where that is a doubt, it is said instead
+    # a logger's samples are stamped late, too, by up to their period: the doubt, where there is one, stands for it
     unsure = sampling_is_open(model.vehicle, recordings) and any(map(sampling_doubt, recordings))
     return vehicle, [] if unsure else late_command_findings(model)
 
