@@ -135,7 +135,7 @@ def test_a_smoothed_velocity_errs_as_its_standard_deviation_says(af, sensor):
 
 
 def turning(af, n: int = 60, period: float = 0.1) -> tuple[Model, Recording, np.ndarray]:
-    """Yaw with linear drag alone, at rest otherwise: a linear system; its noise (11,)."""
+    """Yaw with linear drag alone, at rest otherwise: a linear system; its noise (12,)."""
     values = dict.fromkeys(TABLE_II["AF"], 0.0) | {"X_u": -0.5, "Y_v": -0.5, "N_r": -0.6}
     noise = NOISE_LEAST.copy()
     noise[:7] = 1e-3, 2e-3, 1e-9, 1e-9, 1e-9, 0.1, 1.5

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import thrust_trace
-from seatrial.boat.noise_parameters import NOISE_LEAST
+from seatrial.boat.noise_parameters import NOISE_LEAST, SWAY_RATIO
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.estimator import OutputErrorSettings
 from seatrial.identification.likelihood.filter_runs import filter_along
@@ -37,16 +37,12 @@ def without_process(noise: Array) -> Array:
 
 
 def true_noise(plan: PlanFile) -> Array:
-    """The filter's noise as the plan has it.
-
-    The filter has one disturbance for surge and sway: the mean square of the two that 4 % of full
-    thrust are.
-    """
+    """The filter's noise as the plan has it."""
     noise = np.array(NOISE_LEAST)
     noise[:2] = plan.pose.position_noise, plan.pose.heading_noise
     force, c = plan.plant.unmodelled, plan.plant.coefficients
     if force is not None:
-        noise[4] = force.share * np.sqrt((c["X_F"] ** 2 + c["Y_F"] ** 2) / 2.0)
+        noise[4], noise[SWAY_RATIO] = force.share * c["X_F"], c["Y_F"] / c["X_F"]
         noise[5] = force.share * c["N_F"]
         noise[6] = force.correlation
     return noise

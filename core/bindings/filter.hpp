@@ -75,7 +75,7 @@ const double* step_of(const FilterRun& first, const Series& series,
 
 /// Row i of noises (m, 11).
 NoiseParameters make_noise(const Matrix& rows, std::size_t i) {
-  require(rows.shape(1) == kNoiseParameters, "noises: 11 values in each row");
+  require(rows.shape(1) == kNoiseParameters, "noises: 12 values in each row");
   return make_noise(rows.data() + i * kNoiseParameters);
 }
 

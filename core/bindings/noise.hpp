@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Noise parameters between Python and the core: arrays (11,) in the order of NoiseParameters.
+// Noise parameters between Python and the core: arrays (12,) in the order of NoiseParameters.
 #pragma once
 #include "arrays.hpp"
 #include "seatrial/filter/noise_parameters.hpp"
@@ -16,8 +16,9 @@ inline NoiseParameters make_noise(const double* from) {
 
 inline NoiseParameters make_noise(const Vector& row) {
   require(row.shape(0) == kNoiseParameters,
-          "noise: 11 values expected: position, heading, random walks (2), disturbances (2), their "
-          "time constant, coloured pose noise (2), its time constant and angular frequency");
+          "noise: 12 values expected: position, heading, random walks (2), disturbances (2), their "
+          "time constant, coloured pose noise (2), its time constant and angular frequency, sway "
+          "ratio");
   return make_noise(row.data());
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using namespace seatrial;
 
-/// Noise (11,) in the order of NoiseParameters; errors (coefficients and constants, causes).
+/// Noise (12,) in the order of NoiseParameters; errors (coefficients and constants, causes).
 std::pair<Out1, Out2> run_onboard_uncertainty(const Boat& boat, const Chain& chain, Vector q,
                                               Matrix speeds, Matrix covariance, Vector noise,
                                               bool explained) {

@@ -64,12 +64,13 @@ NoiseParameters read_noise(const Value& noise) {
   }
   if (const auto p = noise.find("process")) {
     p->only({"walk_linear", "walk_yaw", "disturbance_linear", "disturbance_yaw", "memory",
-             "earth_fixed"});  // on board the node's own parameter says so
+             "sway_ratio", "earth_fixed"});  // on board the node's own parameter says so
     n.walk_linear = p->at("walk_linear").not_negative();
     n.walk_yaw = p->at("walk_yaw").not_negative();
     n.disturbance_linear = p->at("disturbance_linear").not_negative();
     n.disturbance_yaw = p->at("disturbance_yaw").not_negative();
     n.memory = p->at("memory").positive();
+    if (const auto ratio = p->find("sway_ratio")) n.sway_ratio = ratio->positive();
   }
   return n;
 }

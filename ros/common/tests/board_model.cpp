@@ -50,8 +50,8 @@ void noise(const ros::BoardModel& board) {
   const NoiseParameters& n = board.model.boat.noise;
   const double row[] = {n.position,           n.heading,         n.walk_linear, n.walk_yaw,
                         n.disturbance_linear, n.disturbance_yaw, n.memory,      n.colour_position,
-                        n.colour_heading,     n.colour_memory,   n.colour_turn};
-  show(row, 11);
+                        n.colour_heading,     n.colour_memory,   n.colour_turn, n.sway_ratio};
+  show(row, 12);
   std::printf("\n");
 }
 

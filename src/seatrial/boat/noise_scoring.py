@@ -19,9 +19,13 @@ from seatrial.boat.noise_parameters import (
     COLOUR_MEMORY,
     COLOUR_TURN,
     DISTURBANCES,
+    IN_PLANE,
     MEMORY,
     NOISE_LEAST,
     OUTLIER,
+    SWAY_RATIO,
+    is_unequal,
+    least_noise,
     noise_units,
     oscillates,
 )
@@ -61,7 +65,7 @@ class Linearised:
         return list(zip(self.runs, self.series, steps, strict=True))
 
     def cost(self, noise: Array) -> float:
-        """-2 log likelihood with other noise (11,), without its constant."""
+        """-2 log likelihood with other noise (12,), without its constant."""
 
         def one(item: tuple[_core.FilterRun, _core.Series, Array | None]) -> float:
             run, series, step = item
@@ -70,7 +74,7 @@ class Linearised:
         return float(sum(spread(one, self._items())))
 
     def derivatives(self, noise: Array, moved: Array, steps: Array) -> tuple[float, Array, Array]:
-        """Cost, half its gradient (m,), and the information (m, m) in the directions of noises `moved` (m, 11)."""
+        """Cost, half its gradient (m,), and the information (m, m) in the directions of noises `moved` (m, 12)."""
 
         def one(
             item: tuple[_core.FilterRun, _core.Series, Array | None],
@@ -89,14 +93,14 @@ class Linearised:
 
 @dataclass(frozen=True)
 class NoiseBox:
-    """Which noise may be there: bounds (11,), and which parameters are free."""
+    """Which noise may be there: bounds (12,), and which parameters are free."""
 
-    least: Array = field(default_factory=NOISE_LEAST.copy)
+    least: Array = field(default_factory=least_noise)
     most: Array = field(default_factory=lambda: np.full(len(NOISE_LEAST), np.inf))
     free: Mask = field(default_factory=lambda: np.ones(len(NOISE_LEAST), dtype=bool))
 
     def active(self, noise: Array, *, absent: bool) -> Mask:
-        """Parameters (11,) that can be scored: time constants count only with their amplitudes.
+        """Parameters (12,) that can be scored: time constants count only with their amplitudes.
 
         absent: with amplitudes that are at their lower bound.
         """
@@ -106,12 +110,14 @@ class NoiseBox:
         coloured = (noise[COLOUR] > _core.NO_COLOUR).any()
         out[COLOUR_MEMORY] = self.free[COLOUR_MEMORY] and coloured
         out[COLOUR_TURN] = self.free[COLOUR_TURN] and coloured and oscillates(noise)
+        in_plane = is_unequal(noise) and there[IN_PLANE].any()
+        out[SWAY_RATIO] = self.free[SWAY_RATIO] and in_plane
         return np.asarray(out)
 
 
 @dataclass(frozen=True)
 class Value:
-    """What is to fall, of a noise (11,), and how much it is here."""
+    """What is to fall, of a noise (12,), and how much it is here."""
 
     of: Callable[[Array], float]
     here: float
@@ -120,7 +126,7 @@ class Value:
 def scored(
     at: Linearised, noise: Array, box: NoiseBox, value: Value, *, absent: bool = True
 ) -> tuple[Array, float]:
-    """One step of Fisher scoring within a box: likelier noise (11,), and its value.
+    """One step of Fisher scoring within a box: likelier noise (12,), and its value.
 
     absent: whether sources that are at their lower bound may leave it.
     """
@@ -163,7 +169,7 @@ def scored(
 
 
 def fitted_noise(at: Linearised, noise: Array, settled: float) -> tuple[Array, float]:
-    """Maximum-likelihood noise (11,) for a fixed model, and -2 log likelihood without its constant.
+    """Maximum-likelihood noise (12,) for a fixed model, and -2 log likelihood without its constant.
 
     A step that gains less than `settled` is the last.
     """
@@ -183,12 +189,14 @@ def _coordinates(noise: Array, places: Places, amplitude: Mask) -> Array:
 
 
 def _noise(noise: Array, places: Places, amplitude: Mask, at: Array) -> Array:
-    """The noise (11,) with these coordinates."""
+    """The noise (12,) with these coordinates."""
     out = noise.copy()
     out[places] = np.where(
         amplitude, np.sqrt(np.maximum(at, 0.0)), np.exp(np.where(amplitude, 0.0, at))
     )
-    return np.where(out < AT_LEAST * NOISE_LEAST, NOISE_LEAST, out)
+    none = out < AT_LEAST * NOISE_LEAST
+    none[SWAY_RATIO] = False
+    return np.where(none, NOISE_LEAST, out)
 
 
 def _logarithm_probes(noise: Array, places: Places) -> Array:

@@ -242,6 +242,7 @@ class ProcessEntry(Strict, frozen=True):
     disturbance_linear: NotNegative  # [m/s^2] standard deviation of the disturbance
     disturbance_yaw: NotNegative  # [rad/s^2]
     memory: Positive  # [s] its time constant
+    sway_ratio: Positive = 1.0  # of sway's noise over that of surge; 1 where earth-fixed
     earth_fixed: bool = False  # constant direction in the world, or in the boat
 
 

@@ -142,7 +142,7 @@ def assess_from(model: Model, recordings: Sequence[Recording], scores: Scores) -
 def _filters(
     model: Model, recordings: Sequence[Recording]
 ) -> tuple[Array | None, list[Filtered | str]]:
-    """The filter's noise (11,), and its run along every recording, or why there is none."""
+    """The filter's noise (12,), and its run along every recording, or why there is none."""
     try:
         noise = filter_noise(model, recordings)
     except SeatrialError as error:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from seatrial import _core
 from seatrial.boat.model import INTEGRATORS, Model
 from seatrial.boat.noise_parameters import (
-    COLOUR,
+    COLOURED,
     NOISE_FIRST,
     NOISE_START,
     OUTLIER,
@@ -61,7 +61,7 @@ class Filtered:
 
     motion: Motion  # state after each pose, with the filter's own standard deviations
     residual: Array  # (n, 3) innovations in body axes, in standard deviations
-    noise: Array  # (11,) of the filter
+    noise: Array  # (12,) of the filter
     run: _core.FilterRun
     series: _core.Series  # what it ran along
 
@@ -224,7 +224,7 @@ def filter_pass(
 
 
 def filter_noise(model: Model, recordings: Sequence[Recording]) -> Array:
-    """Noise (11,) of the model's filter: the model's own, as identified.
+    """Noise (12,) of the model's filter: the model's own, as identified.
 
     A model without process noise (the paper's method has none) gets the maximum-likelihood noise of
     these recordings, so that its filter is the best possible.
@@ -236,14 +236,14 @@ def filter_noise(model: Model, recordings: Sequence[Recording]) -> Array:
 def recording_noise(
     model: Model, recordings: Sequence[Recording], colour: Array | None = None
 ) -> Array:
-    """Maximum-likelihood noise (11,) of these recordings for the model, whatever noise it states.
+    """Maximum-likelihood noise (12,) of these recordings for the model, whatever noise it states.
 
     colour: (4,) start of the Gauss-Markov pose noise; none by default.
     """
     parts = [part for r in recordings for part in _pieces(r, NOISE_DURATION / len(recordings))]
     start = _start_noise(recordings)
     if colour is not None:
-        start[COLOUR[0] :] = colour
+        start[COLOURED] = colour
     return _maximum_likelihood_noise(model, parts, start)
 
 
@@ -283,7 +283,7 @@ def _start_noise(recordings: Sequence[Recording]) -> Array:
 
 
 def run_filter(model: Model, recording: Recording, noise: Array | None = None) -> Filtered:
-    """Velocities by the model's filter, with `noise` (11,), by default from `filter_noise`.
+    """Velocities by the model's filter, with `noise` (12,), by default from `filter_noise`.
 
     Raises DivergenceError where the model diverges.
     """

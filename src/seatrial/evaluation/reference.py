@@ -12,7 +12,7 @@ import numpy as np
 
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.noise_parameters import COLOUR, OUTLIER, noise_vector
+from seatrial.boat.noise_parameters import COLOUR, COLOURED, OUTLIER, noise_vector
 from seatrial.evaluation.filtering import filter_pass, recording_noise, series_for
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion
@@ -24,7 +24,7 @@ Reference = Literal["smoothed", "stencil"]
 def smoothed_motion(model: Model, recording: Recording, noise: Array | None = None) -> Motion:
     """Poses and velocities smoothed over the whole recording, with standard deviations.
 
-    noise: (11,) by default the likeliest of this recording for this model. Raises ModelError where
+    noise: (12,) by default the likeliest of this recording for this model. Raises ModelError where
     the model diverges.
     """
     used = recording_noise(model, [recording], _colour(model)) if noise is None else noise
@@ -41,4 +41,4 @@ def _colour(model: Model) -> Array | None:
     own = noise_vector(model.noise)
     if own is None or max(own[COLOUR]) <= _core.NO_COLOUR:
         return None
-    return np.asarray(own[COLOUR[0] :])
+    return np.asarray(own[COLOURED])

@@ -202,7 +202,8 @@ def _noise(model: Model) -> str:
     if process is None:
         return f"{text}."
     most = [full_thrust(model, axis) for axis in range(3)]
-    sizes = process.disturbance_linear, process.disturbance_linear, process.disturbance_yaw
+    linear, ratio = process.disturbance_linear, process.sway_ratio
+    sizes = linear, ratio * linear, process.disturbance_yaw
     # of other axes the thrust is no measure
     driven = {force.axis for force in model.vehicle.forces}
     parts = [
@@ -218,6 +219,8 @@ def _noise(model: Model) -> str:
     if max(process.walk_linear, process.walk_yaw) > LEAST_WALK:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
         text += f"; velocity random walk {_above(LEAST_WALK, *walks)} in 1 s"
+    if ratio != 1.0:
+        text += f"; in sway {ratio:.2g} times the accelerations of surge"
     return f"{text}."
 
 

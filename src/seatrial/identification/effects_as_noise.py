@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.noise_parameters import DISTURBANCES, MEMORY, NOISE_MOST
+from seatrial.boat.noise_parameters import DISTURBANCES, MEMORY, NOISE_MOST, equal_in_plane
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.velocity import Motion
 from seatrial.util.frames import Array
@@ -36,7 +36,7 @@ def with_effects_as_noise(
     vehicle: Vehicle,
     coefficients: Array,
 ) -> tuple[Array, bool | None]:
-    """The noise (11,) with the mean square of all recordings' effects as a disturbance force.
+    """The noise (12,) with the mean square of all recordings' effects as a disturbance force.
 
     effects: of each recording, by name, in SI; moving: its velocity through the water. The estimator knows them; a
     filter on board estimates them as its disturbance. Also whether the disturbance is then earth-fixed; None: as
@@ -50,7 +50,7 @@ def with_effects_as_noise(
         for own, path in zip(effects, moving, strict=True)
         for part in (*_steady(own), *_of_current(own, path, vehicle, coefficients))
     ]
-    n = len(effects)
+    n, noise = len(effects), equal_in_plane(noise)
     linear, yaw = (noise[DISTURBANCES] ** 2).tolist()
     found = [Force(linear, yaw, float(noise[MEMORY]))]
     found += [Force(p.linear / n, p.yaw / n, p.memory) for p in parts]

@@ -49,7 +49,7 @@ class StartValues:
     """Where a search starts: parameters by name, and noise."""
 
     values: Mapping[str, float]
-    noise: Array | None  # (11,) of the filter; None: from the poses
+    noise: Array | None  # (12,) of the filter; None: from the poses
 
     @staticmethod
     def of_model(model: Model) -> "StartValues":
@@ -66,13 +66,13 @@ class Fit:
 
     problem: Problem
     theta: Array  # all parameters, in the problem's order
-    noise: Array  # (11,) of the filter
+    noise: Array  # (12,) of the filter
     runs: FilterRuns
     covariance: Array  # (p, p) of the free parameters
     settings: OutputErrorSettings
     findings: tuple[Finding, ...]
     horizon: float  # [s] fit horizon under model mismatch, 0: none
-    maximum_noise: Array  # (11,) at the likelihood's maximum, before the horizon
+    maximum_noise: Array  # (12,) at the likelihood's maximum, before the horizon
 
     @staticmethod
     def of(

@@ -22,6 +22,7 @@ from seatrial.boat.noise_parameters import (
     NOISE_LEAST,
     OUTLIER,
     earth_fixed,
+    equal_in_plane,
     noise_vector,
 )
 from seatrial.evaluation.comparison.cause_candidates import full_thrust
@@ -135,7 +136,7 @@ class Window:
     """A window of a recording, with the noise that may have been in it."""
 
     recording: Recording
-    noise: Array  # (11,)
+    noise: Array  # (12,)
     earth_fixed: bool  # of the disturbance force
     dispersion: float = 1.0  # of its scores
 
@@ -182,7 +183,7 @@ def nuisance_deviations(problem: Problem, boat: Model) -> Array:
 
 
 def noise_of(model: Model) -> Array:
-    """The model's noise (11,). Raises ModelError where none was estimated, or the innovations are not white."""
+    """The model's noise (12,). Raises ModelError where none was estimated, or the innovations are not white."""
     if model.findings_of(FindingKind.MODEL_MISMATCH):
         raise ModelError(
             f"{model.name}: innovations are correlated (model mismatch). Terms that the model lacks look like a "
@@ -197,7 +198,7 @@ def noise_of(model: Model) -> Array:
 
 
 def noises(model: Model) -> list[tuple[Array, bool]]:
-    """Noises (11,) that may be in a window, and whether their disturbance force is earth-fixed.
+    """Noises (12,) that may be in a window, and whether their disturbance force is earth-fixed.
 
     The model's, with gusts, waves, both, or slow wind beside it, and calm. Raises ModelError as `noise_of`.
     """
@@ -215,7 +216,8 @@ def noises(model: Model) -> list[tuple[Array, bool]]:
         for noise in (own, strong)
     ]
     found = [(noise, earth) for noise in (own, some, strong, *waves)]
-    found.append((_with_disturbance(own, SLOW_WIND * thrust, SLOW_MEMORY), True))
+    slow = _with_disturbance(own, SLOW_WIND * thrust, SLOW_MEMORY)
+    found.append((equal_in_plane(slow), True))
     if disturbed:
         # at a quay, or in calm water, nothing moves a boat that is identified in gusts
         found.append((_with_disturbance(own, NOISE_LEAST[DISTURBANCES], memory), earth))
@@ -223,14 +225,14 @@ def noises(model: Model) -> list[tuple[Array, bool]]:
 
 
 def _with_disturbance(noise: Array, sizes: Array, memory: float) -> Array:
-    """The noise (11,) with a disturbance of these sizes (2,) [m/s^2, rad/s^2] and memory [s]."""
+    """The noise (12,) with a disturbance of these sizes (2,) [m/s^2, rad/s^2] and memory [s]."""
     out = noise.copy()
     out[DISTURBANCES], out[MEMORY] = sizes, memory
     return out
 
 
 def _with_waves(noise: Array, accelerations: Array, period: float) -> Array:
-    """The noise (11,) with wave-frequency motion of accelerations (2,) [m/s^2, rad/s^2].
+    """The noise (12,) with wave-frequency motion of accelerations (2,) [m/s^2, rad/s^2].
 
     It adds to the motion of the boat (Fossen, Handbook of Marine Craft, 2nd ed., section 8.1), as an oscillating
     error of the poses. It takes the place of correlated noise, which counts as white.

@@ -13,8 +13,10 @@ from seatrial.boat.model import FIT_HORIZON, Model
 from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_TURN,
+    COLOURED,
     MEMORY,
     NOISE_START,
+    SWAY_RATIO,
     correlated_vector,
 )
 from seatrial.boat.schema import NoiseEntry
@@ -25,7 +27,7 @@ from seatrial.util.frames import SYMBOLS, Array
 class OnboardUncertainty:
     """Noise and principal parameter errors for the on-board filter."""
 
-    noise: Array  # (11,) of poses and process, in the filter's order
+    noise: Array  # (12,) of poses and process, in the filter's order
     errors: Array  # (n + m, k) of coefficients and constants: k principal errors of unit variance
 
 
@@ -50,14 +52,14 @@ def onboard_uncertainty(model: Model) -> OnboardUncertainty:
 
 
 def _noise_vector(noise: NoiseEntry) -> Array:
-    """Noise (11,) as the model file states it."""
+    """Noise (12,) as the model file states it."""
     own = NOISE_START.copy()
     own[:2] = noise.position, noise.heading
     own[[*COLOUR, COLOUR_TURN]] = 0.0
     if noise.correlated is not None:
-        own[COLOUR[0] :] = correlated_vector(noise.correlated)
+        own[COLOURED] = correlated_vector(noise.correlated)
     if noise.process is not None:
         p = noise.process
         own[2:6] = p.walk_linear, p.walk_yaw, p.disturbance_linear, p.disturbance_yaw
-        own[MEMORY] = p.memory
+        own[MEMORY], own[SWAY_RATIO] = p.memory, p.sway_ratio
     return own

@@ -112,22 +112,31 @@ void carry_covariance(const MotionSlopes& f, const GaussMarkov<N>& others, State
 }
 
 /// P += Q: the random walk of the velocity, integrated into the pose, and the Gauss-Markov states'.
-/// The walks of surge and sway are alike: the position spreads the same way in all directions.
 template <int N, class State>
 void add_process_noise(const NoiseParameters& noise, const Interval& passed,
                        const GaussMarkov<N>& others, State& b) {
   const double length = passed.length;
+  double q[kAxes];
+  double spread[kPose];
   for (int a = 0; a < kAxes; ++a) {
-    const double q = noise.walk(a) * noise.walk(a) * length;
-    b.p[3 + a][3 + a] += q;
-    b.p[a][a] += q * length * length / 3.0;
+    q[a] = noise.walk(a) * noise.walk(a) * length;
+    b.p[3 + a][3 + a] += q[a];
+    spread[a] = q[a] * length * length / 3.0;
   }
+  // unequal walks of surge and sway spread the position unequally in the boat's directions
+  const double unequal = spread[1] - spread[0];
+  spread[0] += passed.sin * passed.sin * unequal;
+  spread[1] -= passed.sin * passed.sin * unequal;
+  for (int i = 0; i < kPose; ++i) b.p[i][i] += spread[i];
+  b.p[0][1] -= passed.cos * passed.sin * unequal;
+  b.p[1][0] = b.p[0][1];
   others.add_noise(noise, b.p);
   const double half = length * length / 2.0;
-  const double plane = noise.walk(0) * noise.walk(0) * half;
+  const double ahead = noise.walk(0) * noise.walk(0) * half;
+  const double across = noise.walk(1) * noise.walk(1) * half;
   const double turn = noise.walk(2) * noise.walk(2) * half;
-  const double cross[kPose][kAxes] = {{plane * passed.cos, -plane * passed.sin, 0.0},
-                                      {plane * passed.sin, plane * passed.cos, 0.0},
+  const double cross[kPose][kAxes] = {{ahead * passed.cos, -across * passed.sin, 0.0},
+                                      {ahead * passed.sin, across * passed.cos, 0.0},
                                       {0.0, 0.0, turn}};
   for (int i = 0; i < kPose; ++i) {
     for (int a = 0; a < kAxes; ++a) {

@@ -7,7 +7,7 @@
 
 namespace seatrial {
 
-inline constexpr int kNoiseParameters = 11;
+inline constexpr int kNoiseParameters = 12;
 inline constexpr int kTurnParameter = 10;
 inline constexpr double kNoColour = 1e-8;  // [m, rad] coloured pose noise below this: none
 inline constexpr double kNoTurn = 1e-3;    // [rad/s] coloured pose noise below this: no oscillation
@@ -49,7 +49,8 @@ struct Oscillator {
 };
 
 /// Standard deviations, spectra and time constants; the names are the model file's. The estimator's
-/// noise parameters are their logarithms, in this order.
+/// noise parameters are their logarithms, in this order. An earth-fixed disturbance has a ratio
+/// of 1.
 struct NoiseParameters {
   double position = 1e-3;            // [m] white noise of the poses
   double heading = 1e-3;             // [rad]
@@ -62,6 +63,8 @@ struct NoiseParameters {
   double colour_heading = 0.0;       // [rad]
   double colour_memory = 0.3;        // [s] its time constant
   double colour_turn = 0.0;          // [rad/s] its angular frequency, where waves make it oscillate
+  // process noise of sway over that of surge, in body axes: a force moves unequal masses unequally
+  double sway_ratio = 1.0;
 
   bool coloured() const { return colour_position > kNoColour || colour_heading > kNoColour; }
   bool oscillating() const { return coloured() && colour_turn > kNoTurn; }
@@ -73,20 +76,36 @@ struct NoiseParameters {
   double white_variance(int i) const { return white(i) * white(i); }
   double colour_variance(int i) const { return colour(i) * colour(i); }
   /// Of surge, sway, yaw.
-  double walk(int axis) const { return axis < 2 ? walk_linear : walk_yaw; }
-  double disturbance(int axis) const { return axis < 2 ? disturbance_linear : disturbance_yaw; }
+  double walk(int axis) const { return axis < 2 ? share(axis) * walk_linear : walk_yaw; }
+  double disturbance(int axis) const {
+    return axis < 2 ? share(axis) * disturbance_linear : disturbance_yaw;
+  }
 
   double& parameter(int i) {
     double* const all[kNoiseParameters] = {
         &position,           &heading,         &walk_linear, &walk_yaw,
         &disturbance_linear, &disturbance_yaw, &memory,      &colour_position,
-        &colour_heading,     &colour_memory,   &colour_turn};
+        &colour_heading,     &colour_memory,   &colour_turn, &sway_ratio};
     return *all[i];
   }
+
+ private:
+  double share(int axis) const { return axis == 1 ? sway_ratio : 1.0; }
 };
 
+/// The same power in surge and sway, the mean of both: the process noise of an earth-fixed
+/// disturbance, and where other noise adds that has no direction.
+inline NoiseParameters equal_in_plane(NoiseParameters n) {
+  const double mean = std::sqrt(0.5 * (1.0 + n.sway_ratio * n.sway_ratio));
+  n.walk_linear *= mean;
+  n.disturbance_linear *= mean;
+  n.sway_ratio = 1.0;
+  return n;
+}
+
 /// Process noise no less than the default: for a model that poses contradicted.
-inline NoiseParameters with_default_process_noise(NoiseParameters n) {
+inline NoiseParameters with_default_process_noise(const NoiseParameters& own) {
+  NoiseParameters n = equal_in_plane(own);
   const NoiseParameters least;
   n.walk_linear = std::max(n.walk_linear, least.walk_linear);
   n.walk_yaw = std::max(n.walk_yaw, least.walk_yaw);

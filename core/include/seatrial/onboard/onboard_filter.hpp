@@ -120,11 +120,12 @@ inline bool plausible(const StateEstimate& b) {
 
 /// Prediction over h [s] under the forces at its begin, middle and end, and, where errors are
 /// considered, the forces' mean errors. False where the boat diverged.
-inline bool predict(const OnboardBoat& boat, const NoiseParameters& noise, double h,
+inline bool predict(const OnboardBoat& boat, const NoiseParameters& own, double h,
                     const double force[3][kMaxForces], const Loadings force_error[kMaxForces],
                     StateEstimate& b) {
   const double none[4] = {};
   const bool earth = boat.frame == DisturbanceFrame::kEarth;
+  const NoiseParameters noise = earth ? equal_in_plane(own) : own;
   const Disturbing disturbing(b.x, h, none, none, earth);
   const Interval passed(noise, disturbing.cos, disturbing.sin, h);
   ConsideredErrors errors(boat.considered, h, disturbing.cos, disturbing.sin);

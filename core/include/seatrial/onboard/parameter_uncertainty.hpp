@@ -183,8 +183,10 @@ inline double root_mean_square(const double* axes) {
 
 /// Noise of the filter on board: the model's own and that of its parameter errors. All disturbances
 /// share one time constant, the mean; each keeps its power at low frequencies.
-inline NoiseParameters onboard_noise(const NoiseParameters& own, const ErrorNoise& d) {
+inline NoiseParameters onboard_noise(const NoiseParameters& model, const ErrorNoise& d) {
   const double linear = detail::root_mean_square(d.disturbance);
+  const double walk = detail::root_mean_square(d.walk);
+  const NoiseParameters own = linear > 0.0 || walk > 0.0 ? equal_in_plane(model) : model;
   const double power[2] = {d.disturbance[0] * std::sqrt(d.memory[0]),
                            d.disturbance[1] * std::sqrt(d.memory[1])};
   const double ratio = linear > 0.0 ? detail::root_mean_square(power) / linear : 0.0;
@@ -195,8 +197,7 @@ inline NoiseParameters onboard_noise(const NoiseParameters& own, const ErrorNois
   NoiseParameters n = own;
   n.position = std::max(own.position, least.position);
   n.heading = std::max(own.heading, least.heading);
-  n.walk_linear =
-      std::max(std::hypot(own.walk_linear, detail::root_mean_square(d.walk)), least.walk_linear);
+  n.walk_linear = std::max(std::hypot(own.walk_linear, walk), least.walk_linear);
   n.walk_yaw = std::max(std::hypot(own.walk_yaw, d.walk[2]), least.walk_yaw);
   n.memory = std::max(0.5 * (ahead.memory + turning.memory), least.memory);
   n.disturbance_linear =

@@ -135,11 +135,12 @@ inline void keep_white_part(const NoiseParameters& n, double noise[kPose][kPose]
 
 /// Unknown pose, a slow boat.
 inline void reset_to_unknown(const OnboardModel& m, StateEstimate& b) {
-  const NoiseParameters& n = m.boat.noise;
+  const bool earth = m.boat.frame == DisturbanceFrame::kEarth;
+  const NoiseParameters n = earth ? equal_in_plane(m.boat.noise) : m.boat.noise;
   const double spread[kFilterStates] = {
       kUnknownPosition,     kUnknownPosition,     kUnknownHeading,
       m.velocity_spread[0], m.velocity_spread[1], m.velocity_spread[2],
-      n.disturbance_linear, n.disturbance_linear, n.disturbance_yaw};
+      n.disturbance(0),     n.disturbance(1),     n.disturbance(2)};
   b = StateEstimate{};
   b.n = states_for(n);
   for (int i = 0; i < kFilterStates; ++i) b.p[i][i] = spread[i] * spread[i];

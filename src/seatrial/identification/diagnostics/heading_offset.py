@@ -45,7 +45,7 @@ class HeadingOffset:
 def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Finding]:
     """The heading offset after fits with corrected headings; none where it is small or the fit hardly better.
 
-    least: (11,) floor of the noise.
+    least: (12,) floor of the noise.
     """
     vehicle, found, total = at.runs.problem.vehicle, first, first.by
     there = at

@@ -14,6 +14,7 @@ from seatrial.boat.noise_parameters import (
     COLOUR_MEMORY,
     DISTURBANCES,
     PROCESS,
+    SWAY_RATIO,
     noise_entry,
 )
 from seatrial.evaluation.prediction import DEFAULT_HORIZON, predict
@@ -104,6 +105,7 @@ def _poor_prediction(at: Point, horizon: float = 0.0) -> list[Finding]:
     least = np.where(moves, np.minimum(ahead.constant, ahead.zero), ahead.constant)
     ratio = ahead.rms / np.maximum(least, ERROR_FLOOR)
     process = np.hypot(at.noise[PROCESS][:2], at.noise[DISTURBANCES])[[0, 0, 1]]  # in a second
+    process[1] *= at.noise[SWAY_RATIO]
     known = (process < DISTURBANCE_SHARE * ahead.rms) & (horizon == 0.0)
     known |= ahead.rms**2 < NOISE_DOMINATED * ahead.floor**2
     known |= np.array([_thrust_is_evident(at, axis) for axis in range(3)])
@@ -126,7 +128,7 @@ def _thrust_is_evident(at: Point, axis: int) -> bool:
 
 
 def _prediction_errors(problem: Problem, theta: Array, noise: Array) -> _PredictionErrors | None:
-    """Errors of the model with these parameters and this noise (11,); None where it diverges."""
+    """Errors of the model with these parameters and this noise (12,); None where it diverges."""
     squares, floors, constant, zero = np.zeros((4, 3))
     count, model = 0, problem.model(theta, noise_entry(noise))
     for i in range(len(problem.recordings)):

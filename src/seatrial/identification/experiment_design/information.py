@@ -35,7 +35,7 @@ class ReferencePoint:
     model: Model
     names: tuple[str, ...]  # (p,) of what was estimated
     theta: Array  # (p,) their values
-    noise: Array  # (11,) of the filter
+    noise: Array  # (12,) of the filter
 
     def problem(self, recordings: Sequence[Recording]) -> Problem:
         """The estimation problem of some recordings."""
@@ -67,7 +67,7 @@ class RecordingInformation:
 def reference_point(
     model: Model, recordings: Sequence[Recording], noise: Array | None = None
 ) -> ReferencePoint:
-    """The model's estimated parameters, and the noise (11,) that they were estimated with.
+    """The model's estimated parameters, and the noise (12,) that they were estimated with.
 
     A model without process noise gets `noise`, or that under which `recordings` are most likely.
     Raises ModelError where nothing was estimated, or where the model diverges.

@@ -88,7 +88,7 @@ class FilterRuns:
         )
 
     def relinearised(self, noise: Array, move: Array) -> "FilterRuns":
-        """Runs by the linearisation, a step `move` (names,) of the parameters away and with other noise (11,)."""
+        """Runs by the linearisation, a step `move` (names,) of the parameters away and with other noise (12,)."""
         problem, steps = self.problem, self._own_steps(move)
 
         def one(i: int) -> _core.FilterRun:

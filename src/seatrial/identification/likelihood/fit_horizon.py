@@ -157,7 +157,7 @@ def _by_block(t: Array, errors: Array, block: float) -> list[Array]:
 
 
 def noise_floor(problem: Problem, horizon: float) -> Array:
-    """Lower bounds (11,) of the noise for a fit horizon [s]: so many seconds at the RMS speed, of all poses."""
+    """Lower bounds (12,) of the noise for a fit horizon [s]: so many seconds at the RMS speed, of all poses."""
     least = problem.least_noise.copy()
     if horizon > 0.0:
         rms = np.sqrt(np.mean(usual_velocities(problem.recordings) ** 2, axis=0))
@@ -169,7 +169,7 @@ def noise_floor(problem: Problem, horizon: float) -> Array:
 
 
 def likelihood_noise(at: Point, noise: Array) -> Array:
-    """The noise (11,) of highest likelihood with these parameters, for the filter on board.
+    """The noise (12,) of highest likelihood with these parameters, for the filter on board.
 
     `noise`: that at the likelihood's maximum, before a fit horizon was chosen.
     """

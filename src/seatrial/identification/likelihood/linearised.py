@@ -27,7 +27,7 @@ class Point:
     """Parameters, noise, and the filter run with them."""
 
     theta: Array  # (p,) all parameters
-    noise: Array  # (11,)
+    noise: Array  # (12,)
     runs: FilterRuns
 
 
@@ -36,16 +36,16 @@ class Promise:
     """The optimum of a linearised problem."""
 
     move: Array  # (names,) of the parameters
-    noise: Array  # (11,)
+    noise: Array  # (12,)
     fall: float  # of the cost
 
 
 def noise_box(
     problem: Problem, noise: Array, least: Array | None = None, free: Mask | None = None
 ) -> NoiseBox:
-    """The box of a search that begins with this noise (11,).
+    """The box of a search that begins with this noise (12,).
 
-    least: (11,) lower bounds, by default the problem's; free: (11,) parameters that are scored, or all.
+    least: (12,) lower bounds, by default the problem's; free: (12,) parameters that are scored, or all.
     """
     low = problem.least_noise if least is None else least
     every = np.ones(len(noise), dtype=bool)
@@ -63,7 +63,7 @@ def linearised_optimum(
 ) -> Promise:
     """Parameters and noise that are likeliest by the linearisation of a point's full pass.
 
-    damping: of the parameters' steps, relative to the diagonal of their information; noise: (11,) where the search
+    damping: of the parameters' steps, relative to the diagonal of their information; noise: (12,) where the search
     of the noise begins, by default the point's own; needed: a lesser fall is of no use, so the search ends where
     the pace of its last round does not reach it. Every noise is valued with the parameters a step on from it.
     """
@@ -86,7 +86,7 @@ def linearised_optimum(
 def by_linearisation(at: Point, noise: Array | None = None) -> Point:
     """The likeliest point by the linearisation of a full pass, with its relinearised runs.
 
-    noise: (11,) where its search begins, by default the point's own.
+    noise: (12,) where its search begins, by default the point's own.
     """
     promise = linearised_optimum(at, noise_box(at.runs.problem, at.noise), noise=noise)
     runs = at.runs.relinearised(promise.noise, promise.move)
@@ -108,7 +108,7 @@ class _Profile:
         return self.best
 
     def at(self, noise: Array) -> Promise:
-        """With another noise (11,), from the point's parameters."""
+        """With another noise (12,), from the point's parameters."""
         self.best = self._promise(noise, np.zeros(len(self.about.theta)))
         return self.best
 

@@ -17,11 +17,16 @@ from seatrial.boat.noise_parameters import (
     COLOUR,
     COLOUR_MEMORY,
     COLOUR_TURN,
+    COLOURED,
     DISTURBANCES,
+    IN_PLANE,
     MEMORY,
     NOISE_LEAST,
     PROCESS,
+    SWAY_RATIO,
     WALKS,
+    equal_in_plane,
+    is_unequal,
     noise_units,
     oscillates,
 )
@@ -47,12 +52,14 @@ from seatrial.util.progress import stage
 # All gains and prices are falls of -2 log likelihood.
 PARAMETER_PRICE = 4.0  # of a parameter of a noise source
 # sources that a solution may do without, and their parameters
-SOURCES = (((2, 3, 4, 5), 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
+ALL_PROCESS = (2, 3, 4, 5)
+SOURCES = ((ALL_PROCESS, 5), (tuple(COLOUR), 3), (tuple(WALKS), 2), ((SWAY_RATIO,), 1))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from its optimum
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
 LONGER = 6.0  # times the memory of correlated pose errors, that is tried
 SEARCHED = 2  # structures that are searched in full after the screening, at most
+START_SWAY_RATIO = 1.25  # where the search of unequal process noise begins: any but 1
 DISTURBANCE_MEMORY = 2.0  # [s] where the search of a disturbance force begins
 POSES_PER_WAVE = 3.0  # at the least: fewer do not show an oscillation
 TRIED_WAVE_PERIODS = np.geomspace(0.5, 10.0, 17)  # [s] that are tried
@@ -71,6 +78,7 @@ class NoiseStructure:
     disturbance: bool = False  # a Gauss-Markov disturbance force; else no process noise
     keeps_process: bool = False  # process noise as the first search found it
     earth_fixed: bool = False  # the frame of the disturbance force
+    unequal: bool = False  # in surge and sway
 
     @property
     def poses_only(self) -> bool:
@@ -81,6 +89,7 @@ class NoiseStructure:
 STRUCTURES = (
     NoiseStructure("correlated poses", memory=0.3, keeps_process=True),
     NoiseStructure("disturbance", disturbance=True),
+    NoiseStructure("unequal disturbance", disturbance=True, unequal=True),
     NoiseStructure("disturbance, correlated poses", memory=0.3, disturbance=True),
     NoiseStructure("disturbance, slowly correlated poses", memory=3.0, size=1.0, disturbance=True),
     NoiseStructure("earth-fixed disturbance", disturbance=True, earth_fixed=True),
@@ -150,8 +159,8 @@ def searched(at: Point, candidates: Sequence[Screened]) -> Point:
 
 
 def refined(at: Point) -> Point:
-    """The solution in the likelier frame, with a longer memory if that is likelier, without needless sources."""
-    return simplified(with_longer_memory(in_likelier_frame(at)))
+    """The solution in the likelier frame, of longer memory and unequal axes if likelier; no needless sources."""
+    return simplified(with_unequal_axes(with_longer_memory(in_likelier_frame(at))))
 
 
 def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
@@ -159,10 +168,11 @@ def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
     if not has_disturbance(at):
         return at
     problem = at.runs.problem
-    other = full_pass(replace(problem, earth_fixed=not problem.earth_fixed), at.theta, at.noise)
+    turned = replace(problem, earth_fixed=not problem.earth_fixed)
+    other = full_pass(turned, at.theta, equal_in_plane(at.noise))
     if not np.isfinite(other.runs.cost):
         return at
-    promise = linearised_optimum(other, noise_box(problem, at.noise, least))
+    promise = linearised_optimum(other, noise_box(problem, other.noise, least))
     if other.runs.cost - promise.fall > at.runs.cost - SWITCH_GAIN:
         return at
     return _likelier(at, other, promise, least)
@@ -177,6 +187,24 @@ def with_longer_memory(at: Point) -> Point:
     box = noise_box(at.runs.problem, noise)
     promise = linearised_optimum(at, box, noise=noise)
     return at if promise.fall < SWITCH_GAIN else _likelier(at, at, promise)
+
+
+def with_unequal_axes(at: Point) -> Point:
+    """The likelier of `at` and a solution whose process noise differs between surge and sway.
+
+    A force moves unequal masses unequally. An earth-fixed disturbance has no such ratio.
+    """
+    problem = at.runs.problem
+    units = noise_units(at.noise, problem.period)
+    moves = bool((at.noise > 0.01 * units)[IN_PLANE].any())
+    if problem.earth_fixed or is_unequal(at.noise) or not moves:
+        return at
+    noise = at.noise.copy()
+    noise[SWAY_RATIO] = START_SWAY_RATIO
+    promise = linearised_optimum(at, noise_box(problem, noise), noise=noise)
+    if promise.fall < SWITCH_GAIN + PARAMETER_PRICE:
+        return at
+    return _likelier(at, at, promise)
 
 
 def _lengthen(noise: Array) -> None:
@@ -206,23 +234,29 @@ def priced(at: Point) -> float:
 
 
 def _price(noise: Array) -> float:
-    return PARAMETER_PRICE * (3.0 * has_correlated_poses(noise) + oscillates(noise))
+    return PARAMETER_PRICE * (
+        3.0 * has_correlated_poses(noise) + oscillates(noise) + is_unequal(noise)
+    )
 
 
 def simplified(at: Point) -> Point:
     """The solution without noise sources that gain less than their price."""
     for sources, parameters in SOURCES:
         price = PARAMETER_PRICE * parameters
-        if not (at.noise > NOISE_LEAST)[list(sources)].any():
+        if not (at.noise != NOISE_LEAST)[list(sources)].any():
             continue
         # correlated pose errors become white ones; the others are left out
         noise = at.noise.copy()
         if set(sources) == set(COLOUR):
             noise[:2] = np.hypot(noise[:2], noise[COLOUR])
-            noise[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
+            noise[COLOURED] = NOISE_LEAST[COLOURED]
         noise[list(sources)] = NOISE_LEAST[list(sources)]
-        if set(sources) == set(range(*PROCESS.indices(len(noise)))) and has_correlated_poses(noise):
-            _lengthen(noise)  # pose errors take the place of motion
+        if sources == (SWAY_RATIO,):
+            noise = equal_in_plane(at.noise)
+        if sources == ALL_PROCESS:
+            noise[SWAY_RATIO] = NOISE_LEAST[SWAY_RATIO]
+            if has_correlated_poses(noise):
+                _lengthen(noise)  # pose errors take the place of motion
         free = np.ones(len(noise), dtype=bool)
         free[list(sources)] = False
         box = noise_box(at.runs.problem, noise, free=free)
@@ -241,19 +275,22 @@ def _in_frame(at: Point, structure: NoiseStructure, frames: dict[bool, Point]) -
     problem = at.runs.problem
     earth = structure.earth_fixed if structure.disturbance else problem.earth_fixed
     if earth not in frames:
-        noise = at.noise.copy()
+        noise = equal_in_plane(at.noise) if earth else at.noise.copy()
         noise[DISTURBANCES] = _disturbances(at, problem)
         frames[earth] = full_pass(replace(problem, earth_fixed=earth), at.theta, noise)
     return frames[earth] if np.isfinite(frames[earth].runs.cost) else None
 
 
 def _start_noises(structure: NoiseStructure, at: Point, problem: Problem) -> Iterator[Array]:
-    """Noises (11,) where the search of a structure begins; none where the poses can not show it."""
+    """Noises (12,) where the search of a structure begins; none where the poses can not show it."""
     noise = noise_from_poses(problem.recordings)
-    noise[COLOUR[0] :] = NOISE_LEAST[COLOUR[0] :]
-    noise[PROCESS] = at.noise[PROCESS] if structure.keeps_process else NOISE_LEAST[PROCESS]
+    kept = [*range(*PROCESS.indices(len(noise))), SWAY_RATIO]
+    noise[kept] = (at.noise if structure.keeps_process else NOISE_LEAST)[kept]
+    noise[COLOURED] = NOISE_LEAST[COLOURED]
     if structure.disturbance:
         noise[DISTURBANCES], noise[MEMORY] = _disturbances(at, problem), DISTURBANCE_MEMORY
+    if structure.unequal:
+        noise[SWAY_RATIO] = START_SWAY_RATIO
     if structure.waves:
         yield from _likeliest_wave(at, noise, problem)
         return

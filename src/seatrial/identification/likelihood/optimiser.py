@@ -59,7 +59,7 @@ def maximise_likelihood(
     hold: bool = False,
     least: Array | None = None,
 ) -> Point:
-    """The maximum-likelihood parameters and, unless `hold`, noise levels not below `least` (11,).
+    """The maximum-likelihood parameters and, unless `hold`, noise levels not below `least` (12,).
 
     least: by default the problem's own. Raises IdentificationError where the model diverges, or where the search
     does not converge.
@@ -97,7 +97,7 @@ def search(
 ) -> tuple[Point, Outcome]:
     """The last point of a search and its outcome.
 
-    free: (11,) noise parameters that are scored, by default all; passes: full ones, at most.
+    free: (12,) noise parameters that are scored, by default all; passes: full ones, at most.
     """
     box = noise_box(problem, noise, least, free)
     # start inside the bounds; with much process noise where the model is far from the poses
@@ -236,7 +236,7 @@ def _descent(
 
 
 def _halfway(noise: Array, tried: Array, least: Array) -> Array:
-    """Lower bounds (11,) of noise that falls half as far, in its logarithm, as a trial that did not gain."""
+    """Lower bounds (12,) of noise that falls half as far, in its logarithm, as a trial that did not gain."""
     process = np.zeros(len(noise), dtype=bool)
     process[PROCESS] = True
     return np.where(process, np.maximum(least, np.sqrt(noise * np.minimum(tried, noise))), least)

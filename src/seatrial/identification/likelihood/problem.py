@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.boat.model import Model, thrust_trace
-from seatrial.boat.noise_parameters import NOISE_LEAST
+from seatrial.boat.noise_parameters import least_noise
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.evaluation.filtering import filter_series, simulated_series, with_disturbance
@@ -130,11 +130,11 @@ class Problem:
 
     @cached_property
     def least_noise(self) -> Array:
-        """Lower bounds (11,) of the noise; white heading errors are no less than those of rounded headings.
+        """Lower bounds (12,) of the noise; white heading errors are no less than those of rounded headings.
 
         These have a deviation of step / sqrt(12), about which an estimate scatters.
         """
-        least = NOISE_LEAST.copy()
+        least = least_noise()
         least[1] = max(least[1], 0.25 * min(heading_step(r) for r in self.recordings))
         return least
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Start values of the noise (11,), where no model gives any.
+"""Start values of the noise (12,), where no model gives any.
 
 Fourth differences of the poses show the size of their errors, but not whether these are correlated: small
 white errors and large correlated ones have the same fourth differences.

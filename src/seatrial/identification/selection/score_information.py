@@ -101,7 +101,7 @@ class ScoreInformation:
 
 
 def score_information(problem: Problem, theta: Array, noise: Array) -> ScoreInformation:
-    """About the free parameters of a problem, at theta (names,) and noise (11,), from one filter run.
+    """About the free parameters of a problem, at theta (names,) and noise (12,), from one filter run.
 
     Raises IdentificationError where the model diverges.
     """

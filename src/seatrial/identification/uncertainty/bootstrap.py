@@ -45,7 +45,7 @@ class _Optimum:
 
     problem: Problem
     theta: Array  # all parameters
-    noise: Array  # (11,)
+    noise: Array  # (12,)
     places: list[NDArray[np.int64]]  # of every recording, the number of each pose's block
 
 

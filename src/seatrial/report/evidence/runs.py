@@ -93,7 +93,7 @@ class Run:
 
     @property
     def noise(self) -> Array | None:
-        """(11,) of the model's filter; None: it did not run."""
+        """(12,) of the model's filter; None: it did not run."""
         filtered = self.assessment.filtered
         return None if filtered is None else filtered.noise
 

@@ -57,6 +57,8 @@ def facts_of(model: Model) -> list[tuple[str, str]]:
         forces = f"{number(process.disturbance_linear, 2)} m/s², {number(process.disturbance_yaw, 2)} rad/s²"
         memory = number(process.memory, 2)
         text = f"velocity random walk {walks} per √s; disturbance force {forces}, correlation time {memory} s"
+        if process.sway_ratio != 1.0:
+            text += f"; in sway {number(process.sway_ratio, 2)} times those of surge"
     return [*found, ("process noise", text)]
 
 

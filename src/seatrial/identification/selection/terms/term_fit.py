@@ -34,7 +34,7 @@ class TermFit:
 
     at: Point
     horizon: float  # [s] fit horizon under model mismatch; 0: none
-    likely: Array  # (11,) noise at the likelihood's maximum, of the filter that starts predictions
+    likely: Array  # (12,) noise at the likelihood's maximum, of the filter that starts predictions
     settled: bool = True  # whether the noise belongs to these terms
 
     @property
