@@ -92,7 +92,7 @@ def only(known, *names, size=1e-3):
 def test_the_noise_is_the_models_as_far_as_it_is_large_enough(known):
     process = ProcessEntry(0.01, 0.02, 0.03, 0.04, 5.0)
     certain = replace(known, noise=NoiseEntry(0.002, 0.003, process))
-    white = [0.0, 0.0, NOISE_START[9], 0.0]  # nothing is correlated
+    white = [0.0, 0.0, NOISE_START[9], 0.0, 1.0]  # nothing is correlated, sway is as surge
     assert onboard_uncertainty(certain).noise.tolist() == [
         0.002,
         0.003,
@@ -109,9 +109,9 @@ def test_the_noise_is_the_models_as_far_as_it_is_large_enough(known):
         certain, noise=NoiseEntry(0.003, 0.0, process, CorrelatedEntry(0.004, 0.01, 0.2))
     )
     assert onboard_uncertainty(coloured).noise[:2].tolist() == [0.003, 1e-4]
-    assert onboard_uncertainty(coloured).noise[7:].tolist() == [0.004, 0.01, 0.2, 0.0]
+    assert onboard_uncertainty(coloured).noise[7:11].tolist() == [0.004, 0.01, 0.2, 0.0]
     little = replace(certain, noise=NoiseEntry(0.0, 0.0, None, CorrelatedEntry(1e-7, 0.0, 1e-3)))
-    assert onboard_uncertainty(little).noise[7:].tolist() == [1e-5, 1e-5, 0.02, 0.0]
+    assert onboard_uncertainty(little).noise[7:11].tolist() == [1e-5, 1e-5, 0.02, 0.0]
     exact = replace(certain, noise=NoiseEntry(0.0, 0.0, ProcessEntry(0.0, 0.0, 0.0, 0.0, 0.1)))
     assert onboard_uncertainty(exact).noise.tolist() == [
         1e-4,

@@ -88,6 +88,44 @@ TEST_CASE("process noise is that of a random walk and of a disturbance that rene
   CHECK(added(8, 8) == doctest::Approx(0.07 * 0.07 * (1.0 - std::exp(-2.0 * kStep / 2.0))));
 }
 
+TEST_CASE("unequal process noise of surge and sway spreads the position along the boat's axes") {
+  OnboardBoat b = boat(DisturbanceFrame::kBody);
+  b.noise = {1e-3, 1e-3, 0.02, 0.05, 0.03, 0.07, 2.0};
+  b.noise.sway_ratio = 0.5;
+  OnboardBoat quiet = b;
+  quiet.noise.walk_linear = quiet.noise.walk_yaw = 0.0;
+  quiet.noise.disturbance_linear = quiet.noise.disturbance_yaw = 0.0;
+  const StateEstimate before = under_way(4);
+  const auto added = [&](const OnboardBoat& noisy, int i, int j) {
+    StateEstimate with = before;
+    StateEstimate without = before;
+    REQUIRE(predict(noisy, kStep, kForce, with));
+    OnboardBoat still = quiet;
+    still.frame = noisy.frame;
+    REQUIRE(predict(still, kStep, kForce, without));
+    return with.p[i][j] - without.p[i][j];
+  };
+  const double psi = before.x[2] + 0.5 * kStep * before.x[5];
+  const double c = std::cos(psi);
+  const double s = std::sin(psi);
+  const double q = 0.02 * 0.02;
+  const double third = kStep * kStep * kStep / 3.0;
+  CHECK(added(b, 3, 3) == doctest::Approx(q * kStep));
+  CHECK(added(b, 4, 4) == doctest::Approx(0.25 * q * kStep));
+  CHECK(added(b, 0, 4) == doctest::Approx(-s * 0.25 * q * kStep * kStep / 2.0));
+  CHECK(added(b, 0, 0) == doctest::Approx(q * third * (c * c + 0.25 * s * s)).epsilon(1e-5));
+  CHECK(added(b, 1, 1) == doctest::Approx(q * third * (s * s + 0.25 * c * c)).epsilon(1e-5));
+  CHECK(added(b, 0, 1) == doctest::Approx(q * third * 0.75 * c * s).epsilon(1e-5));
+  const double renewed = 0.03 * 0.03 * (1.0 - std::exp(-2.0 * kStep / 2.0));
+  CHECK(added(b, 6, 6) == doctest::Approx(renewed));
+  CHECK(added(b, 7, 7) == doctest::Approx(0.25 * renewed));
+  // an earth-fixed disturbance has no axes of the boat: the mean power in both
+  OnboardBoat earth = b;
+  earth.frame = DisturbanceFrame::kEarth;
+  for (int i : {6, 7}) CHECK(added(earth, i, i) == doctest::Approx(0.625 * renewed));
+  for (int i : {3, 4}) CHECK(added(earth, i, i) == doctest::Approx(0.625 * q * kStep));
+}
+
 TEST_CASE("coloured pose noise decays and is renewed, and does not move the boat") {
   OnboardBoat b = boat(DisturbanceFrame::kEarth);
   b.noise.colour_position = 0.006;
