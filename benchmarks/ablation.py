@@ -93,6 +93,8 @@ def _no_addition(_: Point, __: int, inside: Array, *___: object) -> Array:
     return np.zeros((len(inside),) * 2)
 
 
+EQUAL_STRUCTURES = tuple(s for s in noise_structures.STRUCTURES if not s.unequal)
+
 # what stands in a branch's place where it is off
 BRANCHES: dict[str, dict[str, Any]] = {
     ALL: {},
@@ -103,6 +105,10 @@ BRANCHES: dict[str, dict[str, Any]] = {
         f"{LIKELIHOOD}.fit_horizon.in_likelier_frame": _same,
     },
     "longer memory of pose errors": {f"{LIKELIHOOD}.noise_structures.with_longer_memory": _same},
+    "unequal surge and sway": {
+        f"{LIKELIHOOD}.noise_structures.with_unequal_axes": _same,
+        f"{LIKELIHOOD}.noise_structures.STRUCTURES": EQUAL_STRUCTURES,
+    },
     "fewer noise sources": {f"{LIKELIHOOD}.noise_structures.simplified": _same},
     "fit horizon": {f"{LIKELIHOOD}.fit_horizon._best_predicting": _nothing},
     "longer fit horizon": {f"{LIKELIHOOD}.fit_horizon.FIT_HORIZONS": (0.8,)},
