@@ -14,7 +14,7 @@ from seatrial.identification.solution import OutputErrorSettings
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
-NOISE = np.array([7e-4, 3e-3, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1e-9, 1e-9, 0.3, 1e-9])
+NOISE = np.array([7e-4, 3e-3, 1e-9, 1e-9, 1e-9, 1e-9, 1.0, 1e-9, 1e-9, 0.3, 1e-9, 1.0])
 
 
 def parameters(problem):

@@ -42,7 +42,7 @@ PUSH = SCENES[PUSHED] * np.array(  # [m/s^2, rad/s^2]
     [np.sqrt(0.5 * (TRUTH["X_F"] ** 2 + TRUTH["Y_F"] ** 2)), TRUTH["N_F"]]
 )
 # the filter's noise as the plan has it
-AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, CORRELATION, 1e-9])
+AS_DRIVEN = np.array([1e-4, 1e-4, 1e-9, 1e-9, *PUSH, LASTS, SIGMA, SIGMA, CORRELATION, 1e-9, 1.0])
 
 
 def solved(seed: int) -> Fit:

@@ -134,13 +134,13 @@ struct Series {
 
 Effects make_effects(const Vector& effects) {
   require(effects.shape(0) == kEffects,
-          "effects: lever (2), current (2), bias (3), wind (4), delays (2)");
+          "effects: lever (2), current (2), bias (3), wind (6), delays (2)");
   const double* from = effects.data();
   Effects out;
   std::copy(from + kLever, from + kLever + 2, out.lever);
   std::copy(from + kCurrent, from + kCurrent + 2, out.current);
   std::copy(from + kBias, from + kBias + kAxes, out.bias);
-  std::copy(from + kWind, from + kWind + 4, out.wind);
+  std::copy(from + kWind, from + kWind + kWindParts, out.wind);
   out.position_delay = from[kDelay];
   out.heading_delay = from[kDelay + 1];
   for (int i = 0; i < 2; ++i) {

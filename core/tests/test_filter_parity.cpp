@@ -41,7 +41,8 @@ void estimate(const Run& run, const NoiseParameters& noise, const Effects& effec
       innovations(p.boat, p.trace(), run.poses(), noise, kOutlier, run.start, effects, slopes);
   REQUIRE(pass.good);
   const auto all = static_cast<std::size_t>(pass.parameters);
-  const std::size_t n = slopes ? all - 4 : all;  // the old: no delays, no wind that turns
+  const std::size_t n =
+      slopes ? all - 6 : all;  // the old: no delays, a wind without moment, alike in both axes
   out.insert(out.end(), {pass.cost, pass.gradient[0], pass.gradient[n / 2], pass.gradient[n - 1],
                          pass.information[0], pass.information[(n / 2) * (all + 1)],
                          pass.information[n - 1], pass.information[(n - 1) * (all + 1)]});

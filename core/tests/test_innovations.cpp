@@ -260,7 +260,8 @@ TEST_CASE("lever arm, current, trim and wind bend the cost as the information sa
   };
   double* const moved[kDelay] = {&at.lever[0], &at.lever[1], &at.current[0], &at.current[1],
                                  &at.bias[0],  &at.bias[1],  &at.bias[2],    &at.wind[0],
-                                 &at.wind[1],  &at.wind[2],  &at.wind[3]};
+                                 &at.wind[1],  &at.wind[2],  &at.wind[3],    &at.wind[4],
+                                 &at.wind[5]};
   const FilterRun here = pass(at);
   REQUIRE(here.good);
   const int own = here.parameters - kEffects;

@@ -65,11 +65,17 @@ def with_effects_as_noise(
 
 def _steady(own: Mapping[str, float]) -> tuple[Force, Force]:
     """Wind and trim: forces that do not change, in earth and in body axes."""
-    wind = np.hypot(own.get("wind_x", 0.0), own.get("wind_y", 0.0))
+    wind, side = (
+        np.array([own.get(f"{part}_{a}", 0.0) for a in "xy"]) for part in ("wind", "wind_side")
+    )
     turning = np.hypot(own.get("wind_turn_x", 0.0), own.get("wind_turn_y", 0.0))
     trim = np.hypot(own.get("trim_u", 0.0), own.get("trim_v", 0.0))
     return (
-        Force(0.5 * float(wind) ** 2, 0.5 * float(turning) ** 2, earth=True),
+        Force(
+            0.25 * float(wind @ wind + (wind + side) @ (wind + side)),
+            0.5 * float(turning) ** 2,
+            earth=True,
+        ),
         Force(0.5 * float(trim) ** 2, own.get("trim_r", 0.0) ** 2),
     )
 

@@ -14,12 +14,16 @@
 
 namespace seatrial {
 
+/// Parts of a steady wind, earth-fixed, two each: acceleration [m/s^2]; moment [rad/s^2], of which
+/// the part across the boat turns it; acceleration [m/s^2] that sway has beyond that of the first,
+/// as side area over mass differs from frontal area over mass.
+inline constexpr int kWindParts = 6;
+
 /// Accelerations beside the model's: disturbance, trim and wind. An earth-fixed one is turned to
 /// the heading in the middle of the interval.
 struct Disturbing {
-  /// x: the state before; length [s]; bias (3) body-fixed; wind (4) earth-fixed: the force, and a
-  /// vector that turns the boat by its part across; earth: whether the disturbance in surge and
-  /// sway is earth-fixed.
+  /// x: the state before; length [s]; bias (3) body-fixed; wind (kWindParts); earth: whether the
+  /// disturbance in surge and sway is earth-fixed.
   Disturbing(const double* x, double length, const double* bias, const double* wind, bool earth)
       : earth(earth), half(0.5 * length) {
     const double w[2] = {wind[0] + (earth ? x[kStates] : 0.0),
@@ -28,10 +32,15 @@ struct Disturbing {
     cos = std::cos(middle);
     sin = std::sin(middle);
     plane_to_body(cos, sin, w, turned);
-    double turning[2];
-    plane_to_body(cos, sin, wind + 2, turning);
-    turned[2] = turning[1];
-    along = turning[0];
+    double moment[2];
+    double side[2];
+    plane_to_body(cos, sin, wind + 2, moment);
+    plane_to_body(cos, sin, wind + 4, side);
+    turning[0] = turned[1];
+    turning[1] = -turned[0] - side[0];
+    turning[2] = -moment[0];
+    turned[1] += side[1];
+    turned[2] = moment[1];
     for (int a = 0; a < kAxes; ++a) {
       const double own = earth && a < 2 ? 0.0 : x[kStates + a];
       total[a] = own + bias[a] + turned[a];
@@ -45,7 +54,7 @@ struct Disturbing {
       std::copy(dx.row[i] + 2, dx.row[i] + kStates, f[i]);
       const double* push = dx.row[i] + force;
       std::copy(push, push + kAxes, f[i] + kStates - 2);
-      const double bend = push[0] * turned[1] - push[1] * turned[0] - push[2] * along;
+      const double bend = push[0] * turning[0] + push[1] * turning[1] + push[2] * turning[2];
       f[i][0] += bend;  // a turn of the boat turns what is earth-fixed on it
       f[i][3] += half * bend;
       if (earth) plane_to_earth(cos, sin, push, f[i] + kStates - 2);
@@ -56,9 +65,9 @@ struct Disturbing {
   double half;       // [s] of the interval
   double cos = 1.0;  // of the heading in its middle
   double sin = 0.0;
-  double turned[kAxes] = {};  // the earth-fixed part in body axes
-  double along = 0.0;         // [rad/s^2] part ahead of what turns the boat by its part across
-  double total[kAxes] = {};   // [m/s^2, m/s^2, rad/s^2] in body axes
+  double turned[kAxes] = {};   // the earth-fixed part in body axes
+  double turning[kAxes] = {};  // its derivative to the heading
+  double total[kAxes] = {};    // [m/s^2, m/s^2, rad/s^2] in body axes
 };
 
 namespace detail {

@@ -23,15 +23,15 @@ struct Effects {
   double lever[2] = {0.0, 0.0};      // [m] the measured point, forward and left of the origin
   double current[2] = {0.0, 0.0};    // [m/s] earth-fixed; the velocity is then that in the water
   double bias[3] = {0.0, 0.0, 0.0};  // [m/s^2, rad/s^2] body-fixed: trim
-  double wind[4] = {};               // [m/s^2] earth-fixed, then [rad/s^2]: see Disturbing
+  double wind[kWindParts] = {};      // earth-fixed: see Disturbing
   double position_delay = 0.0;       // [s] by which the position is older than its stamp
   double heading_delay = 0.0;        // [s] by which the heading is
   double later[2] = {0.0, 0.0};      // [s] further delays of both, to first order
   bool earth_fixed = false;          // the disturbance in surge and sway; else body-fixed
 };
 /// First parameter of each.
-enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7, kDelay = 11 };
-inline constexpr int kEffects = 13;
+enum Effect { kLever = 0, kCurrent = 2, kBias = 4, kWind = 7, kDelay = kWind + kWindParts };
+inline constexpr int kEffects = kDelay + 2;
 
 /// Use of a pose.
 enum Use : signed char {

@@ -217,6 +217,8 @@ class LikelihoodFilter {
         effect[kWind + 1] = at.sin * push[0] + at.cos * push[1];
         effect[kWind + 2] = -at.sin * push[2];
         effect[kWind + 3] = at.cos * push[2];
+        effect[kWind + 4] = -at.sin * push[1];
+        effect[kWind + 5] = at.cos * push[1];
       }
       if (kept_gain_ != nullptr) {
         float* kept = kept_gain_ + static_cast<std::ptrdiff_t>(i) * parameters_;

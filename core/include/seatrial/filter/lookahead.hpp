@@ -47,7 +47,7 @@ std::vector<double> lookahead_variance(const FilterRun& first, const PoseSeries&
 /// A state (9) over an interval of `length` [s]: the disturbance pushes the boat, and fades.
 inline void cross_disturbed(const StepSchedule& schedule, int interval, double length,
                             const NoiseParameters& noise, bool earth_fixed, Boat& boat, double* x) {
-  constexpr double kNone[4] = {};
+  constexpr double kNone[kWindParts] = {};
   const Disturbing disturbing(x, length, kNone, kNone, earth_fixed);
   std::copy(disturbing.total, disturbing.total + kAxes,
             boat.coefficient + boat.structure.n_coefficients - kAxes);

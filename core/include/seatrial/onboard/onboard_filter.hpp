@@ -123,7 +123,7 @@ inline bool plausible(const StateEstimate& b) {
 inline bool predict(const OnboardBoat& boat, const NoiseParameters& own, double h,
                     const double force[3][kMaxForces], const Loadings force_error[kMaxForces],
                     StateEstimate& b) {
-  const double none[4] = {};
+  const double none[kWindParts] = {};
   const bool earth = boat.frame == DisturbanceFrame::kEarth;
   const NoiseParameters noise = earth ? equal_in_plane(own) : own;
   const Disturbing disturbing(b.x, h, none, none, earth);

@@ -147,10 +147,10 @@ def _effects(at: Point, runs: FilterRuns, kinds: Sequence[str]) -> list[Held]:
 
 
 def _tested_places(problem: Problem, kind: str) -> Iterator[tuple[int, ...]]:
-    """Parameters of an effect that are tested together; of wind also without its moment: fewer show less wind."""
+    """Parameters of an effect that are tested together; of wind also the force alone: fewer show less wind."""
     yield (every := effect_places(problem, kind))
     if kind == "wind":
-        yield tuple(i for i in every if not problem.names[i].startswith("wind_turn"))
+        yield tuple(i for i in every if problem.names[i].startswith(("wind_x", "wind_y")))
 
 
 def _effect_found(kind: str, places: list[int], theta: Array) -> list[Finding]:

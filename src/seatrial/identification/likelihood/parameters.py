@@ -16,6 +16,7 @@ EFFECT_NAMES = (  # of one recording, in the order of the core's Effects between
     "trim_u", "trim_v", "trim_r",  # [m/s^2, rad/s^2] body-fixed
     "wind_x", "wind_y",  # [m/s^2] earth-fixed
     "wind_turn_x", "wind_turn_y",  # [rad/s^2] earth-fixed; the part across the boat turns it
+    "wind_side_x", "wind_side_y",  # [m/s^2] earth-fixed; what sway has beyond wind_x, wind_y
 )  # fmt: skip
 EFFECT_KINDS = ("lever", "current", "trim", "wind", "delay")
 LONGEST_DELAY = 1.0  # [s] of position or heading
