@@ -16,7 +16,10 @@ from seatrial.boat.noise_parameters import (
     noise_entry,
     noise_vector,
 )
-from seatrial.identification.estimator import output_error
+from seatrial.identification.estimator import fit, output_error
+from seatrial.identification.likelihood import noise_structures
+from seatrial.identification.likelihood.filter_runs import filter_along
+from seatrial.identification.likelihood.linearised import Point
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.util.frames import Array
 from tests.boats.hulls import CORNERS, Hull, driven, sticks
@@ -58,6 +61,21 @@ def test_a_drive_ahead_in_gusts_is_no_model_mismatch(seed):
     model = output_error(recordings, vehicle)
     assert model.findings_of(FindingKind.MODEL_MISMATCH) == ()
     assert as_stated(model, {**SLENDER.coefficients, "latency": 0.1, "lag": 0.12}) == {}
+
+
+def test_gusts_on_equal_masses_are_searched_no_further(monkeypatch):
+    round_hull = Hull(CORNERS, 8.0, (12.0, 12.0, 0.6), (4.0, 6.0, 0.35), (18.0, 30.0, 0.4))
+    push = DisturbanceForce(0.05, 2.0)
+    vehicle, recordings = driven(round_hull, CHAIN, seed=0, push=push, white=4e-3, seconds=80.0)
+    found = fit(recordings, vehicle)
+    assert found.noise[SWAY_RATIO] == 1.0
+
+    def refused(*_: object, **__: object) -> None:
+        raise AssertionError("another noise structure is searched")
+
+    monkeypatch.setattr(noise_structures, "search", refused)
+    at = Point(found.theta, found.noise, filter_along(found.problem, found.theta, found.noise))
+    assert noise_structures.with_unequal_axes(at) is at
 
 
 def test_the_model_file_keeps_the_ratio(tmp_path):

@@ -160,7 +160,10 @@ def searched(at: Point, candidates: Sequence[Screened]) -> Point:
 
 def refined(at: Point) -> Point:
     """The solution in the likelier frame, of longer memory and unequal axes if likelier; no needless sources."""
-    return simplified(with_unequal_axes(with_longer_memory(in_likelier_frame(at))))
+    simple = simplified(with_longer_memory(in_likelier_frame(at)))
+    # a random walk may stand for unequal axes, and the other way
+    unequal = with_unequal_axes(simple)
+    return simple if unequal is simple else simplified(unequal)
 
 
 def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
