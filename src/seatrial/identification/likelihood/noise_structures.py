@@ -52,8 +52,8 @@ from seatrial.util.progress import stage
 # All gains and prices are falls of -2 log likelihood.
 PARAMETER_PRICE = 4.0  # of a parameter of a noise source
 # sources that a solution may do without, and their parameters
-ALL_PROCESS = (2, 3, 4, 5)
-SOURCES = ((ALL_PROCESS, 5), (tuple(COLOUR), 3), (tuple(WALKS), 2), ((SWAY_RATIO,), 1))
+ALL_PROCESS, UNEQUAL = (2, 3, 4, 5), (SWAY_RATIO,)
+SOURCES = ((ALL_PROCESS, 5), (tuple(COLOUR), 3), (tuple(WALKS), 2), (UNEQUAL, 1))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from its optimum
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
@@ -163,7 +163,7 @@ def refined(at: Point) -> Point:
     simple = simplified(with_longer_memory(in_likelier_frame(at)))
     # a random walk may stand for unequal axes, and the other way
     unequal = with_unequal_axes(simple)
-    return simple if unequal is simple else simplified(unequal)
+    return simple if unequal is simple else simplified(unequal, kept=UNEQUAL)
 
 
 def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
@@ -204,8 +204,9 @@ def with_unequal_axes(at: Point) -> Point:
         return at
     noise = at.noise.copy()
     noise[SWAY_RATIO] = START_SWAY_RATIO
-    promise = linearised_optimum(at, noise_box(problem, noise), noise=noise)
-    if promise.fall < SWITCH_GAIN + PARAMETER_PRICE:
+    needed = SWITCH_GAIN + PARAMETER_PRICE
+    promise = linearised_optimum(at, noise_box(problem, noise), noise=noise, needed=needed)
+    if promise.fall < needed:
         return at
     return _likelier(at, at, promise)
 
@@ -242,11 +243,11 @@ def _price(noise: Array) -> float:
     )
 
 
-def simplified(at: Point) -> Point:
-    """The solution without noise sources that gain less than their price."""
+def simplified(at: Point, kept: tuple[int, ...] = ()) -> Point:
+    """The solution without noise sources that gain less than their price. kept: sources that are not asked."""
     for sources, parameters in SOURCES:
         price = PARAMETER_PRICE * parameters
-        if not (at.noise != NOISE_LEAST)[list(sources)].any():
+        if sources == kept or not (at.noise != NOISE_LEAST)[list(sources)].any():
             continue
         # correlated pose errors become white ones; the others are left out
         noise = at.noise.copy()
@@ -254,7 +255,7 @@ def simplified(at: Point) -> Point:
             noise[:2] = np.hypot(noise[:2], noise[COLOUR])
             noise[COLOURED] = NOISE_LEAST[COLOURED]
         noise[list(sources)] = NOISE_LEAST[list(sources)]
-        if sources == (SWAY_RATIO,):
+        if sources == UNEQUAL:
             noise = equal_in_plane(at.noise)
         if sources == ALL_PROCESS:
             noise[SWAY_RATIO] = NOISE_LEAST[SWAY_RATIO]
