@@ -19,9 +19,10 @@ struct Columns {
 };
 inline constexpr int kMaxColumns = kStates + kMaxCoefficients + kMaxConstants;
 
-/// d x / d parameters: one row for each state, one column for each parameter.
+/// d x / d parameters: one row for each state, one column for each parameter. Aligned: all rows are
+/// then read two numbers at once.
 struct StateSensitivities {
-  double row[kStates][kMaxColumns];
+  alignas(16) double row[kStates][kMaxColumns];
 };
 
 /// Derivatives of a Thrust to the chosen constants.
@@ -54,23 +55,27 @@ inline bool state_rate_sensitivities(const Structure& s, const double* coefficie
   body_to_earth(cp, sp, x + 3, x_dot);
   if (!acceleration_with_jacobian(s, coefficient, x + 3, force, x_dot + 3, j)) return false;
   const int n = columns.size();
+  const double* dpsi = dx.row[2];
+  const double* du = dx.row[3];
+  const double* dv = dx.row[4];
+  const double* dr = dx.row[5];
+  const double rate[2] = {x_dot[0], x_dot[1]};
   for (int c = 0; c < n; ++c) {
-    const double dpsi = dx.row[2][c];
-    const double du = dx.row[3][c];
-    const double dv = dx.row[4][c];
-    const double dr = dx.row[5][c];
-    dx_dot.row[0][c] = -x_dot[1] * dpsi + cp * du - sp * dv;
-    dx_dot.row[1][c] = x_dot[0] * dpsi + sp * du + cp * dv;
-    dx_dot.row[2][c] = dr;
-    for (int i = 0; i < kAxes; ++i) {
-      dx_dot.row[3 + i][c] = j.nu[i][0] * du + j.nu[i][1] * dv + j.nu[i][2] * dr;
-    }
+    dx_dot.row[0][c] = -rate[1] * dpsi[c] + cp * du[c] - sp * dv[c];
+    dx_dot.row[1][c] = rate[0] * dpsi[c] + sp * du[c] + cp * dv[c];
+    dx_dot.row[2][c] = dr[c];
+  }
+  for (int i = 0; i < kAxes; ++i) {
+    const double by[kAxes] = {j.nu[i][0], j.nu[i][1], j.nu[i][2]};
+    double* to = dx_dot.row[3 + i];
+    for (int c = 0; c < n; ++c) to[c] = by[0] * du[c] + by[1] * dv[c] + by[2] * dr[c];
   }
   for (int i = 0; i < kAxes; ++i) {
     for (int c = 0; c < columns.n_coefficients; ++c) {
       dx_dot.row[3 + i][columns.n_initial + c] += j.coefficient[i][columns.coefficient[c]];
     }
     for (int f = 0; f < s.n_forces; ++f) {
+      if (j.force[i][f] == 0.0) continue;  // most forces drive one axis
       for (int c = 0; c < columns.n_constants; ++c) {
         dx_dot.row[3 + i][columns.first_constant() + c] += j.force[i][f] * dforce[f][c];
       }
@@ -79,12 +84,13 @@ inline bool state_rate_sensitivities(const Structure& s, const double* coefficie
   return true;
 }
 
-/// out = dx + share (h dk + dh k), where only constants (a latency) move the step's length.
+/// out = dx + share (h dk + dh k), where only constants (a latency) move the step's length. From
+/// row `first` on: the rates do not depend on the position, the first two.
 inline void shift_sensitivities(const Columns& columns, const StateSensitivities& dx,
                                 const StateSensitivities& dk, const double* k, double h,
-                                const double* dh, StateSensitivities& out) {
+                                const double* dh, int first, StateSensitivities& out) {
   const int n = columns.size();
-  for (int i = 0; i < kStates; ++i) {
+  for (int i = first; i < kStates; ++i) {
     for (int c = 0; c < n; ++c) out.row[i][c] = dx.row[i][c] + h * dk.row[i][c];
     double* moved = out.row[i] + columns.first_constant();
     for (int c = 0; c < columns.n_constants; ++c) moved[c] += dh[c] * k[i];
@@ -108,7 +114,7 @@ inline bool euler_step_sensitivities(const Structure& s, const double* coefficie
     return false;
   }
   const double still[kMaxConstants] = {0.0};
-  detail::shift_sensitivities(columns, dx, dk, k, h, still, dx);
+  detail::shift_sensitivities(columns, dx, dk, k, h, still, 0, dx);
   for (int i = 0; i < kStates; ++i) x[i] += h * k[i];
   return true;
 }
@@ -135,7 +141,7 @@ inline bool runge_kutta_step_sensitivities(const Structure& s, const double* coe
     for (int i = 0; i < kStates; ++i) at[i] = x[i] + kShare[stage] * h * k[i];
     if (stage > 0) {
       detail::scaled(dh, columns.n_constants, kShare[stage], part);
-      detail::shift_sensitivities(columns, dx, dk, k, kShare[stage] * h, part, shifted);
+      detail::shift_sensitivities(columns, dx, dk, k, kShare[stage] * h, part, 2, shifted);
       dat = &shifted;
     }
     if (!detail::state_rate_sensitivities(s, coefficient, at, force[kNode[stage]], columns, *dat,
@@ -149,7 +155,7 @@ inline bool runge_kutta_step_sensitivities(const Structure& s, const double* coe
       }
     }
   }
-  detail::shift_sensitivities(columns, dx, dsum, sum, h, dh, dx);
+  detail::shift_sensitivities(columns, dx, dsum, sum, h, dh, 0, dx);
   for (int i = 0; i < kStates; ++i) x[i] += h * sum[i];
   return true;
 }

@@ -130,6 +130,7 @@ class ThrustTrace {
     std::copy(f.target, f.target + kMaxActuators, f.level);
     df = start(df);
     const double still[kMaxConstants] = {0.0};
+    reserve(changes_.size() + 1);
     store(-std::numeric_limits<double>::infinity(), still, f, df);
     for (const Change& change : changes_) {
       arrive(change.time, f, df);
@@ -217,28 +218,47 @@ class ThrustTrace {
 
   /// Levels (and their derivatives) after `length` in the interval that f, df begin.
   void settle(double length, const double* dlength, Thrust& f, ThrustSensitivities& df) const {
+    double remains = 1.0;
+    double dremains[kMaxConstants];
+    int last = -1;  // whose lag they are of
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       if (rate_limit(chain_, q_, k) > 0.0) {
         f.level[k] = detail::limited_sensitivities(chain_, q_, columns_, f, df, k, length, dlength,
                                                    df.level[k]);
         continue;
       }
-      double dremains[kMaxConstants];
-      const double remains =
-          detail::decay_sensitivities(chain_, q_, columns_, k, length, dlength, dremains);
+      if (last < 0 || chain_.actuators[k].lag != chain_.actuators[last].lag) {
+        last = k;
+        remains = detail::decay_sensitivities(chain_, q_, columns_, k, length, dlength, dremains);
+      }
       f.level[k] = detail::level_sensitivities(columns_, f, df, k, remains, dremains, df.level[k]);
     }
   }
 
-  /// dt: derivative of the break's time to the chosen constants.
+  /// Room for so many breaks; those at the end of a rate limit come on top.
+  void reserve(std::size_t breaks) {
+    const auto constants = static_cast<std::size_t>(columns_.n_constants);
+    const auto values = 3 * static_cast<std::size_t>(chain_.n_actuators());
+    time_.reserve(breaks);
+    moved_.reserve(breaks * constants);
+    value_.reserve(breaks * values);
+    sensitivities_.reserve(breaks * values * constants);
+  }
+
+  /// dt: derivative of the break's time to the chosen constants. Rows are a few numbers long: loops
+  /// are quicker than a call to move memory for each.
   void store(double t, const double* dt, const Thrust& f, const ThrustSensitivities& df) {
+    const int n = columns_.n_constants;
     time_.push_back(t);
-    moved_.insert(moved_.end(), dt, dt + columns_.n_constants);
+    moved_.insert(moved_.end(), dt, dt + n);
+    const std::size_t before = sensitivities_.size();
+    const auto rows = 3 * static_cast<std::size_t>(chain_.n_actuators());
+    sensitivities_.resize(before + rows * static_cast<std::size_t>(n));
+    double* to = sensitivities_.data() + before;
     for (int k = 0; k < chain_.n_actuators(); ++k) {
       value_.insert(value_.end(), {f.level[k], f.target[k], f.multiplier[k]});
       for (const auto* block : {&df.level, &df.target, &df.multiplier}) {
-        const double* from = (*block)[k];
-        sensitivities_.insert(sensitivities_.end(), from, from + columns_.n_constants);
+        for (int p = 0; p < n; ++p) *to++ = (*block)[k][p];
       }
     }
   }
