@@ -155,9 +155,11 @@ struct PlainForm {
                   State& b) const {
     for (int i = 0; i < N; ++i) {
       for (int j = i; j < N; ++j) {
-        const double less = gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j];
-        b.p[i][j] = b.p[j][i] = b.p[i][j] - less;
+        b.p[i][j] -= gain[i][0] * hp[0][j] + gain[i][1] * hp[1][j] + gain[i][2] * hp[2][j];
       }
+    }
+    for (int i = 0; i < N; ++i) {
+      for (int j = 0; j < i; ++j) b.p[i][j] = b.p[j][i];
     }
   }
 };

@@ -23,14 +23,15 @@ using MotionSlopes = double[kStates][kMoving];
 
 /// Mean, covariance and columns D of up to W states. The C columns are carried through predictions
 /// and updates with the state: for the estimator the sensitivities d x / d parameters, on board
-/// the cross-covariance of x with the errors of the model's parameters (Schmidt-Kalman).
+/// the cross-covariance of x with the errors of the model's parameters (Schmidt-Kalman). Aligned:
+/// of an even width all rows are then read two numbers at once.
 template <int W, int C>
 struct FilterState {
   static constexpr int kWidth = W;
   static constexpr int kColumns = C;
   double x[W] = {};
-  double p[W][W] = {};
-  double d[W][C] = {};
+  alignas(16) double p[W][W] = {};
+  alignas(16) double d[W][C] = {};
 };
 
 }  // namespace seatrial

@@ -21,7 +21,7 @@ struct Seen {
   double rate_deviation = 0.0;  // [rad/s] of a yaw rate
 };
 
-inline constexpr int kMostSlopes = kMaxColumns + kEffects;
+inline constexpr int kMostSlopes = (kMaxColumns + kEffects + 1) / 2 * 2;  // even: see FilterState
 inline constexpr double kAnywhere[kPose] = {10.0, 10.0, 3.0};  // [m, m, rad] after a jump
 
 /// The filter between two poses. N: its states, kFilterStates, kColouredStates or
@@ -268,21 +268,27 @@ class LikelihoodFilter {
                   int block, FilterRun& out) const {
     const double(&inverse)[kPose][kPose] = seen.inverse;
     const double* z = seen.z;
+    double own[kPose][kMostSlopes];
     double scaled[kPose][kMostSlopes];
     for (int i = 0; i < kPose; ++i) {
+      std::copy(slope[i], slope[i] + parameters_, own[i]);
       for (int a = 0; a < parameters_; ++a) {
         scaled[i][a] = weight * (inverse[i][0] * slope[0][a] + inverse[i][1] * slope[1][a] +
                                  inverse[i][2] * slope[2][a]);
       }
     }
+    double sum[kMostSlopes];
     for (int a = 0; a < parameters_; ++a) {
-      const double sum = slope[0][a] * z[0] + slope[1][a] * z[1] + slope[2][a] * z[2];
-      out.gradient[static_cast<std::size_t>(a)] += weight * sum;
-      out.score[row(block, parameters_) + static_cast<std::size_t>(a)] += weight * sum;
-      double* line = &out.information[row(a, parameters_)];
+      sum[a] = weight * (own[0][a] * z[0] + own[1][a] * z[1] + own[2][a] * z[2]);
+    }
+    double* to = out.gradient.data();
+    for (int a = 0; a < parameters_; ++a) to[a] += sum[a];
+    to = &out.score[row(block, parameters_)];
+    for (int a = 0; a < parameters_; ++a) to[a] += sum[a];
+    for (int a = 0; a < parameters_; ++a) {
+      to = &out.information[row(a, parameters_)];
       for (int b = 0; b <= a; ++b) {
-        line[b] +=
-            scaled[0][a] * slope[0][b] + scaled[1][a] * slope[1][b] + scaled[2][a] * slope[2][b];
+        to[b] += scaled[0][a] * own[0][b] + scaled[1][a] * own[1][b] + scaled[2][a] * own[2][b];
       }
     }
   }

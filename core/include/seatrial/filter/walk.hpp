@@ -167,6 +167,9 @@ class Walk {
       for (int k = begin; k < end; ++k) {
         if (k > 0 && !predict(schedule, boat, k - 1)) return false;
         use(k);
+        if (keeping_.shares && keeping_.block != nullptr && ends_block(k, last)) {
+          take_share(keeping_.block[latest_], out_);
+        }
       }
     }
     return true;
@@ -200,7 +203,12 @@ class Walk {
       const double* x = filter_.state();
       out_.update_state.insert(out_.update_state.end(), x, x + kFilterStates);
     }
-    if (keeping_.shares && keeping_.block != nullptr) take_share(keeping_.block[latest_], out_);
+  }
+
+  /// Whether update k is the last one of its block so far.
+  bool ends_block(int k, int last) const {
+    if (k + 1 == last) return true;
+    return keeping_.block[std::max(latest_, updates_[k + 1].pose)] != keeping_.block[latest_];
   }
 
   int block(int pose) const {
