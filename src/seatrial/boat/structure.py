@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib import resources
 
 from seatrial import _core
@@ -241,7 +241,8 @@ def parse(name: str, lines: Mapping[str, Sequence[str]], forces: Sequence[Force]
     return Structure(name, terms, tuple(forces))
 
 
-def named(name: str, source: str) -> dict[str, list[str]]:
+@lru_cache(maxsize=32)
+def named(name: str, source: str) -> Mapping[str, Sequence[str]]:
     """The lines of a structure that comes with seatrial, for instance ``mallard``; `source` names it."""
     folder = resources.files("seatrial") / "data" / "structures"
     known = sorted(p.name.removesuffix(".yaml") for p in folder.iterdir())
@@ -251,9 +252,10 @@ def named(name: str, source: str) -> dict[str, list[str]]:
             "or write the terms under surge, sway and yaw"
         )
     lines = read_yaml(folder / f"{name}.yaml")
-    return {str(k): [str(x) for x in v] for k, v in lines.items()}
+    return {str(k): tuple(str(x) for x in v) for k, v in lines.items()}
 
 
+@lru_cache(maxsize=256)  # a search for stages makes many vehicles with the same terms
 def _parse_term(structure: str, axis: int, line: str) -> Term:
     number, coefficient, factors, acceleration = 1.0, None, [], None
     for i, raw in enumerate(re.split(r"[\s*·]+", line.strip())):

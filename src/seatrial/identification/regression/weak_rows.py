@@ -127,6 +127,20 @@ def window_sums(values: Array, weights: Array, stride: int) -> Array:
 
 
 @dataclass(frozen=True)
+class _Terms:
+    """Some terms of a structure, in the order of their axes."""
+
+    structure: _core.Structure
+    turn: Complex  # (n, plane) from the axis of each term of the plane into earth axes
+    sums: Array  # (terms, coefficients + 1) ones that add a term to its coefficient's column
+
+    @property
+    def plane(self) -> int:
+        """Number of terms in surge and sway."""
+        return int(self.turn.shape[1])
+
+
+@dataclass(frozen=True)
 class Windows:
     """The windows of one recording; `driven` gives the columns that depend on the chain's constants."""
 
@@ -159,35 +173,42 @@ class Windows:
     def steady(self) -> Array:
         """(m, 3, n + 1) columns of the coefficients, terms without force; the last one is known."""
         force = np.zeros((len(self.t), len(self.vehicle.structure.forces)))
-        return self._columns(self._places(driven=False), force, self.kernels.test)
+        return self._columns(self._terms(driven=False), force, self.kernels.test)
 
     def driven(self, constants: Array) -> Array:
         """(m, 3, n + 1) the same of the terms with a force, for constants (m,) of the chain."""
         force = thrust_trace(self.vehicle, constants, self.recording).forces(self.t)
-        return self._columns(self._places(driven=True), force, self.kernels.driven)
+        return self._columns(self._driven_terms, force, self.kernels.driven)
 
     @cached_property
     def _middle(self) -> NDArray[np.int64]:
         return np.flatnonzero(self.keep) * self.kernels.stride + len(self.kernels.test) // 2
 
-    def _places(self, *, driven: bool) -> list[int]:
-        terms = self.vehicle.structure.terms
-        found = [j for j, t in enumerate(terms) if (set(t.factors) <= set(VELOCITIES)) != driven]
-        return sorted(found, key=lambda j: terms[j].axis)
+    @cached_property
+    def _driven_terms(self) -> "_Terms":
+        return self._terms(driven=True)
 
-    def _columns(self, chosen: Sequence[int], force: Array, kernel: Array) -> Array:
+    def _terms(self, *, driven: bool) -> "_Terms":
+        """The terms with a force, or those without."""
         structure = self.vehicle.structure
-        rows = [structure.rows[j] for j in chosen]
-        part = _core.Structure(rows, len(structure.coefficients), len(structure.forces))
-        products = _core.regressors(part, self.nu, self.nu_dot, force)
-        plane = sum(row[0] < 2 for row in rows)  # terms stand in the order of their axes
-        along = np.array([(1.0, 1j)[row[0]] for row in rows[:plane]])
-        turned = products[:, :plane] * (along * self.turn[:, None])
+        of_velocities = [set(t.factors) <= set(VELOCITIES) for t in structure.terms]
+        chosen = [
+            row for row, own in zip(structure.rows, of_velocities, strict=True) if own != driven
+        ]
+        rows = sorted(chosen, key=lambda row: row[0])
+        n = len(structure.coefficients)
+        part = _core.Structure(rows, n, len(structure.forces))
+        along = np.array([(1.0, 1j)[row[0]] for row in rows if row[0] < 2])
+        return _Terms(part, along * self.turn[:, None], np.eye(n + 1)[[row[1] for row in rows]])
+
+    def _columns(self, terms: "_Terms", force: Array, kernel: Array) -> Array:
+        products = _core.regressors(terms.structure, self.nu, self.nu_dot, force)
+        plane, sums = terms.plane, terms.sums
+        turned = products[:, :plane] * terms.turn
         whole = window_sums(_parts(turned, products[:, plane:]), kernel, self.kernels.stride)[
             self.keep
         ]
         bodily = self._bodily(whole[:, : 2 * plane])
-        sums = np.eye(len(structure.coefficients) + 1)[[row[1] for row in rows]]
         return np.stack(
             [
                 bodily.real @ sums[:plane],
@@ -197,10 +218,14 @@ class Windows:
             axis=1,
         )
 
+    @cached_property
+    def _middle_turn(self) -> Complex:
+        return np.asarray(self.turn[self._middle][:, None])
+
     def _bodily(self, rows: Array) -> Complex:
         """Pairs of columns (m, 2 k) from earth axes into those at the window's middle (m, k)."""
         plane = np.ascontiguousarray(rows).view(np.complex128)
-        return np.asarray(plane / self.turn[self._middle][:, None])
+        return np.asarray(plane / self._middle_turn)
 
 
 def windows_of(

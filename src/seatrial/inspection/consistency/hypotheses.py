@@ -5,7 +5,7 @@
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import combinations, permutations, product
 
@@ -71,6 +71,7 @@ class HypothesisSearch:
     ]  # mirrored: with y turned round; each of h hypotheses or of one
     mirrored: bool  # whether the plane of the poses is mirrored with respect to psi
     blocks: int
+    _known: dict[Repair, float] = field(default_factory=dict, init=False, compare=False, repr=False)
 
     @cached_property
     def edit_penalty(self) -> float:
@@ -110,7 +111,9 @@ class HypothesisSearch:
 
     def misfit(self, repair: Repair) -> float:
         """Chi-square of the gains against what the repaired file allows."""
-        return float(self.misfits(repair)[0])
+        if repair not in self._known:  # searches compare with the same one again and again
+            self._known[repair] = float(self.misfits(repair)[0])
+        return self._known[repair]
 
     def misfits(self, repair: Repair) -> Array:
         """The same (h,) for the gains of each hypothesis."""
