@@ -144,7 +144,7 @@ class GrowingRun:
     @property
     def state(self) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]: ...
 
-EFFECTS: int = 13
+EFFECTS: int = 15
 
 POSITION_PART: int = 1
 
