@@ -33,6 +33,20 @@ class Boat:
     mass: tuple[float, float, float] = (11.0, 15.0, 0.9)  # [kg, kg, kg m^2] with added mass
     linear: tuple[float, float, float] = (4.0, 9.0, 0.8)
     quadratic: tuple[float, float, float] = (12.0, 30.0, 0.6)
+    servos: tuple["Servo", ...] = ()  # of each command; empty: those of `SERVOS`
+    parameters: tuple[tuple[str, float], ...] = ()  # further ones of the log
+
+
+@dataclass(frozen=True)
+class Servo:
+    """An output of ArduPilot: its function, its sense, its pulses [us]."""
+
+    channel: int
+    function: int
+    turned: bool = False
+    least: int = 1100
+    trim: int = 1500
+    most: int = 1900
 
 
 TWIN = Boat(((-0.3, -0.3, 0.0), (-0.3, 0.3, 0.0)))  # left, right
@@ -83,12 +97,29 @@ def trial(boat: Boat = TWIN, seconds: float = 120.0, seed: int = 0) -> Trial:
     x, y, angle = np.array(boat.thrusters).T
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     lever = boat.full * np.array([c, s, x * s - y * c])
+    return integrated(boat, commands, commands @ lever.T)
+
+
+def integrated(
+    boat: Boat, commands: np.ndarray, forces: np.ndarray, flow: np.ndarray | None = None
+) -> Trial:
+    """Truth of commands (n, k) at every step.
+
+    forces: (n, 3) [N], [N], [N m] that act until the next one; flow: (n, 3) the same over |u| u, of rudders.
+    """
+    n = len(commands)
+    flow = np.zeros((n, 3)) if flow is None else flow
     m, k, i = boat.mass
     linear, quadratic = np.array(boat.linear), np.array(boat.quadratic)
 
-    def rate(state: np.ndarray, force: np.ndarray) -> np.ndarray:
+    def rate(state: np.ndarray, j: int) -> np.ndarray:
         psi, (u, v, r) = state[2], state[3:]
-        f = force - linear * state[3:] - quadratic * np.abs(state[3:]) * state[3:]
+        f = (
+            forces[j]
+            + abs(u) * u * flow[j]
+            - linear * state[3:]
+            - quadratic * np.abs(state[3:]) * state[3:]
+        )
         return np.array([
             u * np.cos(psi) - v * np.sin(psi), u * np.sin(psi) + v * np.cos(psi), r,
             (f[0] + k * v * r) / m, (f[1] - m * u * r) / k, (f[2] + (m - k) * u * v) / i,
@@ -97,12 +128,11 @@ def trial(boat: Boat = TWIN, seconds: float = 120.0, seed: int = 0) -> Trial:
     states = np.zeros((n, 6))
     states[0, 2] = 0.7
     for j in range(n - 1):
-        force = lever @ commands[j]
-        a = rate(states[j], force)
-        b = rate(states[j] + STEP / 2 * a, force)
+        a = rate(states[j], j)
+        b = rate(states[j] + STEP / 2 * a, j)
         states[j + 1] = states[j] + STEP * b
     time = np.arange(n) * STEP
-    return Trial(boat, time, states, commands, 16.6 - 1.2 * time / seconds)
+    return Trial(boat, time, states, commands, 16.6 - 1.2 * time / time[-1])
 
 
 def geodetic(north: np.ndarray, east: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -158,9 +188,9 @@ def in_order(events: list[Event]) -> None:
 
 # ArduPilot #
 
-SERVOS = {  # channel of each thruster: function, reversed
-    2: {1: (73, 0), 3: (74, 1)},
-    4: {1: (33, 0), 2: (34, 0), 3: (35, 1), 4: (36, 0)},
+SERVOS = {  # by the number of thrusters
+    2: (Servo(1, 73), Servo(3, 74, turned=True)),
+    4: (Servo(1, 33), Servo(2, 34), Servo(3, 35, turned=True), Servo(4, 36)),
 }
 FORMATS = {
     "FMT": (0x80, "BBnNZ", "Type,Length,Name,Format,Columns"),
@@ -221,24 +251,31 @@ def _packed(characters: str) -> str:
     return "<" + "".join(STRUCT[c] for c in characters)
 
 
+def servos(boat: Boat) -> tuple[Servo, ...]:
+    """Those of its commands."""
+    return boat.servos or SERVOS[len(boat.thrusters)]
+
+
 def servo_parameters(boat: Boat) -> dict[str, float]:
-    """Those of the channels that have a thruster."""
+    """Those of the channels that have a command, and further ones of the boat."""
     found: dict[str, float] = {}
-    for channel, (function, turned) in SERVOS[len(boat.thrusters)].items():
+    for each in servos(boat):
+        key = f"SERVO{each.channel}"
         found |= {
-            f"SERVO{channel}_FUNCTION": function, f"SERVO{channel}_MIN": 1100, f"SERVO{channel}_MAX": 1900,
-            f"SERVO{channel}_TRIM": 1500, f"SERVO{channel}_REVERSED": turned,
+            f"{key}_FUNCTION": each.function, f"{key}_MIN": each.least, f"{key}_MAX": each.most,
+            f"{key}_TRIM": each.trim, f"{key}_REVERSED": each.turned,
         }  # fmt: skip
-    return found
+    return found | dict(boat.parameters)
 
 
 def pulses(run: Trial, t: float, command: Sequence[float], channels: int) -> list[int]:
     """[us] of each channel for commands at t [s]: 0 while disarmed."""
     found = [0] * channels
     if ARMED <= t < run.seconds - DISARMED:
-        servos = SERVOS[len(run.boat.thrusters)].items()
-        for (channel, (_, turned)), value in zip(servos, command, strict=True):
-            found[channel - 1] = round(1500 + 400 * value * (-1 if turned else 1))
+        for each, value in zip(servos(run.boat), command, strict=True):
+            signed = -value if each.turned else value
+            side = each.most - each.trim if signed > 0 else each.trim - each.least
+            found[each.channel - 1] = round(each.trim + side * signed)
     return found
 
 

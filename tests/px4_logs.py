@@ -20,6 +20,7 @@ ULOG = {  # name: fields
                         "uint8_t[3] _padding0;",
     "sensor_combined": "uint64_t timestamp;float[3] gyro_rad;float[3] accelerometer_m_s2;",
     "actuator_motors": "uint64_t timestamp;float[12] control;uint16_t reversible_flags;uint8_t[6] _padding0;",
+    "actuator_servos": "uint64_t timestamp;float[8] control;",
     "battery_status": "uint64_t timestamp;float voltage_v;float current_a;",
 }  # fmt: skip
 OLD_GPS = (
@@ -50,6 +51,8 @@ def px4(
     }
     if old:
         formats["vehicle_gps_position"] = OLD_GPS
+    steered = run.commands.shape[1] > len(run.boat.thrusters)
+    without = (*without, *(() if steered else ("actuator_servos",)))
     numbers = {name: i for i, name in enumerate(formats) if name not in without}
     parts = [
         b"\x55\x4c\x6f\x67\x01\x12\x35\x01" + struct.pack("<Q", BOOT),
@@ -59,7 +62,9 @@ def px4(
     parts.append(ulog_message("I", bytes([len(key)]) + key + b"PX4"))
     parts += [ulog_message("F", f"{name}:{fields}".encode()) for name, fields in formats.items()]
     count = len(run.boat.thrusters)
-    whole = {"CA_ROTOR_COUNT": count, "CA_R_REV": (1 << count) - 1}
+    angles = run.commands.shape[1] - count
+    frame = {"CA_AIRFRAME": 5} if angles else {"CA_ROTOR_COUNT": count}  # of a car
+    whole = {**frame, "CA_R_REV": (1 << count) - 1}
     real = {}
     for i, (x, y, angle) in enumerate(run.boat.thrusters):
         real |= {f"CA_ROTOR{i}_PX": x, f"CA_ROTOR{i}_PY": y}
@@ -107,9 +112,12 @@ def px4(
             stopped = t < autopilot_logs.ARMED + 0.9 and not any(
                 command
             )  # armed, nothing commanded yet
-            control = [*([np.nan] * count if stopped else command), *[np.nan] * (12 - count)]
+            given = [np.nan] * len(command) if stopped else command
+            control = [*given[:count], *[np.nan] * (12 - count)]
             row = ("actuator_motors", t, "12fH", *control, (1 << count) - 1)
             events.append((t, partial(write, *row)))
+            control = [*given[count:], *[np.nan] * (8 - angles)]
+            events.append((t, partial(write, *("actuator_servos", t, "8f", *control))))
     for t, volts in found.battery:
         events.append((t, partial(write, *("battery_status", t, "ff", volts, 4.0))))
         magic = ulog_message("S", bytes.fromhex("2f731320250cbb12"))

@@ -318,9 +318,11 @@ def test_a_single_thruster_at_the_bow_is_a_force(tmp_path, propose):
     )
 
 
-@pytest.mark.parametrize("helm", ["rudder_deg", "steering", "servo2"])
-def test_a_rudder_is_no_stick_of_yaw(helm, tmp_path, propose):
-    """Its moment grows with thrust and speed: the file says where that is written."""
+@pytest.mark.parametrize(
+    ("helm", "named"), [("rudder_deg", True), ("steering", True), ("servo2", False)]
+)
+def test_a_rudder_is_no_stick_of_yaw(helm, named, tmp_path, propose):
+    """Its moment grows with thrust and speed: it is an angle; of a name that says nothing, as a comment."""
     recording = steered_boat.driven(steered_boat.known(), seed=1)
     log = tmp_path / "boat"
     log.mkdir()
@@ -332,10 +334,14 @@ def test_a_rudder_is_no_stick_of_yaw(helm, tmp_path, propose):
         np.savetxt(
             log / f"{name}.csv", np.column_stack(rows), delimiter=",", header=head, comments=""
         )
-    _, text = propose(log)
-    (line,) = (line for line in text.splitlines() if f"column: {helm}" in line)
-    assert (
-        "check: turns the boat only with the thrust of throttle: is it the angle of a rudder"
-        in line
-    )
+    vehicle, text = propose(log)
+    (entry,) = re.findall(r"^(#? *)- .*steered: \{of: \[\[throttle, (\w+)\]\]", text, re.MULTILINE)
+    assert entry == ("  " if named else "#   ", helm)
+    if named:
+        assert vehicle.inputs == ("throttle", helm)
+        assert vehicle.file.forces["F_v"].of == {helm: 1.0}
+        return
+    line = next(line for line in text.splitlines() if f"column: {helm}" in line)
+    question = "check: turns the boat only with the thrust of throttle: is it the angle of a rudder"
+    assert question in line
     assert text.count("Then write 'steered'") == 1

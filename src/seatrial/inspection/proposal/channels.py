@@ -14,7 +14,6 @@ from seatrial.inspection.consistency.channel_assignment import (
     Assignment,
     assignments,
 )
-from seatrial.inspection.proposal.thruster_weights import LONGEST_LEVER
 from seatrial.util.frames import Array
 
 LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
@@ -25,7 +24,8 @@ OWN_STICK_SHARE = 0.1
 LEAST_ALIKE = 0.9  # cosine of the gains of two channels that act alike
 ALONE, OFTEN = 1e-3, 0.05  # shares of the rows: most that both are driven, least that each is
 AT_REST = 0.02  # of full command
-LEAST_LEVER = 0.02  # [m] of a lever arm that is proposed; at most LONGEST_LEVER
+LEAST_LEVER = 0.02  # [m] of a lever arm that is proposed
+LONGEST_LEVER = 1.5  # [m] that gains may show, of the measured point of a small boat
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from seatrial.inspection.proposal.log_candidates import (
     candidates,
 )
 from seatrial.inspection.proposal.log_motors import as_motors, find_motors, topics_of
-from seatrial.inspection.proposal.servo_parameters import Motor
+from seatrial.inspection.proposal.servo_parameters import Motor, full_angle
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
@@ -74,7 +74,7 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
     return Sources(
         path, name, axes.value, length, pose, commands, channels,
         {"known axes": [_axes_note(axes)], "pose": [why], "commands": [], "scales": _scales(voltage)},
-        recognised=recognised,
+        recognised=recognised, full_angle=full_angle(log),
     )  # fmt: skip
 
 
@@ -215,9 +215,6 @@ def _scales(voltage: Candidate | None) -> list[str]:
         "scales:",
         f"  battery: {{column: {{topic: {voltage.topic.name}, field: {voltage.known.fields[0]}{raw}}}, "
         f"reference: {middle:.3g}}}",
-        "# check: to use it, add this stage, or 'power: estimate' where the voltage changes much:",
-        "# chain: [{scale: {signal: battery, power: 2}}]",
-        "",
     ]
 
 

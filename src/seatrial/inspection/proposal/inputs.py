@@ -7,24 +7,23 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.boat.vehicle import WRENCH, Vehicle, vehicle_from
+from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
 from seatrial.inspection.consistency.gains import read_run
 from seatrial.inspection.consistency.repair import ANGLES
-from seatrial.inspection.consistency.steering_angle import STEERED, angle_text, steering_angles
-from seatrial.inspection.proposal.by_name import Parts, named_sticks
+from seatrial.inspection.consistency.steering_angle import steering_angles
+from seatrial.inspection.proposal.actuation import Steered, steered, sticks, thrusters
+from seatrial.inspection.proposal.by_name import named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
-from seatrial.inspection.proposal.columns.names import steers
 from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.heading_zero import turned_heading
 from seatrial.inspection.proposal.sources import Sources, place_of
-from seatrial.inspection.proposal.thruster_weights import weights
 from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.format import joined
-from seatrial.util.frames import AXES, Array, Mask
+from seatrial.util.frames import AXES
 from seatrial.util.progress import over, stage
 
 MOST_TURNS = 3  # of the heading, one after the other: its sense, then its zero
@@ -45,12 +44,15 @@ class Drive:
     findings: tuple[str, ...]  # corrected units
     sources: tuple[str, ...]  # what else commands the same actuators
     on_change: bool
+    steered: Steered | None = (
+        None  # a thrust and its angle; where sure, inputs and forces are theirs
+    )
 
 
 def find_drive(
-    sources: Sources, *, thrusters: int = 0, salvage: bool, turns: int = MOST_TURNS
+    sources: Sources, *, places: int = 0, salvage: bool, turns: int = MOST_TURNS
 ) -> Drive:
-    """Inputs, signs, scales and units from the recording itself. `thrusters`: how many positions are known."""
+    """Inputs, signs, scales and units from the recording itself. `places`: how many positions are known."""
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
@@ -69,20 +71,26 @@ def find_drive(
         corrected = [turned.text, *corrected]
     elif turned is not None:
         sources = replace(sources, pose=turned.pose)
-        found = find_drive(sources, thrusters=thrusters, salvage=salvage, turns=turns - 1)
+        found = find_drive(sources, places=places, salvage=salvage, turns=turns - 1)
         return replace(found, findings=(turned.text, *corrected, *found.findings))
-    # 3. Inputs and forces: sums of thrusters, or one stick an axis; by their names without any motion.
-    parts = (_thrusters if channels.shared else _sticks)(channels)
-    if not parts[0] and thrusters == len(channels.names):
+    # 3. Inputs and forces: sums of thrusters, one stick an axis, or a thrust and its angle; by their names without
+    # any motion.
+    parts = (thrusters if channels.shared else sticks)(channels)
+    angle = None if places else steered(channels)
+    is_steered = angle is not None and angle.sure
+    if angle is not None and is_steered:
+        parts = angle.parts
+    if not parts[0] and places == len(channels.names):
         parts = dict(channels.columns), dict.fromkeys(channels.names, "thruster, as given"), {}
     inputs, remarks, forces = parts if parts[0] else named_sticks(recordings, channels)
     # 4. Axes without a drive; commands that are written only on change.
-    driven = {f["axis"] for f in forces.values()}
+    # the force across of an angle turns the boat, too
+    driven = set(AXES) if is_steered else {f["axis"] for f in forces.values()}
     on_change = any(s.on_change for r in recordings for s in r.streams if s.role == "commands")
     return Drive(
-        inputs, remarks, forces if channels.shared or len(driven) < len(AXES) else {},
-        channels.shared, tuple(axis for axis in AXES if axis not in driven), pose, channels.lever,
-        tuple(corrected), others, on_change,
+        inputs, remarks, forces if channels.shared or len(forces) < len(AXES) else {},
+        channels.shared, tuple(axis for axis in AXES if axis not in driven), pose,
+        None if is_steered else channels.lever, tuple(corrected), others, on_change, angle,
     )  # fmt: skip
 
 
@@ -230,61 +238,3 @@ def _channels(
     own = [replace(s, values=(s.values * draft.input_signs - rests) / sizes) for s in signals]
     angles = steering_angles([read_run(r, s) for r, s in zip(recordings, own, strict=True)], t)
     return Channels(names, columns, t, gains * sizes, spread, driven, angles)
-
-
-def _thrusters(found: Channels) -> Parts:
-    """Each channel an input; forces as sums of them, weighted by their gains."""
-    forces: dict[str, dict[str, Any]] = {}
-    for axis, clear in enumerate(found.clear):
-        if clear.any():
-            own = weights(axis, found.clear, found.gains, found.t)
-            of = {n: round(float(w), 3) for n, w in zip(found.names, own, strict=True) if w}
-            forces[WRENCH[axis]] = {"axis": AXES[axis], "of": of}
-    used = {name for force in forces.values() for name in force["of"]}
-    if len(forces) > len(used):  # two thrusters astern: sway follows from yaw, no force drives it
-        forces.pop(WRENCH[1], None)
-        used = {name for force in forces.values() for name in force["of"]}
-    inputs = {n: found.columns[n] for n in found.names if n in used}
-    return inputs, {n: _thruster_remark(found, n) for n in inputs}, forces
-
-
-def _sticks(found: Channels) -> Parts:
-    """One channel an axis."""
-    inputs: dict[str, dict[str, Any]] = {}
-    remarks: dict[str, str] = {}
-    forces: dict[str, dict[str, Any]] = {}
-    for a in sorted(found.assigned, key=lambda a: a.axis):
-        positive = found.t[a.axis, found.names.index(a.channel)] > 0
-        name = WRENCH[a.axis]
-        inputs[name] = found.columns[a.channel] | ({} if positive else {"sign": -1})
-        ambiguous = (
-            "" if a.trusted or found.lever else "; check: another channel moves it with a similar t"
-        )
-        angle = _angle_remark(found, a.channel)
-        remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){ambiguous}{angle}"
-        forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
-    return inputs, remarks, forces
-
-
-def _thruster_remark(found: Channels, name: str) -> str:
-    other = found.twin(name)
-    two = (
-        f"; check: acts as {other} does, never at the same time: two sources of one command? --commands "
-        "chooses one"
-        if other
-        else ""
-    )
-    k = found.names.index(name)
-    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two + _angle_remark(found, name)
-
-
-def _angle_remark(found: Channels, name: str) -> str:
-    """That a channel looks like an angle, by the motion of the boat or by its name."""
-    if name in found.angles:
-        return f"; check: {angle_text(found.angles[name])}"
-    return f"; check: {STEERED}" if steers(name) else ""
-
-
-def _moved_axes(t: Array, moved: Mask) -> str:
-    parts = [f"{AXES[i]} (t {t[i]:+.0f})" for i in range(3) if moved[i]]
-    return f"moves {', '.join(parts)}" if parts else "moves no axis significantly"

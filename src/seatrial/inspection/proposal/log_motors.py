@@ -63,8 +63,9 @@ def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTo
     chosen = able[0].name
     if ask is not None and len(able) > 1:
         chosen = choose(log.path, "commands", [t.name for t in able], ask)
-    topic = log.topics[chosen]
-    return [(topic, m) for m in changing[chosen]]
+    servos = [t.name for t in able if t.type == "actuator_servos"]  # beside PX4's motors
+    together = [chosen, *servos] if log.topics[chosen].type == "actuator_motors" else [chosen]
+    return [(log.topics[name], m) for name in together for m in changing[name]]
 
 
 def _changing(log: Log, topic: LogTopic) -> Iterator[Motor]:

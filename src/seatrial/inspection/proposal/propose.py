@@ -141,7 +141,7 @@ def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Source
     """
     count = len(choices.thrusters)
     try:
-        return sources, find_drive(sources, thrusters=count, salvage=salvage)
+        return sources, find_drive(sources, places=count, salvage=salvage)
     except OtherZoneError as error:
         for corrected in in_one_zone(sources, error.apart):
             with suppress(OtherZoneError):

@@ -11,10 +11,15 @@ FUNCTIONS = {  # SERVOn_FUNCTION of ArduPilot
     26: "steering", 70: "throttle", 73: "throttle_left", 74: "throttle_right",
     **{32 + i: f"motor_{i}" for i in range(1, 9)}, **{73 + i: f"motor_{i}" for i in range(9, 13)},
 }  # fmt: skip
+CAR = 5  # CA_AIRFRAME of PX4 with Ackermann steering: one motor, and a servo that steers
+SERVOS = {4: "rudder", 16: "steering"}  # CA_SV_CSn_TYPE of PX4
 PX4_MOTOR, PX4_SERVO = 101, 201  # PWM_MAIN_FUNCn of the first motor and of the first servo
 USUAL = {"MIN": 1100.0, "MAX": 1900.0, "TRIM": 1500.0, "REVERSED": 0.0}  # of ArduPilot
 PX4_USUAL = {"MIN": 1000.0, "MAX": 2000.0, "DIS": 0.0}
 OFF = 0.0  # [us] pulse of an output that is not driven
+VECTORED = (
+    "MOT_VEC_ANGLEMAX"  # [deg] of ArduPilot's vectored thrust from its middle to its limit; 0: none
+)
 UNEVEN = 0.02  # of the range: a trim that is further from the middle
 
 
@@ -33,9 +38,16 @@ def motors(log: Log, topic: LogTopic) -> list[Motor]:
         return list(_ardupilot(log.parameters, topic))
     if topic.type == "actuator_motors":
         return list(_px4_motors(log.parameters, topic))
+    if topic.type == "actuator_servos":
+        return list(_px4_servos(log.parameters, topic))
     if topic.type == "actuator_outputs":
         return list(_px4_outputs(log.parameters, topic))
     return []
+
+
+def full_angle(log: Log) -> float | None:
+    """Angle [deg] of a steered thruster at full command, where a parameter states it."""
+    return log.parameters.get(VECTORED) or None
 
 
 def _ardupilot(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Motor]:
@@ -69,19 +81,37 @@ def _pulse(least: float, most: float, trim: float) -> tuple[dict[str, Any], str]
     uneven = min(up, down) > 0 and abs(up - down) > UNEVEN * (most - least)
     text = f"{least:.0f} to {most:.0f} us, trim {trim:.0f}"
     if uneven:
-        text += "; check: the trim is not in the middle, so forward and reverse differ in scale"
+        text += "; check: the trim is not in the middle, so the two directions differ in scale"
     return {"offset": trim, "scale": max(up, down), "off": OFF}, text
 
 
 def _px4_motors(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Motor]:
     """Thrust from -1 or 0 to 1, of as many motors as CA_ROTOR_COUNT states."""
-    count = int(parameters.get("CA_ROTOR_COUNT", 0))
+    count = 1 if _is_car(parameters) else int(parameters.get("CA_ROTOR_COUNT", 0))
     reverse = int(parameters.get("CA_R_REV", 0))
     for i in range(count):
         field = f"control[{i}]"
         if field in topic.fields:
             sides = "-1 to 1" if reverse >> i & 1 else "0 to 1"
             yield Motor(f"motor_{i + 1}", {"field": field}, f"{sides}{_place(parameters, i)}")
+
+
+def _px4_servos(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Motor]:
+    """Angles from -1 to 1, of as many servos as CA_SV_CS_COUNT states; a car has one at least."""
+    count = max(int(parameters.get("CA_SV_CS_COUNT", 0)), _is_car(parameters))
+    for i in range(count):
+        field = f"control[{i}]"
+        if field in topic.fields:
+            yield Motor(_servo_name(parameters, i), {"field": field}, "-1 to 1")
+
+
+def _servo_name(parameters: Mapping[str, float], i: int) -> str:
+    kind = int(parameters.get(f"CA_SV_CS{i}_TYPE", 0))
+    return SERVOS.get(kind, "steering" if i == 0 and _is_car(parameters) else f"servo_{i + 1}")
+
+
+def _is_car(parameters: Mapping[str, float]) -> bool:
+    return int(parameters.get("CA_AIRFRAME", 0)) == CAR
 
 
 def _place(parameters: Mapping[str, float], i: int) -> str:
@@ -108,7 +138,7 @@ def _px4_outputs(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[M
             parameters.get(f"PWM_MAIN_{name}{i + 1}", usual) for name, usual in PX4_USUAL.items()
         )
         turned = bool(int(parameters.get("PWM_MAIN_REV", 0)) >> i & 1)
-        trim, name = (least + most) / 2, f"servo_{function - PX4_SERVO + 1}"
+        trim, name = (least + most) / 2, _servo_name(parameters, function - PX4_SERVO)
         if function < PX4_SERVO:
             name = f"motor_{function - PX4_MOTOR + 1}"
             if not int(parameters.get("CA_R_REV", 0)) >> (function - PX4_MOTOR) & 1:

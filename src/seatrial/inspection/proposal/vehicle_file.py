@@ -59,8 +59,9 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
         *_timeout(drive),
         "",
         *_forces(drive, choices),
+        *_steered(drive, sources),
         "",
-        *sources.notes.get("scales", []),
+        *_scales(drive, sources),
         *_structure(),
     ]
     return "\n".join(lines) + "\n"
@@ -156,6 +157,47 @@ def _forces(drive: Drive, choices: Choices) -> list[str]:
         entry = f"  # {FORCE_OF_AXIS[axis]}: {{axis: {axis}, of: {{{of}}}}}"
         lines.append(_commented(entry, why))
     return lines
+
+
+def _steered(drive: Drive, sources: Sources) -> list[str]:
+    """An angle and its thrust: as lines where it is sure, else as a comment."""
+    found = drive.steered
+    if found is None:
+        return []
+    angle = "estimate" if sources.full_angle is None else sources.full_angle
+    own = {"latency": "estimate", "lag": "estimate"}
+    entry = {"of": [[found.thrust, found.angle]], "angle_deg": angle}
+    thrust_group = {"name": found.thrust, "actuators": [found.thrust], **own}
+    angle_group = {"name": found.angle, "actuators": [found.angle], **own, "steered": entry}
+    chain = [
+        "chain:                             # angle_deg: [deg] at command 1; beside it, where the gear has a rate",
+        "                                   # limit [deg/s], rate_deg: estimate",
+        f"  - {_flow(thrust_group)}",
+        f"  - {_flow(angle_group)}",
+    ]
+    if found.sure:
+        return chain
+    inputs, _, forces = found.parts
+    lines = ["  inputs:", *(f"    {_line(name, column)}" for name, column in inputs.items())]
+    lines += ["forces:", *(f"  {_line(name, force)}" for name, force in forces.items()), *chain]
+    return [
+        "",
+        f"# check: is {found.angle} the angle of a rudder or thruster? Then in place of inputs and forces:",
+        *(f"# {line}" for line in lines),
+    ]
+
+
+def _scales(drive: Drive, sources: Sources) -> list[str]:
+    """A signal that scales thrust, and the stage that uses it; an angle has no such stage."""
+    lines = sources.notes.get("scales", [])
+    if not lines:
+        return []
+    stage = "{scale: {signal: battery, power: 2}}"
+    use = f"chain: [{stage}]"
+    if drive.steered is not None and drive.steered.sure:
+        use = f"scale: {{signal: battery, power: 2}}, in chain at {drive.steered.thrust}"
+    ask = "# check: to use it, add this stage, or 'power: estimate' where the voltage changes much:"
+    return [*lines, ask, f"# {use}", ""]
 
 
 def _which_drives(axis: str, drive: Drive) -> str:

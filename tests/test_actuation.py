@@ -4,9 +4,8 @@
 import numpy as np
 import pytest
 
-from seatrial.inspection.proposal.channels import Channels
-from seatrial.inspection.proposal.inputs import _thrusters
-from seatrial.inspection.proposal.thruster_weights import LONGEST_LEVER, weights
+from seatrial.inspection.proposal.actuation import thrusters, weights
+from seatrial.inspection.proposal.channels import LONGEST_LEVER, Channels
 
 CLEAR = np.array([[True, True], [False, False], [True, True]])
 T = np.full((3, 2), 100.0)
@@ -67,7 +66,7 @@ def test_thrusters_that_do_not_push_alike_keep_their_weights(turn, t, found):
 def test_the_second_of_two_thrusters_drives_an_axis_that_the_first_one_just_drives(t, gains):
     found = channels(t, gains)
     assert found.shared
-    _, remarks, forces = _thrusters(found)
+    _, remarks, forces = thrusters(found)
     assert forces == {
         "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
         "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
