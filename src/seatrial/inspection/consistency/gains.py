@@ -31,7 +31,7 @@ UNEXPLAINED_BLOCK = 5.0  # [s] blocks for comparing the unexplained acceleration
 WHITE_SHRINKAGE = 0.3  # of the gains' covariance towards that of white residuals
 # of an axis' RMS acceleration that inputs may explain beyond the file's structure
 UNMODELLED_SHARE = 0.07
-DRAG_COLUMNS = 10  # columns of `_drag`
+DRAG_COLUMNS = 12  # columns of `_drag`
 SQUARES_AT_REST = 1e-12  # added to sums of squares: a boat at rest without noise has 0
 # of the mean diagonal: inputs that never change would make the equations singular
 GAINS_RIDGE = 1e-6
@@ -159,13 +159,17 @@ def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]
         velocity, acceleration = velocity.conj(), acceleration.conj()
     velocity, acceleration = velocity * turn, acceleration * turn
     body = np.column_stack([acceleration.real, acceleration.imag, smooth.r_dot])
-    return body, _drag(velocity.real, velocity.imag, smooth.r)
+    return body, _drag(velocity.real, velocity.imag, smooth.r, turn)
 
 
-def _drag(u: Array, v: Array, r: Array) -> Array:
-    """Drag basis, the same for every axis: rotation and reflection of the boat keep its span."""
+def _drag(u: Array, v: Array, r: Array, turn: NDArray[np.complex128]) -> Array:
+    """Drag and a steady wind, the same for every axis: rotation and reflection of the boat keep its span.
+
+    turn: exp(-i psi), from the earth's axes to the boat's.
+    """
     own = [f for nu in (u, v, r) for f in (nu, np.abs(nu) * nu)]
-    return np.column_stack([np.ones_like(u), *own, v * r, u * r, u * v])
+    wind = turn.real, turn.imag
+    return np.column_stack([np.ones_like(u), *own, v * r, u * r, u * v, *wind])
 
 
 def _solve(inputs: Array, motion: Array) -> Array:

@@ -58,7 +58,7 @@ def _by_thrusters(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | N
     if not clear[SURGE].any():
         text = "lies across the way that both thrusters drive the boat: turned by 90 deg"
         return _repaired(pose, Repair(turn=1 if both.imag > 0 else 3), text)
-    angle = round(float(np.degrees(np.angle(both))))
+    angle = float(np.degrees(np.angle(both)))
     apart = abs(both) < TOGETHER * float(np.abs(forces).sum())  # one of them counts astern
     if apart or min(abs(angle), 180 - abs(angle)) < LEAST_ANGLE:
         return None
@@ -85,7 +85,7 @@ def _by_sticks(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None
     ]
     if len(ahead) == 1:
         angle += 90.0 * round((float(np.degrees(np.angle(ahead[0]))) - angle) / 90.0)
-    return _oblique(pose, round(angle), "two inputs drive")
+    return _oblique(pose, angle, "two inputs drive")
 
 
 def _is_surge(name: str) -> bool:
@@ -101,9 +101,10 @@ def _astern(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
     return TurnedHeading(dict(pose), text)
 
 
-def _oblique(pose: Mapping[str, Any], angle: int, what: str) -> TurnedHeading:
-    text = f"lies {angle} deg from the way that {what} the boat: turned by {angle} deg"
-    return _repaired(pose, Repair(angle=float(angle)), text)
+def _oblique(pose: Mapping[str, Any], angle: float, what: str) -> TurnedHeading:
+    angle = round(angle, 1)
+    text = f"lies {angle:g} deg from the way that {what} the boat: turned by {angle:g} deg"
+    return _repaired(pose, Repair(angle=angle), text)
 
 
 def _refuse_table(pose: Mapping[str, Any]) -> None:
