@@ -111,3 +111,47 @@ def as_stated(model, truth, sigmas=4.5):
         for n, x in truth.items()
         if abs(got[n] - x) > sigmas * errors[n]
     }
+
+
+def blown(wind, lever=0.0, side=1.0, *, rate=5.0, seconds=300.0, seed=1):
+    """The survey boat in a wind (2,) [m/s^2], earth-fixed: Euler's steps of 2 ms.
+
+    lever: [rad/m] by which its part across turns the boat; side: times more that it moves sway.
+    """
+    rng = np.random.default_rng(seed)
+    truth = make_model(boat([{"latency": LATENCY, "lag": LAG}]), TRUTH)
+    values = np.column_stack(
+        [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
+    )
+    begin = np.arange(len(values)) / 20.0
+    trace = _core.ThrustTrace(
+        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
+    )
+    dt = 0.002
+    force = np.asarray(trace.forces((np.arange(round(seconds / dt)) + 0.5) * dt))
+    p, every = TRUTH, round(1.0 / rate / dt)
+    x, y, psi, u, v, r = np.zeros(6)
+    poses = []
+    for k, (f_u, f_r) in enumerate(force.tolist()):
+        if k % every == 0:
+            poses.append((x, y, psi))
+        c, s = np.cos(psi), np.sin(psi)
+        x, y = x + dt * (c * u - s * v), y + dt * (s * u + c * v)
+        psi += dt * r
+        across = c * wind[1] - s * wind[0]
+        du = (
+            p["X_vr"] * v * r
+            + p["X_u"] * u
+            + p["X_uu"] * abs(u) * u
+            + p["X_F"] * f_u
+            + c * wind[0]
+            + s * wind[1]
+        )
+        dv = p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + side * across
+        dr = p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * f_r + lever * across
+        u, v, r = u + dt * du, v + dt * dv, r + dt * dr
+    eta = np.array(poses) + rng.normal(size=(len(poses), 3)) * [2e-3, 2e-3, 3e-3]
+    vehicle = boat()
+    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
+    stamps = np.round(1e9 * np.arange(len(eta)) / rate).astype(np.int64)
+    return vehicle, make_recording("blown", stamps, eta, commands)

@@ -7,12 +7,11 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length, make_model, on_request
-from survey_boat import LAG, LATENCY, TRUTH, boat, pulses
+from conftest import at_length, on_request
+from survey_boat import TRUTH, blown
 from test_model import frd
 
 import seatrial
-from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model_file import load, save
 from seatrial.boat.noise_parameters import PROCESS, folded, noise_entry
@@ -24,9 +23,7 @@ from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.solution import with_lever
 from seatrial.io.poses import in_vehicle_terms
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.origin import poses_of_origin
-from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import SeatrialError
@@ -183,47 +180,6 @@ def test_effects_that_there_are_not_are_refused(known):
         fit(recordings, vehicle, settings=OutputErrorSettings(effects=("waves",)))
     with pytest.raises(SeatrialError, match="effects belong to output-error"):
         seatrial.identify(recordings, vehicle, method="equation-error", effects=("lever",))
-
-
-def blown(wind, lever=0.0, side=1.0, *, rate=5.0, seconds=300.0, seed=1):
-    """The survey boat in a wind (2,) [m/s^2], earth-fixed: Euler's steps of 2 ms. `lever`, `side`: see the first test."""
-    rng = np.random.default_rng(seed)
-    truth = make_model(boat([{"latency": LATENCY, "lag": LAG}]), TRUTH)
-    values = np.column_stack(
-        [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
-    )
-    begin = np.arange(len(values)) / 20.0
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-    )
-    dt = 0.002
-    force = np.asarray(trace.forces((np.arange(round(seconds / dt)) + 0.5) * dt))
-    p, every = TRUTH, round(1.0 / rate / dt)
-    x, y, psi, u, v, r = np.zeros(6)
-    poses = []
-    for k, (f_u, f_r) in enumerate(force.tolist()):
-        if k % every == 0:
-            poses.append((x, y, psi))
-        c, s = np.cos(psi), np.sin(psi)
-        x, y = x + dt * (c * u - s * v), y + dt * (s * u + c * v)
-        psi += dt * r
-        across = c * wind[1] - s * wind[0]
-        du = (
-            p["X_vr"] * v * r
-            + p["X_u"] * u
-            + p["X_uu"] * abs(u) * u
-            + p["X_F"] * f_u
-            + c * wind[0]
-            + s * wind[1]
-        )
-        dv = p["Y_ur"] * u * r + p["Y_v"] * v + p["Y_vv"] * abs(v) * v + side * across
-        dr = p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * f_r + lever * across
-        u, v, r = u + dt * du, v + dt * dv, r + dt * dr
-    eta = np.array(poses) + rng.normal(size=(len(poses), 3)) * [2e-3, 2e-3, 3e-3]
-    vehicle = boat()
-    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-    stamps = np.round(1e9 * np.arange(len(eta)) / rate).astype(np.int64)
-    return vehicle, make_recording("blown", stamps, eta, commands)
 
 
 @pytest.mark.parametrize(("lever", "side"), [(0.0, 1.0), (0.6, 1.0), (0.6, 2.5)])

@@ -441,7 +441,7 @@ def test_axes_that_lie_aside_of_the_boat(degrees, tmp_path):
     folder = tmp_path / "run"
     turned_take(folder, degrees)
     proposal, vehicle, recording = read(folder)
-    assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(degrees), abs=0.03)
+    assert vehicle.file.pose.psi.offset == pytest.approx(np.radians(degrees), abs=0.012)
     assert "from the way that both thrusters drive the boat: turned by -" in proposal.text
     assert check_consistency([recording], vehicle).findings == ()
     file = folder.with_suffix(".yaml")

@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from seatrial.util.errors import RecordingError
 PAIR = 2  # thrusters of a boat that can not be driven sideways
 SURGE, SWAY, YAW = 0, 1, 2
 ACROSS = 0.2  # largest cosine between the forces of two sticks
+LEAST_REST = 0.1  # [deg] of the angle that is left after a turn: as it is written
 TOGETHER = 0.5  # least size of the sum of two thrusters' forces, of their sizes
 
 
@@ -29,32 +30,39 @@ class TurnedHeading:
 
     pose: dict[str, Any]
     text: str
+    angle: float = (
+        0.0  # [deg] by which the zero is off, in all turns so far; 0: it is not, or by quarters
+    )
 
 
 def turned_heading(
-    pose: Mapping[str, Any], found: Channels, report: ConsistencyReport
+    pose: Mapping[str, Any], found: Channels, report: ConsistencyReport, before: float = 0.0
 ) -> TurnedHeading | None:
     """The heading by what the boat does; None where nothing contradicts it.
 
     East and north are no mirror image: a track that turns against the heading shows its sense. Two thrusters that
     turn the boat drive it ahead, and two sticks along its axes: if they drive it aside, the zero is off by that
-    angle. Raises RecordingError.
+    angle. Drag in the turned axes biases it, so what is left after a turn is turned once more.
+
+    before: [deg] of the turns before. Raises RecordingError.
     """
     if "latitude" in pose and report.search is not None and report.search.mirrored:
         _refuse_table(pose)
         return _repaired(pose, Repair(pose_signs=(1, 1, -1)), "turns against the track: sign: -1")
     if len(found.names) == PAIR and found.clear[YAW].all():
-        return _by_thrusters(pose, found)
-    return _by_sticks(pose, found)
+        return _by_thrusters(pose, found, before)
+    return _by_sticks(pose, found, before)
 
 
-def _by_thrusters(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
+def _by_thrusters(pose: Mapping[str, Any], found: Channels, before: float) -> TurnedHeading | None:
     """Two thrusters that turn the boat drive it ahead."""
     clear = found.clear
-    if not clear[SWAY].all():
-        return _astern(pose, found)
     forces = found.gains[SURGE] + 1j * found.gains[SWAY]
     both = complex(forces.sum())
+    if before:
+        return _oblique(pose, float(np.degrees(np.angle(both))), "both thrusters drive", before)
+    if not clear[SWAY].all():
+        return _astern(pose, found)
     if not clear[SURGE].any():
         text = "lies across the way that both thrusters drive the boat: turned by 90 deg"
         return _repaired(pose, Repair(turn=1 if both.imag > 0 else 3), text)
@@ -62,10 +70,10 @@ def _by_thrusters(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | N
     apart = abs(both) < TOGETHER * float(np.abs(forces).sum())  # one of them counts astern
     if apart or min(abs(angle), 180 - abs(angle)) < LEAST_ANGLE:
         return None
-    return _oblique(pose, angle, "both thrusters drive")
+    return _oblique(pose, angle, "both thrusters drive", before)
 
 
-def _by_sticks(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
+def _by_sticks(pose: Mapping[str, Any], found: Channels, before: float) -> TurnedHeading | None:
     """Two sticks that do not turn the boat, and drive it across each other, but not along its axes."""
     plane = (found.effects[: SWAY + 1] > 0.0).any(axis=0) & ~found.clear[YAW]
     if len(found.names) != PAIR + 1 or np.count_nonzero(plane) != PAIR:
@@ -75,7 +83,7 @@ def _by_sticks(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None
     if abs((one * other.conjugate()).real) > ACROSS:
         return None
     angle = float(np.degrees(np.angle(one**4 + other**4)) / 4.0)
-    if abs(angle) < LEAST_ANGLE:
+    if abs(angle) < (LEAST_REST if before else LEAST_ANGLE):
         return None
     # one of four quarters, by the name of the stick that drives ahead
     ahead = [
@@ -85,7 +93,7 @@ def _by_sticks(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None
     ]
     if len(ahead) == 1:
         angle += 90.0 * round((float(np.degrees(np.angle(ahead[0]))) - angle) / 90.0)
-    return _oblique(pose, angle, "two inputs drive")
+    return _oblique(pose, angle, "two inputs drive", before)
 
 
 def _is_surge(name: str) -> bool:
@@ -101,10 +109,15 @@ def _astern(pose: Mapping[str, Any], found: Channels) -> TurnedHeading | None:
     return TurnedHeading(dict(pose), text)
 
 
-def _oblique(pose: Mapping[str, Any], angle: float, what: str) -> TurnedHeading:
+def _oblique(
+    pose: Mapping[str, Any], angle: float, what: str, before: float
+) -> TurnedHeading | None:
     angle = round(angle, 1)
-    text = f"lies {angle:g} deg from the way that {what} the boat: turned by {angle:g} deg"
-    return _repaired(pose, Repair(angle=angle), text)
+    if abs(angle) < LEAST_REST:
+        return None
+    total = round(before + angle, 1)
+    text = f"lies {total:g} deg from the way that {what} the boat: turned by {total:g} deg"
+    return replace(_repaired(pose, Repair(angle=angle), text), angle=total)
 
 
 def _refuse_table(pose: Mapping[str, Any]) -> None:

@@ -17,7 +17,7 @@ from seatrial.inspection.proposal.by_name import named_sticks
 from seatrial.inspection.proposal.channel_scales import off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
 from seatrial.inspection.proposal.command_sources import by_source
-from seatrial.inspection.proposal.heading_zero import turned_heading
+from seatrial.inspection.proposal.heading_zero import TurnedHeading, turned_heading
 from seatrial.inspection.proposal.sources import Sources, place_of
 from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
@@ -26,7 +26,7 @@ from seatrial.util.format import joined
 from seatrial.util.frames import AXES
 from seatrial.util.progress import over, stage
 
-MOST_TURNS = 3  # of the heading, one after the other: its sense, then its zero
+MOST_TURNS = 3  # of the heading, one after the other: its sense, its zero, what is left of it
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 
 
@@ -50,9 +50,17 @@ class Drive:
 
 
 def find_drive(
-    sources: Sources, *, places: int = 0, salvage: bool, turns: int = MOST_TURNS
+    sources: Sources,
+    *,
+    places: int = 0,
+    salvage: bool,
+    turns: int = MOST_TURNS,
+    before: TurnedHeading | None = None,
 ) -> Drive:
-    """Inputs, signs, scales and units from the recording itself. `places`: how many positions are known."""
+    """Inputs, signs, scales and units from the recording itself.
+
+    places: how many positions are known; turns, before: of the heading, still allowed, and the last one.
+    """
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
         names, disarmed = _changing_channels(sources, salvage=salvage)
@@ -66,20 +74,24 @@ def find_drive(
         recordings = _read(sources, draft, salvage=salvage)
     # 2. Offsets, scales and gains of the channels.
     channels = _channels(sources, draft, recordings, report.table)
-    turned = turned_heading(pose, channels, report) if turns else None
-    if turned is not None and turned.pose == pose:
-        corrected = [turned.text, *corrected]
-    elif turned is not None:
+    angle = 0.0 if before is None else before.angle
+    turned = turned_heading(pose, channels, report, angle) if turns else None
+    if turned is not None and turned.pose != pose:
         sources = replace(sources, pose=turned.pose)
-        found = find_drive(sources, places=places, salvage=salvage, turns=turns - 1)
-        return replace(found, findings=(turned.text, *corrected, *found.findings))
+        found = find_drive(sources, places=places, salvage=salvage, turns=turns - 1, before=turned)
+        own = (
+            () if turned.angle else (turned.text,)
+        )  # an angle is told once, with what was left of it
+        return replace(found, findings=(*own, *corrected, *found.findings))
+    told = [each.text for each in (before if angle else None, turned) if each is not None]
+    corrected = [*told, *corrected]
     # 3. Inputs and forces: sums of thrusters, one stick an axis, or a thrust and its angle; by their names without
     # any motion.
     parts = (thrusters if channels.shared else sticks)(channels)
-    angle = None if places else steered(channels)
-    is_steered = angle is not None and angle.sure
-    if angle is not None and is_steered:
-        parts = angle.parts
+    steer = None if places else steered(channels)
+    is_steered = steer is not None and steer.sure
+    if steer is not None and is_steered:
+        parts = steer.parts
     if not parts[0] and places == len(channels.names):
         parts = dict(channels.columns), dict.fromkeys(channels.names, "thruster, as given"), {}
     inputs, remarks, forces = parts if parts[0] else named_sticks(recordings, channels)
@@ -90,7 +102,7 @@ def find_drive(
     return Drive(
         inputs, remarks, forces if channels.shared or len(forces) < len(AXES) else {},
         channels.shared, tuple(axis for axis in AXES if axis not in driven), pose,
-        None if is_steered else channels.lever, tuple(corrected), others, on_change, angle,
+        None if is_steered else channels.lever, tuple(corrected), others, on_change, steer,
     )  # fmt: skip
 
 
