@@ -34,7 +34,7 @@ def test_gains_in_wind_are_as_sure_as_in_calm_air(seed):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_init_in_wind_proposes_equal_thrusters_and_the_offset(seed, degrees, tmp_path):
     _, recording = blown(WIND, 1.5, seconds=150.0, seed=seed)
-    poses = recording.eta + [0.0, 0.0, np.radians(degrees)]
+    poses = recording.eta + np.radians([0.0, 0.0, degrees])
     for name, head, rows in (
         ("poses", "t,x,y,psi", [recording.t, poses]),
         ("commands", "t,left,right", [recording.seconds(recording.commands.stamps), recording.commands.values]),
