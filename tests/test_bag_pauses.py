@@ -41,7 +41,7 @@ def test_commands_are_unknown_from_a_pause_to_the_next_one(tmp_path, kind):
     hidden = (t > REST) & (t < 6.0)
     assert hidden.sum() > 1
     np.testing.assert_array_equal(found.valid, ~hidden)
-    (fault,) = [f for f in found.faults if f.kind is FaultKind.NO_NUMBER]
+    (fault,) = [f for f in found.faults if f.kind is FaultKind.PAUSED]
     assert fault.end - fault.start == pytest.approx(6.0 - REST, abs=0.08)
     (remark,) = [r for r in found.remarks if "between its 2 files" in r]
     assert "lost messages once, for up to 0.4" in remark

@@ -68,6 +68,7 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         sources=[Source(file) for file in signals.files], streams=streams,
         remarks=[*signals.remarks, *copies, *bursts], doubts=doubts,
         position_delay=position - heading, parts=known.parts,
+        paused=[stamp for _, rows in driven for stamp in rows.paused],
         asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),
     )  # fmt: skip
     recording = with_enough_poses(_with_sampled_commands(recording, vehicle.file.commands.sampled))

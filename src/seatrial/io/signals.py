@@ -41,6 +41,7 @@ class Rows:
     values: Array  # (n, names) raw; of a quaternion its yaw [rad]
     stream: Stream
     marked_valid: Mask | None = None  # (n,)
+    paused: tuple[int, ...] = ()  # [ns] stamps of rows that stand for a pause of the recorder
 
 
 class Signals(ABC):

@@ -32,13 +32,15 @@ def make_recording(
     position_delay: float = 0.0,
     parts: NDArray[np.int8] | None = None,
     asynchronous: Asynchronous | None = None,
+    paused: Sequence[int] = (),
 ) -> Recording:
     """A recording from raw poses: heading unwrapped, faults detected and masked.
 
     stamps (n,) [ns]; eta (n, 3) x, y [m], psi [rad], forward-left-up. position_delay [s]: positions are
     this much older than the stamps, which are the headings' times. Commands are unknown after
     `timeout` seconds without any, and while one is not a number. parts (n,), asynchronous: of sensors with
-    stamps of their own; without them the rows themselves show what is new. Raises RecordingError.
+    stamps of their own; without them the rows themselves show what is new. paused: [ns] stamps of commands that
+    are no number as the recorder paused. Raises RecordingError.
     """
     if len(stamps) < 2:
         raise RecordingError(f"{name}: {len(stamps)} poses; record a few seconds at least")
@@ -54,7 +56,7 @@ def make_recording(
     found = examine(name, stamps, eta, marked_valid)
     # 3. Intervals with unknown commands: poses in them are masked.
     kept = found.in_order
-    driven = _driven(name, found.t, commands, stamps[kept][0], timeout)
+    driven = _driven(name, found.t, commands, stamps[kept][0], timeout, paused=paused)
     streams = [replace(s, on_change=s.on_change or _on_change(s, driven)) for s in streams]
     # 4. Poses with rising stamps.
     faults = sorted([*found.faults, *driven.faults], key=lambda f: f.start)
@@ -77,7 +79,13 @@ class _Driven:
 
 
 def _driven(
-    name: str, t: Array, commands: Signal, origin: np.int64, timeout: float | None
+    name: str,
+    t: Array,
+    commands: Signal,
+    origin: np.int64,
+    timeout: float | None,
+    *,
+    paused: Sequence[int],
 ) -> _Driven:
     """Of poses at t (n,) [s] from `origin` [ns]."""
     finite, unknown = _finite_rows(commands)
@@ -85,16 +93,19 @@ def _driven(
     if not len(held):
         return _Driven(finite, held, (), np.zeros(len(t), dtype=bool))
     silent = silences(name, t, held, finite.values, timeout)
-    return _Driven(finite, held, *_unknown_commands(t, silent, not_finite))
+    holes = [(FaultKind.SILENT, *hole) for hole in silent]
+    for (stamp, _), (begin, end) in zip(unknown.tolist(), not_finite.tolist(), strict=True):
+        if begin < t[-1] and end > 0:
+            kind = FaultKind.PAUSED if stamp in paused else FaultKind.NO_NUMBER
+            holes.append((kind, begin, end))
+    return _Driven(finite, held, *_unknown_commands(t, holes))
 
 
 def _unknown_commands(
-    t: Array, silent: Sequence[tuple[float, float]], not_finite: Array
+    t: Array, holes: Sequence[tuple[FaultKind, float, float]]
 ) -> tuple[list[Fault], Mask]:
-    """Faults, and the poses (n,) at t (n,) [s] in them: commands are silent, or no numbers (k, 2) [s]."""
+    """Faults, and the poses (n,) at t (n,) [s] in them; holes: of the commands, their kind, begin and end [s]."""
     faults, hidden = [], np.zeros(len(t), dtype=bool)
-    holes = [(FaultKind.SILENT, *hole) for hole in silent]
-    holes += [(FaultKind.NO_NUMBER, *s) for s in not_finite.tolist() if s[0] < t[-1] and s[1] > 0]
     for kind, begin, end in holes:
         inside = (t >= begin) & (t < end)
         hidden |= inside

@@ -39,11 +39,12 @@ def with_unknown_commands(rows: Rows, arrival: Stamps, found: Sequence[Pause]) -
     # stamps of another clock may be anything
     found = [one for one in found if 0 <= one[0] - late < LATEST]
     stamps, values = rows.stamps, rows.values
-    for end, _ in found:
-        after = int(np.searchsorted(stamps, end - late, side="right"))
-        stamps = np.insert(stamps, after, end - late + 1)
+    paused = [end - late + 1 for end, _ in found]
+    for stamp in paused:
+        after = int(np.searchsorted(stamps, stamp, side="left"))
+        stamps = np.insert(stamps, after, stamp)
         values = np.insert(values, after, np.nan, axis=0)
-    return replace(rows, stamps=stamps, values=values)
+    return replace(rows, stamps=stamps, values=values, paused=tuple(paused))
 
 
 def pause_remarks(bag: Bag, found: Sequence[Pause]) -> tuple[str, ...]:

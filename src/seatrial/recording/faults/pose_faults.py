@@ -53,11 +53,12 @@ class FaultKind(str, Enum):
     GAP = "no poses: not bridged"
     SILENT = "no commands: left out"
     NO_NUMBER = "command not a number: left out"
+    PAUSED = "recorder paused between two files, commands unknown to the next one: left out"
     EXCLUDED = "excluded (--without)"
 
 
 # faults during which the commands are unknown
-COMMANDS_UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER, FaultKind.EXCLUDED)
+COMMANDS_UNKNOWN = (FaultKind.SILENT, FaultKind.NO_NUMBER, FaultKind.PAUSED, FaultKind.EXCLUDED)
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ MISSING = (  # kinds of missing data, and their colours
     ("jumps", {FaultKind.EXCURSION, FaultKind.JUMP}, RED),
     ("no poses", {FaultKind.GAP}, PURPLE),
     ("excluded (--without)", {FaultKind.EXCLUDED}, GREEN),
-    ("no commands", {FaultKind.SILENT, FaultKind.NO_NUMBER}, SKY),
+    ("no commands", {FaultKind.SILENT, FaultKind.NO_NUMBER, FaultKind.PAUSED}, SKY),
 )  # fmt: skip
 
 
