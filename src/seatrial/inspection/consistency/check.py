@@ -53,6 +53,10 @@ MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are
 NOT_EXCITED = "hardly excited; its sign is not checked"
 NEVER_COMMANDED = "the commands never change; record them while the boat is driven"
 TOO_SHORT = "too short to check signs; record two minutes or more"
+ONE_LINE = (
+    "the heading varies by {:.1f} deg (standard deviation): on one line exchanged x and y, another zero of the "
+    "heading and another sign of an input look alike; record turns, too"
+)
 OFFSETS = np.arange(-33, 34) * 0.15  # [s] that are tried: 5 s to either side
 OFFSET_BATCHES = 9  # evaluated one after another, to bound memory
 UNEXPLAINED_ENOUGH = 0.1  # share of the acceleration; an axis below it needs no other delay
@@ -124,9 +128,9 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
         moved = without_drag(runs)
     # 4. Handedness of the plane, then the gain from every input to every axis.
     other_hand = without_drag(runs, mirrored=True)
-    mirrored = _heading_varies(runs) and clearly_better(
-        unexplained(runs, *moved), unexplained(runs, *other_hand)
-    )
+    spread = _heading_spread(runs)
+    turns = spread > STRAIGHT_HEADING
+    mirrored = turns and clearly_better(unexplained(runs, *moved), unexplained(runs, *other_hand))
     found = gains(runs, *(other_hand if mirrored else moved))
     # 5. The fewest edits of signs and order that explain the gains.
     search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
@@ -149,6 +153,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     remarks = (
         *said,
         *steer,
+        *(() if turns else (ONE_LINE.format(np.degrees(spread)),)),
         *(f"{vehicle.inputs[i]}: {NOT_EXCITED}" for i in unexcited),
         *_exchangeable(vehicle, search, repair, unexcited),
     )
@@ -166,14 +171,14 @@ def _not_excited(vehicle: Vehicle, *, commanded: bool) -> ConsistencyReport:
     )
 
 
-def _heading_varies(runs: Sequence[Run]) -> bool:
-    """Whether the heading varies enough to show the handedness.
+def _heading_spread(runs: Sequence[Run]) -> float:
+    """Standard deviation [rad] of twice the heading, halved: what shows the handedness.
 
     A mirrored plane turns by twice the heading: on a straight track that is a constant rotation,
     which the gains absorb.
     """
     twice = np.exp(2j * np.concatenate([run.smooth.psi for run in runs]))
-    return bool(np.abs(twice.mean()) < np.exp(-2.0 * STRAIGHT_HEADING**2))
+    return float(np.sqrt(-np.log(np.clip(np.abs(twice.mean()), 1e-9, 1.0)) / 2.0))
 
 
 def file_commands(vehicle: Vehicle, recording: Recording) -> Signal:
