@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.vehicle import Vehicle
+from seatrial.io.clock_resets import apart_by_resets
 from seatrial.io.copies import without_copies
 from seatrial.io.poses import UNITS_OF_POSES, heading_of, in_plane, lengths_of_degrees, of_origin
 from seatrial.io.signals import (
@@ -47,8 +48,9 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     """A recording in forward-left-up axes. Raises RecordingError."""
     # 1. The signals of the vehicle file, by topic or table.
     wanted = requests(signals, vehicle)
-    # 2. All of it in one pass; what is written twice counts once.
-    read, copies = without_copies(signals.read(wanted), wanted)
+    # 2. All of it in one pass; parts of a clock that was set back one after the other; what is written twice once.
+    read, resets = apart_by_resets(signals.read(wanted), wanted)
+    read, copies = without_copies(read, wanted)
     found = list(zip(wanted, read, strict=True))
     driven, factors = _by_role(found, "commands"), _by_role(found, "scales")
     # 3. Poses of the boat's origin at the times that they left with, commands and scales as signals.
@@ -66,7 +68,7 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
         scales=_finite(merged([signal_of(*s) for s in factors], vehicle.scales)) if factors else None,
         marked_valid=given[0][1].marked_valid, timeout=vehicle.file.command_timeout,
         sources=[Source(file) for file in signals.files], streams=streams,
-        remarks=[*signals.remarks, *copies, *bursts], doubts=doubts,
+        remarks=[*signals.remarks, *resets, *copies, *bursts], doubts=doubts,
         position_delay=position - heading, parts=known.parts,
         paused=[stamp for _, rows in driven for stamp in rows.paused],
         asynchronous=None if known.asynchronous is None else known.asynchronous.shifted(-round(1e9 * heading)),

@@ -17,7 +17,7 @@ def without_copies(
     """The rows without exact copies of others, stamp and values alike, and how many each place has."""
     found, texts = [], []
     for rows, request in zip(read, requests, strict=True):
-        copies = _copies(rows)
+        copies = copies_in(rows)
         if copies.any():
             texts.append(
                 f"{request.place}: {copies.sum()} of {len(copies)} rows are copies of others, stamp and values "
@@ -27,7 +27,7 @@ def without_copies(
     return found, tuple(dict.fromkeys(texts))
 
 
-def _copies(rows: Rows) -> Mask:
+def copies_in(rows: Rows) -> Mask:
     """Rows (n,) outside the longest rising sequence of stamps that equal one in it."""
     if np.all(np.diff(rows.stamps) > 0):
         return np.zeros(len(rows.stamps), dtype=bool)
@@ -57,4 +57,6 @@ def _kept(rows: Rows, kept: Mask) -> Rows:
         backward=int((steps < 0).sum()),
     )
     marked = None if rows.marked_valid is None else rows.marked_valid[kept]
-    return Rows(stamps, rows.values[kept], stream, marked)
+    return replace(
+        rows, stamps=stamps, values=rows.values[kept], stream=stream, marked_valid=marked
+    )

@@ -53,7 +53,7 @@ class FaultKind(str, Enum):
     GAP = "no poses: not bridged"
     SILENT = "no commands: left out"
     NO_NUMBER = "command not a number: left out"
-    PAUSED = "recorder paused between two files, commands unknown to the next one: left out"
+    PAUSED = "recorder paused or started again, commands unknown to the next one: left out"
     EXCLUDED = "excluded (--without)"
 
 
