@@ -3,6 +3,8 @@
 
 import numpy as np
 import pytest
+import survey_boat
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -10,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 import seatrial
 from seatrial import _core
 from seatrial.boat.allocation import Scheme, Thruster, inverse_for, thruster_matrix
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.util.errors import VehicleError
 
 S = np.array([[-1, -1, 1, 1], [1, -1, 1, -1], [1, -1, -1, 1]])  # Table I, rows F_u, F_v, F_r
@@ -95,6 +98,25 @@ def test_three_thrusters_in_a_row_can_not_turn_and_shift():
     row = [Thruster(f"t{i}", x, 0.0, 0.0) for i, x in enumerate((-0.2, 0.0, 0.2))]
     with pytest.raises(VehicleError, match="rank"):
         thruster_matrix(row)
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+def test_two_thrusters_astern_are_refused_with_the_forces_to_write(axes):
+    """In the axes of the file; a thruster on the file's second side turns the boat against its yaw."""
+    content = survey_boat.boat().to_mapping()
+    forces = content.pop("forces")
+    content["axes"] = axes
+    side = 1.0 if axes == "forward-left-up" else -1.0
+    places = {"left": 0.2 * side, "right": -0.2 * side}
+    content["thrusters"] = {n: {"x": -0.3, "y": y, "angle_deg": 0} for n, y in places.items()}
+    with pytest.raises(VehicleError, match=r"^two\.yaml: thrusters: these 2 can't") as caught:
+        vehicle_from(content, "two.yaml").mix  # noqa: B018
+    written = yaml.safe_load(str(caught.value).split("in place of thrusters: forces: ")[1])
+    assert written["F_u"] == {"axis": "surge", "of": {"left": 1, "right": 1}}
+    assert written["F_r"] == {"axis": "yaw", "of": {"left": -0.2 * side, "right": 0.2 * side}}
+    assert set(written) == set(forces)
+    content.pop("thrusters")
+    assert vehicle_from(content | {"forces": written}, "two.yaml").mix.shape == (2, 2)
 
 
 def test_always_forward_is_refused_where_the_idle_pushes_do_not_cancel():

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from seatrial.util.errors import VehicleError
-from seatrial.util.frames import Array
+from seatrial.util.frames import AXES, Array
 
 ROUND_ANGLE = np.pi / 12  # [rad] 15 deg: steps of usual thruster angles
 ROUND_PART = 0.02  # of such a step, distance of a round angle in radians
@@ -50,11 +50,14 @@ def angle_remarks(angles_deg: Sequence[float]) -> tuple[str, ...]:
     return (f"angle_deg is in degrees, but {shown} look like radians (0.785 is 45 deg)",)
 
 
-def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:
+def thruster_matrix(
+    thrusters: Sequence[Thruster], source: str = "", side: float = 1.0
+) -> tuple[Array, Array]:
     """T (3, n) in command units and the scale (3,) that made it of the geometry.
 
     Row j of T is the geometric row (cos a; sin a; x sin a - y cos a) divided by its norm, so that
     MallARD's T is S / 2 with the sign matrix S of Table I. X_F, Y_F and N_F carry the scale.
+    source, side: the vehicle file and the sign of its second axis to the left, for the error.
     """
     angle = np.array([t.angle for t in thrusters])
     x = np.array([t.x for t in thrusters])  # [m]
@@ -63,12 +66,22 @@ def thruster_matrix(thrusters: Sequence[Thruster]) -> tuple[Array, Array]:
     geometry[np.abs(geometry) < ROUNDING] = 0.0
     scale = np.linalg.norm(geometry, axis=1)
     if np.linalg.matrix_rank(geometry, tol=1e-9) < 3:
+        where = f"{source}: " if source else ""
         raise VehicleError(
-            f"thrusters: these {len(thrusters)} can't actuate surge, sway and yaw independently "
-            "(rank of the geometry below 3); check their positions and angles. A boat without sway thrust has "
-            "forces: in their place, which 'seatrial init --thrusters' writes (docs/vehicle.md)"
+            f"{where}thrusters: these {len(thrusters)} can't actuate surge, sway and yaw independently "
+            "(rank of the geometry below 3); check their positions and angles. Where they are right, write in "
+            f"place of thrusters: {_forces_text([t.name for t in thrusters], geometry * [[1.0], [side], [side]])}"
         )
     return geometry / scale[:, None], scale
+
+
+def _forces_text(names: Sequence[str], geometry: Array) -> str:
+    """`forces` of the vehicle file, on the axes that the thrusters act on. geometry: (3, n)."""
+    forces = []
+    for name, axis, row in zip(("F_u", "F_v", "F_r"), AXES, geometry, strict=True):
+        of = ", ".join(f"{n}: {w:.4g}" for n, w in zip(names, row, strict=True) if w)
+        forces += [f"{name}: {{axis: {axis}, of: {{{of}}}}}"] if of else []
+    return f"forces: {{{', '.join(forces)}}}"
 
 
 def inverse_for(scheme: Scheme, T: Array) -> Array:

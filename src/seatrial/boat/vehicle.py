@@ -168,7 +168,7 @@ class Vehicle:
         if self.file.forces:
             return self._weights.mix(self.actuator_signs)
         if self.file.thrusters:
-            return thruster_matrix(self.thrusters)[0]
+            return thruster_matrix(self.thrusters, self.source, self.axes.lateral_sign)[0]
         if not set(self.inputs) <= set(WRENCH):
             raise VehicleError(
                 f"{self.source}: inputs are {', '.join(self.inputs)}; without thrusters or forces "
@@ -253,7 +253,7 @@ class Vehicle:
                 f"{', '.join(WRENCH)}; got inputs {', '.join(self.inputs)}"
             )
         order = [WRENCH.index(name) for name in self.inputs]
-        return inverse_for(self.scheme, thruster_matrix(self.thrusters)[0])[:, order]
+        return inverse_for(self.scheme, self.mix)[:, order]
 
     @cached_property
     def stages(self) -> NDArray[np.int32]:
