@@ -14,6 +14,7 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
 PULSE = (800.0, 2200.0)  # [us]
+NAMES = {"actuator_motors": "motor", "actuator_servos": "servo"}  # whose fields are control[0], …
 
 
 def as_motors(
@@ -81,11 +82,16 @@ def _changing(log: Log, topic: LogTopic) -> Iterator[Motor]:
         column: dict[str, Any] = {"field": field}
         if pulses and len(driven) < len(held):
             column |= {"offset": 1500.0, "scale": 400.0, "off": OFF}
-        yield Motor(field, column, "changes; no parameter states what it drives")
+        name = f"{NAMES[topic.type]}_{_number(field) + 1}" if topic.type in NAMES else field
+        yield Motor(name, column, "changes; no parameter states what it drives")
 
 
 def _is_output(field: str) -> bool:
     return any(c.isdecimal() for c in field)
+
+
+def _number(field: str) -> int:
+    return int("".join(c for c in field if c.isdecimal()))
 
 
 def _counts(values: Array) -> bool:
