@@ -21,6 +21,7 @@ from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     CAUSES,
     CURRENT,
+    DRAG,
     MASS,
     NO_CHANGE,
     NONE_OF_THESE,
@@ -61,12 +62,14 @@ def scaled(factor, of):
     return {n: v * factor if of(n) else v for n, v in TRUTH.items()}
 
 
+OWN_DRAG = ("X_u", "X_uu", "Y_v", "Y_vv", "N_r", "N_rr")
 HEAVIER = {name: value / MORE for name, value in TRUTH.items()}
 KNOWN = {
     NO_CHANGE: (TRUTH, None),
     MASS: (HEAVIER, MORE - 1.0),
     OFF_CENTRE: (HEAVIER | {"N_ud": TRUTH["N_ud"] / MORE + 0.1}, MORE - 1.0),
     BATTERY: (scaled(0.8, lambda n: n.endswith("_F")), -0.2),
+    DRAG: (scaled(1.3, lambda n: n in OWN_DRAG), 0.3),
     CURRENT: (TRUTH | {"X_u": -0.14, "X_uu": -1.1, "Y_v": -0.3, "Y_vv": -0.7}, None),
     TWO: ({n: v * (0.8 if n.endswith("_F") else 1.0) for n, v in HEAVIER.items()}, None),
     NONE_OF_THESE: (scaled(0.6, lambda n: n == "N_r"), None),
@@ -98,6 +101,20 @@ def test_two_causes_at_once_are_named_with_their_sizes(mp):
     sizes = re.search(r"two of these \(mass ([+-]\d+) % and battery ([+-]\d+) %\), > 99 %", text)
     assert sizes is not None, text
     assert [float(size) for size in sizes.groups()] == pytest.approx([20.0, -20.0], abs=4.0)
+
+
+def test_a_payload_that_raises_drag_is_two_causes(mp):
+    """A deeper draught: drag of every axis is up by 30 %, over 20 % more mass."""
+    loaded_boat = {n: v * (1.3 if n in OWN_DRAG else 1.0) for n, v in HEAVIER.items()}
+    leading = Counter()
+    for k in range(10):
+        one = found(estimated(mp, TRUTH, 2 * k), estimated(mp, loaded_boat, 2 * k + 1))
+        leading[one[0].cause] += 1
+        sizes = re.search(r"mass ([+-]\d+) % and drag ([+-]\d+) %", cause_text(one))
+        if one[0].cause == TWO:
+            assert sizes is not None, cause_text(one)
+            assert [float(x) for x in sizes.groups()] == pytest.approx([20.0, 30.0], abs=9.0)
+    assert leading[TWO] >= 9, leading
 
 
 def test_the_evidence_of_a_linear_change_is_the_closed_form(mp):

@@ -7,6 +7,7 @@ from functools import partial
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from seatrial.boat.model import Model
 from seatrial.boat.structure import Term
@@ -25,12 +26,13 @@ MASS = "mass"
 OFF_CENTRE = "mass off centre"
 ONE_THRUSTER = "one thruster"
 BATTERY = "battery"
+DRAG = "drag"
 CURRENT = "current"
 TWO = "two of these"
 NONE_OF_THESE = "none of these"
-CAUSES = (NO_CHANGE, MASS, OFF_CENTRE, BATTERY, ONE_THRUSTER, CURRENT, TWO, NONE_OF_THESE)
+CAUSES = (NO_CHANGE, MASS, OFF_CENTRE, BATTERY, ONE_THRUSTER, DRAG, CURRENT, TWO, NONE_OF_THESE)
 TWO_AT_ONCE = 0.1  # probability of two causes before the logs, over that of one
-PAIRED = (MASS, BATTERY, ONE_THRUSTER, CURRENT)  # causes of which two may be there at once
+PAIRED = (MASS, BATTERY, ONE_THRUSTER, DRAG, CURRENT)  # causes of which two may be there at once
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,7 @@ def candidates(problem: Problem) -> list[Candidate]:
         *_masses(problem),
         *_thrusters(problem),
         *_battery(problem),
+        *_drag(problem),
         *_current(problem),
     ]
     found += _two(found)
@@ -130,10 +133,8 @@ def _masses(problem: Problem) -> list[Candidate]:
     axis_of = _axes(problem)
     if not axis_of.any():
         return []
-    hull, turn = BOTH_HULL_AXES, MASS_AND_INERTIA
-    whole = TYPICAL_CHANGE**2 * np.array([[1.0, hull, turn], [hull, 1.0, turn], [turn, turn, 1.0]])
     there = np.flatnonzero(axis_of.any(axis=1))
-    prior = whole[np.ix_(there, there)]
+    prior = _of_axes(there)
     rows = axis_of[there].astype(float)
 
     def heavier(theta: Array, phi: Array) -> Array:
@@ -162,6 +163,30 @@ def _masses(problem: Problem) -> list[Candidate]:
 
         found.append(Candidate(OFF_CENTRE, wider, moved, what, shown))
     return found
+
+
+def _of_axes(there: NDArray[np.intp]) -> Array:
+    """Prior covariance of the logarithms of one factor for each of these axes."""
+    hull, turn = BOTH_HULL_AXES, MASS_AND_INERTIA
+    whole = TYPICAL_CHANGE**2 * np.array([[1.0, hull, turn], [hull, 1.0, turn], [turn, turn, 1.0]])
+    return np.asarray(whole[np.ix_(there, there)])
+
+
+def _drag(problem: Problem) -> list[Candidate]:
+    """Drag of each axis by its own velocity over a factor: weeds on the hull, or a deeper draught."""
+    model = problem.model
+    own = np.array([coupling_unit(model, name) is None for name in problem.names])
+    drag = _axes(problem) & own & np.logical_not(_of_thrust(problem))
+    there = np.flatnonzero(drag.any(axis=1))
+    if not len(there):
+        return []
+    rows = drag[there].astype(float)
+    return [
+        Candidate(
+            DRAG, _of_axes(there), lambda theta, phi: np.asarray(theta * np.exp(phi @ rows)),
+            "drag", lambda phi: float(np.expm1(phi[0])),
+        )
+    ]  # fmt: skip
 
 
 def _battery(problem: Problem) -> list[Candidate]:

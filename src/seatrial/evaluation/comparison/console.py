@@ -7,6 +7,7 @@ from seatrial.boat.schema import CorrelatedEntry
 from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,
     CURRENT,
+    DRAG,
     MASS,
     NO_CHANGE,
     OFF_CENTRE,
@@ -31,6 +32,7 @@ WHAT_TO_DO = {  # by the most probable cause
     MASS: "use B while this payload is on board",
     OFF_CENTRE: "use B while this payload is on board, or move it to the middle",
     BATTERY: "measure the battery voltage; with a voltage signal under scales: one model holds for all charges",
+    DRAG: "look for weeds on the hull; where a payload lowers it in the water use B",
     CURRENT: "identify both with --effect current, and compare again",
 }
 

@@ -127,10 +127,11 @@ CAUSES_SHORT = "Probability of each cause"
 
 CAUSES = """Each cause is a map from A's coefficients to B's. Mass: every coefficient of an axis is divided by one
 factor. Mass off centre: the coupling terms change, too. Battery: all thrust by one factor. One thruster: its
-gain alone. Current: surge and sway but for thrust, each coefficient by itself, as in a current that was not
-estimated; fouling looks alike. None of these: every coefficient by itself. All are equally probable before
-the recordings, with changes of 30 % (standard deviation); Laplace's approximation gives the probabilities.
-Two of these: any two of mass, battery, one thruster and current; a tenth as probable before."""
+gain alone. Drag: that of each axis by its own velocity, by one factor, as by weeds or a deeper draught. Current:
+surge and sway but for thrust, each coefficient by itself, as in a current that was not estimated. None of these:
+every coefficient by itself. All are equally probable before the recordings, with changes of 30 % (standard
+deviation); Laplace's approximation gives the probabilities. Two of these: any two of mass, battery, one thruster,
+drag and current; a tenth as probable before."""
 
 BOTH_HORIZONS = """All recordings together, each model from its own filter to its own smoothed velocity. Dotted:
 noise floor of the poses. Dashed: constant velocity. The table: both models from the same starts to the
