@@ -139,6 +139,10 @@ FAULTS: Mapping[FaultKind, tuple[str, str]] = {  # what it is, what to do
         "Record commands for the whole run; remove `command_timeout` where the boat has none.",
     ),
     FaultKind.NO_NUMBER: ("A command is NaN.", "Record the values that the thrusters get."),
+    FaultKind.PAUSED: (
+        "Between two files of a bag messages are lost, or the stamps start again: a command may be lost, too.",
+        "Record into one file, or stop the thrusters before the recorder.",
+    ),
     FaultKind.EXCLUDED: ("You excluded it.", "Nothing."),
 }  # fmt: skip
 
