@@ -8,9 +8,13 @@ import pytest
 from survey_boat import TRUTH, driven
 
 import seatrial
+from seatrial.boat.schema import PoseSource
+from seatrial.io.clock_resets import apart_by_resets
 from seatrial.io.reader import read
+from seatrial.io.signals import Request, Rows
 from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.faults.pose_faults import FaultKind
+from seatrial.recording.timing import Clock, describe
 
 SECONDS = 100.0
 BACK = 5.0  # [s] the second drive begins before the first one began
@@ -105,3 +109,17 @@ def test_poses_alone_that_go_back_are_left_out(tmp_path):
     assert not any("drives, one after" in text for text in found.remarks)
     assert any(f.kind is FaultKind.STAMP for f in found.faults)
     assert any("split the log there" in text for text in clock_verdicts(found.streams))
+
+
+def test_stamps_beyond_all_time_stay():
+    """Their sums would not fit into a number."""
+    late = np.iinfo(np.int64).max - 10**12
+    stamps = late + np.concatenate([np.arange(100), np.arange(100)]) * 10**9
+    rows = Rows(
+        stamps,
+        np.zeros((200, 3)),
+        describe("poses", "t", "table", clock=Clock.COLUMN, stamps=stamps),
+    )
+    request = Request("poses", "t", ("x",), (), (), PoseSource(), ())
+    (found,), said = apart_by_resets([rows], [request])
+    assert found is rows and not said

@@ -19,6 +19,7 @@ from seatrial.util.frames import Stamps
 PAUSE = round(10e9)  # [ns] between two parts: more than latency and lag
 ROWS = 10  # to either side of a reset, all earlier than all: a few wrong stamps are no reset
 LEAST_PART = 10e9  # [ns] of a drive
+LATEST = np.iinfo(np.int64).max // 2  # [ns] of a stamp that can be moved
 MOST_COPIES = (
     0.1  # of the poses of times that are there before: a block that is written twice goes back, too
 )
@@ -39,6 +40,8 @@ def apart_by_resets(
     for i in range(count):
         ends.append(max(int(own[i].max()) for own in parts) + shifts[i])
         shifts.append(ends[i] + PAUSE - min(int(own[i + 1].min()) for own in parts))
+    if ends[-1] > LATEST or max(shifts) > LATEST:
+        return list(read), ()
     back = time_text(1e-9 * max(b - a - PAUSE for a, b in pairwise(shifts)))
     times = "once" if count == 1 else f"{count} times"
     text = (
