@@ -123,6 +123,42 @@ def test_a_heading_in_degrees_is_found_at_its_first_turn():
     assert "it is in degrees" in state.finding
 
 
+UNITS = {  # factors on x, y, psi; what is said, and the line of the vehicle file
+    "degrees": ((1.0, 1.0, 180.0 / np.pi), "is psi in degrees?", "pose: psi: {column: psi, unit: deg}"),
+    "mm": ((1000.0, 1000.0, 1.0), "are x and y in mm or cm?", ""),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("by_columns", [True, False], ids=["columns", "lines"])
+@pytest.mark.parametrize("name", UNITS)
+def test_a_wrong_unit_of_the_poses_is_an_error_of_the_signal_within_seconds(name, by_columns):
+    """A heading that never turns past 180 degrees, in a drive that is too short to check signs."""
+    factors, said, line = UNITS[name]
+    boat = vehicle(pose={**VEHICLE["pose"], "psi": "psi"})
+    health, log = SignalHealth(boat, by_columns=by_columns), DriveLog(boat)
+    for i in range(240):
+        stamp, t = BEGIN + i * SECOND // 20, i / 20
+        log.add("pose", stamp, [*boat_at(t)[:2], np.sin(0.9 * t)] * np.array(factors))
+        log.add("command", stamp, command_at(t))
+        health.use("pose", stamp, np.zeros(3), stamp)
+    health.check(log.recording())
+    state = health.states(BEGIN + 12 * SECOND)[0]
+    assert state.level == "error"
+    assert said in state.finding
+    assert ("begin a new session" in state.finding) != by_columns
+    assert state.edit == (line if by_columns else "")
+
+
+def test_raw_commands_of_lines_are_mended_where_they_are_sent():
+    """The vehicle file's offset and scale are not used on lines."""
+    health = SignalHealth(vehicle(), by_columns=False)
+    health.use("command", BEGIN, np.array([0.0, 64.15, 0.0]), BEGIN)
+    state = {s.name: s for s in health.states(BEGIN)}["F_v"]
+    assert state.finding.startswith("F_v reaches 64.15")
+    assert "correct the program that sends them" in state.finding
+    assert "give offset" not in state.finding
+
+
 def test_jumps_are_counted_once():
     def pose(t):
         away = round(t * 20) in (60, 150, 151)

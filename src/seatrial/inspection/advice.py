@@ -15,7 +15,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.timing import Stream
 from seatrial.recording.undriven import undriven_motion
-from seatrial.recording.velocity import SLOW, motion, stencil_deviation
+from seatrial.recording.velocity import SLOW, Motion, motion, stencil_deviation
 from seatrial.util.format import percent
 from seatrial.util.frames import AXES
 
@@ -146,25 +146,11 @@ def _speeds_from_noise(recording: Recording) -> tuple[float, float]:
 
 def implausible_values(recording: Recording) -> list[str]:
     """Values that a small boat does not have: wrong units, a boat at rest. One message each."""
-    advice = []
-    rate = 1.0 / recording.period
-    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
-        advice.append(
-            f"poses at {rate:.3g} Hz: check the unit of the stamps (s, ms, us, ns) and state it in "
-            "the vehicle file"
-        )
+    advice = [f"{found} {mend}" for found, mend in implausible_units(recording)]
     moving = motion(recording)
     if not moving.valid.any():
         return advice
-    speed = np.hypot(moving.nu[moving.valid, 0], moving.nu[moving.valid, 1])
-    fast, turn = (float(np.percentile(a, 90)) for a in (speed, np.abs(moving.nu[moving.valid, 2])))
-    by_noise = _speeds_from_noise(recording)
-    if fast > np.hypot(ABSURD_SPEED, by_noise[0]):
-        advice.append(
-            f"speeds of {fast:.3g} m/s: are x and y in mm or cm? State their unit in the vehicle file"
-        )
-    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not _wraps_in_radians(recording):
-        advice.append(f"yaw rates of {turn:.3g} rad/s: is psi in degrees? State unit: deg")
+    fast, turn = _usual_speeds(moving)
     if fast < RESTING_SPEED and turn < RESTING_SPEED:
         advice.append(f"the boat hardly moves: {fast:.2g} m/s, {turn:.2g} rad/s; drive it")
     elif _moves_only_by_noise(recording):
@@ -172,6 +158,33 @@ def implausible_values(recording: Recording) -> list[str]:
             "the boat is commanded but moves no more than its pose noise: check that the thrusters are on"
         )
     return advice
+
+
+def implausible_units(recording: Recording) -> list[tuple[str, str]]:
+    """Values that only another unit explains: each with what to state in the vehicle file."""
+    rate, found = 1.0 / recording.period, []
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+        what = f"poses at {rate:.3g} Hz: check the unit of the stamps (s, ms, us, ns)"
+        found.append((what, "and state it in the vehicle file"))
+    moving = motion(recording)
+    if not moving.valid.any():
+        return found
+    fast, turn = _usual_speeds(moving)
+    by_noise = _speeds_from_noise(recording)
+    if fast > np.hypot(ABSURD_SPEED, by_noise[0]):
+        what = f"speeds of {fast:.3g} m/s: are x and y in mm or cm?"
+        found.append((what, "State their unit in the vehicle file"))
+    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not _wraps_in_radians(recording):
+        found.append((f"yaw rates of {turn:.3g} rad/s: is psi in degrees?", "State unit: deg"))
+    return found
+
+
+def _usual_speeds(moving: Motion) -> tuple[float, float]:
+    """90th percentiles [m/s], [rad/s] of speed and yaw rate."""
+    nu = moving.nu[moving.valid]
+    speeds = np.hypot(nu[:, 0], nu[:, 1]), np.abs(nu[:, 2])
+    fast, turn = (float(np.percentile(a, 90)) for a in speeds)
+    return fast, turn
 
 
 def _wraps_in_radians(recording: Recording) -> bool:

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: MIT
 """Signals that look wrong in the drive so far, and the lines of the vehicle file that mend them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import msgspec
 
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.advice import implausible_units
 from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
 from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
 from seatrial.recording.recording import Recording
@@ -15,8 +17,8 @@ from seatrial.util.files import dump_yaml
 
 OF_INPUTS = (InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED, InconsistencyKind.STEERED)
 SENDER = (
-    "the lines are after the vehicle file's signs and units: correct the program that sends them; of the "
-    "odometry node the vehicle in its model file"
+    "lines carry values after the vehicle file's signs and units: correct the program that sends them (for the "
+    "odometry node: the vehicle in its model file), and begin a new session"
 )
 
 
@@ -31,16 +33,29 @@ class Edit:
 
 def edits(recording: Recording, vehicle: Vehicle, *, by_columns: bool = True) -> tuple[Edit, ...]:
     """What looks wrong. by_columns: the vehicle file's columns read the signals."""
+    found: list[Edit] = []
     try:
         report = check_consistency([recording], vehicle)
     except RecordingError:  # too little data yet
-        return ()
+        return tuple(_of_units(recording, vehicle, by_columns=by_columns))
     lines = _changed_lines(report, vehicle) if by_columns else {}
-    found = []
     for one in report.findings:
         text = one.text if by_columns else f"{one.text.partition('; ')[0]}; {SENDER}"
         found += [Edit(signal, text, lines.get(signal, "")) for signal in _signals(one, vehicle)]
+    if not any(one.signal == "pose" for one in found):
+        found += _of_units(recording, vehicle, by_columns=by_columns)
     return tuple(found)
+
+
+def _of_units(recording: Recording, vehicle: Vehicle, *, by_columns: bool) -> Iterator[Edit]:
+    """Values that only another unit explains: seconds of a drive show these, and `identify` refuses them."""
+    for found, mend in implausible_units(recording):
+        line = heading_in_degrees(vehicle) if by_columns and "psi" in found else ""
+        yield Edit(
+            "pose",
+            f"{found} {mend}" if by_columns else f"{found} {SENDER[0].upper()}{SENDER[1:]}",
+            line,
+        )
 
 
 def heading_in_degrees(vehicle: Vehicle) -> str:

@@ -119,8 +119,10 @@ def step_findings(stream: SignalStream, timing: StreamTiming, now: int) -> Itera
         )
 
 
-def command_findings(name: str, stream: SignalStream, i: int, now: int) -> Iterator[Found]:
-    """Raw, constant and saturated values of column `i`."""
+def command_findings(
+    name: str, stream: SignalStream, i: int, now: int, mend: str = ""
+) -> Iterator[Found]:
+    """Raw, constant and saturated values of column `i`. mend: of raw values; default: in the vehicle file."""
     low, high, largest = stream.least[i], stream.most[i], stream.largest[i]
     seconds, share = (now - stream.first) / NS_PER_S, stream.at_largest[i] / stream.rows
     if stream.kind != "command":
@@ -128,8 +130,8 @@ def command_findings(name: str, stream: SignalStream, i: int, now: int) -> Itera
     if largest > RAW:
         yield Found(
             "error",
-            f"{name} reaches {largest:.4g}: full thrust is 1, so this may be a raw number, as PWM; give offset "
-            f"and scale at commands: inputs: {name}",
+            f"{name} reaches {largest:.4g}: full thrust is 1, so this may be a raw number, as PWM; "
+            + (mend or f"give offset and scale at commands: inputs: {name}"),
         )
     if low == high and seconds > CONSTANT:
         yield Found(

@@ -11,7 +11,7 @@ from threading import Lock
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.signal_edits import Edit, edits, heading_in_degrees
+from seatrial.poolside.signal_edits import SENDER, Edit, edits, heading_in_degrees
 from seatrial.poolside.signal_findings import (
     OWN_CLOCK,
     Found,
@@ -129,7 +129,8 @@ class SignalHealth:
         signal = name if index is not None else "pose"
         yield from (Found("error", e.text, e.line) for e in self._edits if e.signal == signal)
         if index is not None:
-            yield from command_findings(name, stream, index, now)
+            mend = "" if self._by_columns else SENDER
+            yield from command_findings(name, stream, index, now, mend)
             return
         if self._remark.text:  # which makes jumps of its own
             yield self._remark
