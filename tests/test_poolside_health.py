@@ -2,11 +2,13 @@
 """Health of signals: each fault is found within seconds, with what it means; a good drive has none."""
 
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
 from conftest import at_length
+from live_advice_boat import known_boat
 from poolside_sources import VEHICLE, vehicle
 from sign_tables import faults, put_wrong, simulated
 
@@ -147,6 +149,29 @@ def test_a_wrong_unit_of_the_poses_is_an_error_of_the_signal_within_seconds(name
     assert said in state.finding
     assert ("begin a new session" in state.finding) != by_columns
     assert state.edit == (line if by_columns else "")
+
+
+@pytest.mark.parametrize("by_columns", [True, False], ids=["columns", "lines"])
+def test_an_input_that_turns_the_boat_the_other_way_is_an_error_of_that_input(by_columns):
+    """By the estimate, long before the check of signs has its two minutes."""
+    good = known_boat(0.05)
+    names = list(good.parameters)
+    turned = good.coefficients * np.where(
+        np.arange(len(good.coefficients)) == names.index("N_F"), -1, 1
+    )
+    health = SignalHealth(good.vehicle, by_columns=by_columns)
+    for kind, row in (("pose", np.zeros(3)), ("command", np.zeros(3))):
+        health.use(kind, BEGIN, row, BEGIN)
+    health.check_thrust(good)
+    assert [s.level for s in health.states(BEGIN)] == ["ok"] * 4
+    health.check_thrust(replace(good, coefficients=turned))
+    states = {s.name: s for s in health.states(BEGIN)}
+    assert [name for name, s in states.items() if s.level == "error"] == ["F_r"]
+    assert "is negative: F_r drives yaw backwards" in states["F_r"].finding
+    mend = "inputs: F_r: sign" if by_columns else "correct the program that sends them"
+    assert mend in states["F_r"].finding
+    health.check_thrust(replace(known_boat(0.25), coefficients=turned))  # four standard errors
+    assert {s.level for s in health.states(BEGIN)} == {"ok"}
 
 
 def test_raw_commands_of_lines_are_mended_where_they_are_sent():

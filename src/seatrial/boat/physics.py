@@ -126,10 +126,28 @@ def _positive_drag(model: Model) -> list[str]:
 
 def backward_thrust(model: Model) -> list[str]:
     """Thrust gains of F_u in surge, F_v in sway and F_r in yaw that are significantly negative."""
-    return [
-        name for name, _, _ in _own_thrust(model)
-        if model.values[name] < -SIGNIFICANT * model.standard_errors[name]
-    ]  # fmt: skip
+    return [one.gain for one in backward_forces(model)]
+
+
+@dataclass(frozen=True)
+class BackwardForce:
+    """A force that drives its axis backwards."""
+
+    gain: str
+    force: str
+    text: str  # what was found
+    mend: str  # in the vehicle file
+
+
+def backward_forces(model: Model, least_t: float = SIGNIFICANT) -> list[BackwardForce]:
+    """Those of `backward_thrust`, by gains at least so many standard errors below 0."""
+    found = []
+    for name, force, axis in _own_thrust(model):
+        value, error = model.values[name], model.standard_errors[name]
+        if value < -least_t * error:
+            text = f"{name} = {value:.3g} ± {error:.2g} is negative: {force} drives {AXES[axis]} backwards"
+            found.append(BackwardForce(name, force, text, _turned(model, force)))
+    return found
 
 
 def _own_thrust(model: Model) -> Iterator[tuple[str, str, int]]:
@@ -142,14 +160,12 @@ def _own_thrust(model: Model) -> Iterator[tuple[str, str, int]]:
 
 def _implausible_thrust(model: Model) -> list[str]:
     """Thrust gains that are negative or not significant."""
-    found, backward = [], backward_thrust(model)
+    found, backward = [], {one.gain: one for one in backward_forces(model)}
     for name, force, axis in _own_thrust(model):
         value, error = model.values[name], model.standard_errors[name]
         what = f"{name} = {value:.3g} ± {error:.2g}"
         if name in backward:
-            found.append(
-                f"{what} is negative: {force} drives {AXES[axis]} backwards. {_turned(model, force)}"
-            )
+            found.append(f"{backward[name].text}. {backward[name].mend}")
         elif value < SIGNIFICANT * error:
             found.append(
                 f"{what}: {force} does not significantly drive {AXES[axis]}. Check for two inputs "

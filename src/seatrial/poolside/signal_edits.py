@@ -6,10 +6,13 @@ from dataclasses import dataclass
 
 import msgspec
 
+from seatrial.boat.model import Model
+from seatrial.boat.physics import backward_forces
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.advice import implausible_units
 from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
+from seatrial.inspection.consistency.effects import CLEAR_T
 from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
@@ -56,6 +59,15 @@ def _of_units(recording: Recording, vehicle: Vehicle, *, by_columns: bool) -> It
             f"{found} {mend}" if by_columns else f"{found} {SENDER[0].upper()}{SENDER[1:]}",
             line,
         )
+
+
+def backward_inputs(model: Model, *, by_columns: bool = True) -> tuple[Edit, ...]:
+    """Inputs that drive their axis backwards by the estimate: minutes before `edits` can check signs."""
+    found, inputs = [], model.vehicle.inputs
+    for one in backward_forces(model, CLEAR_T):
+        text = f"{one.text}. {one.mend}" if by_columns else f"{one.text}; {SENDER}"
+        found += [Edit(name, text) for name in ([one.force] if one.force in inputs else inputs)]
+    return tuple(found)
 
 
 def heading_in_degrees(vehicle: Vehicle) -> str:

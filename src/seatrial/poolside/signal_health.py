@@ -10,8 +10,9 @@ from threading import Lock
 
 import numpy as np
 
+from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.signal_edits import SENDER, Edit, edits, heading_in_degrees
+from seatrial.poolside.signal_edits import SENDER, Edit, backward_inputs, edits, heading_in_degrees
 from seatrial.poolside.signal_findings import (
     OWN_CLOCK,
     Found,
@@ -51,6 +52,7 @@ class SignalHealth:
         self._timings: dict[EventKind, StreamTiming] = {}
         self._timed = 0  # [ns] of now
         self._edits: tuple[Edit, ...] = ()
+        self._backward: tuple[Edit, ...] = ()
         self._begin: int | None = None  # [ns]
         # judged [ns] of stamps, examined [ns] of now
         self._jumps = self._judged = self._examined = 0
@@ -73,6 +75,10 @@ class SignalHealth:
     def check(self, recording: Recording) -> None:
         """Signs, units and order by the drive so far; takes tenths of a second."""
         self._edits = edits(recording, self._vehicle, by_columns=self._by_columns)
+
+    def check_thrust(self, model: Model) -> None:
+        """Signs of the commands by the estimate so far."""
+        self._backward = backward_inputs(model, by_columns=self._by_columns)
 
     def states(self, now: int) -> tuple[SignalState, ...]:
         """State of every signal at a time [ns] of the source's clock."""
@@ -127,7 +133,9 @@ class SignalHealth:
     ) -> Iterator[Found]:
         """What the values show, and the drive so far."""
         signal = name if index is not None else "pose"
-        yield from (Found("error", e.text, e.line) for e in self._edits if e.signal == signal)
+        for one in (*self._edits, *self._backward):  # of several the first is shown
+            if one.signal == signal:
+                yield Found("error", one.text, one.line)
         if index is not None:
             mend = "" if self._by_columns else SENDER
             yield from command_findings(name, stream, index, now, mend)

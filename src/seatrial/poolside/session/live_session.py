@@ -238,10 +238,13 @@ class Session:
         pose = None if self.drained else now.pose
         period = now.time / max(now.poses - 1, 1)
         drive = self._parts.estimator
+        model = drive.model()
+        if model is not None:
+            self._parts.health.check_thrust(model)
         seen = Seen(
             now.time, pose, self._velocity.nu, period, now.predictions, drive.trust, drive.whole
         )  # fmt: skip
-        found = self._parts.guide.advise(self._parts.estimator.model(), seen)
+        found = self._parts.guide.advise(model, seen)
         self._publish(**structs.asdict(found))
 
     def _check(self) -> None:
