@@ -128,7 +128,8 @@ class LiveEstimator:
         newest, found = self.log.newest, self._solution
         if newest is None or found is None:
             return 0.0
-        return max(0.0, 1e-9 * (newest - found.going.newest))
+        since = self.log.length - self._searched  # a clock that is set is no lag
+        return max(0.0, min(1e-9 * (newest - found.going.newest), since))
 
     def work(self, *, ended: bool = False) -> bool:
         """Do what is due, and return whether the estimate changed: milliseconds, or seconds of a search.

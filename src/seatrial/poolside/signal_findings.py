@@ -109,7 +109,7 @@ def step_findings(stream: SignalStream, timing: StreamTiming, now: int) -> Itera
         yield Found(
             "warning",
             f"{timing.backward} stamps of the last {WINDOW:.0f} s are not after the one before: such rows are "
-            "left out. Look for two senders, or for a sender that stamps twice",
+            "left out. Look for two senders, a sender that stamps twice, or a clock that was set back",
         )
     if periodic and timing.usual and timing.longest > max(STOPPED, GAP_FACTOR * timing.usual):
         yield Found(

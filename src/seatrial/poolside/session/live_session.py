@@ -11,6 +11,7 @@ from msgspec import structs
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.poolside.session.body_velocity import BodyVelocity
+from seatrial.poolside.session.clock_watch import Clocks
 from seatrial.poolside.session.parts import Parts, Seen
 from seatrial.poolside.session.saving import save_drive
 from seatrial.poolside.session.track import Row, Track
@@ -61,6 +62,7 @@ class Session:
         self._saves["model"] = save or (lambda path: save_drive(path, folder))
         self._track, self._velocity = Track(vehicle), BodyVelocity()
         self._command: Array | None = None  # the newest
+        self._clocks = Clocks()
         self._state = LiveState(
             vehicle=vehicle.name, axes=vehicle.axes.value, inputs=vehicle.inputs,
             source=parts.source.name, folder=str(folder), walls=tuple(walls),
@@ -167,6 +169,7 @@ class Session:
                     self._track.use(event.kind, event.stamp, event.values)
                 with self._inputs:
                     self._use(event)
+                self._watch_clock(event)
 
     def _use(self, event: SourceEvent) -> None:
         parts, kind, stamp, values = self._parts, event.kind, event.stamp, event.values
@@ -176,6 +179,15 @@ class Session:
         if parts.detector is not None:
             parts.detector.use(kind, stamp, values)
         self._cover(event)
+
+    def _watch_clock(self, event: SourceEvent) -> None:
+        """Leave out the poses whose stamps are of two times."""
+        found = self._clocks.use(event.kind, event.stamp)
+        if found is not None:
+            if found.overlap is not None:
+                self._parts.leave_out(*found.overlap)
+            with suppress(LiveError):  # before the first pose
+                self.mark(f"{event.kind}: {found.text}")
 
     def _cover(self, event: SourceEvent) -> None:
         if event.kind == "command":
@@ -238,8 +250,7 @@ class Session:
         pose = None if self.drained else now.pose
         period = now.time / max(now.poses - 1, 1)
         drive = self._parts.estimator
-        model = drive.model()
-        if model is not None:
+        if (model := drive.model()) is not None:
             self._parts.health.check_thrust(model)
         seen = Seen(
             now.time, pose, self._velocity.nu, period, now.predictions, drive.trust, drive.whole

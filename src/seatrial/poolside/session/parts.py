@@ -60,3 +60,9 @@ class Parts:
     coverage: Coverage
     guide: Guide
     detector: Detector | None = None
+
+    def leave_out(self, start: int, end: int) -> None:
+        """The poses of an interval [ns]: from estimate, predictions and recording. Raises FileError."""
+        self.estimator.discard(start, end)
+        self.prediction.discard(start, end)
+        self.recorder.discard(start, end)
