@@ -164,6 +164,15 @@ def test_driving_that_is_not_trusted_shortens_nothing():
     assert one.after == pytest.approx(one.before, rel=1e-3)
 
 
+def test_a_quarter_apart_says_both_sides_of_both_sticks():
+    """Ahead is a direction: a time is earlier. What the text says is what the sticks do."""
+    text = "Surge: half stick astern and ahead in turn, 3 s each; sway: half stick to the left and to the right, 1.5 s earlier"
+    (one,) = [p for p in stick_patterns(known_boat().vehicle) if p.text == text]
+    np.testing.assert_allclose(one.commands[:, 0], 0.5 * np.array([-1, -1, 1, 1, -1, -1, 1, 1]))
+    np.testing.assert_allclose(one.commands[:, 1], 0.5 * np.array([1, -1, -1, 1, 1, -1, -1, 1]))
+    np.testing.assert_allclose(one.t, 1.5 * np.arange(8))
+
+
 def test_an_angle_has_patterns_at_a_held_thrust():
     vehicle = steered_boat.outboard()
     found = stick_patterns(vehicle)

@@ -10,7 +10,7 @@ from live_states import FakeSession, shown_state
 from test_report_accessibility import LAPTOP, PHONE, needed, violations
 from test_report_browser import browser  # noqa: F401  a fixture
 
-from seatrial.poolside.state import SignalState
+from seatrial.poolside.state import ParameterState, SignalState, UseState
 from seatrial.poolside.web.server import PageServer, Place
 
 pytestmark = needed
@@ -102,6 +102,7 @@ def test_everything_is_drawn(visit, size):
     fastest = one.page.locator(".heat").first.locator("tbody tr").first.locator("td")
     assert fastest.all_inner_texts() == ["", "3", "6", "9", "12"]
     one.shows("#uses", "simulation: not fit")
+    one.shows("#uses", "30 % of what is needed is known. Y_v is 5 times too wide.")
     one.plots()
     one.until("() => document.querySelectorAll('#sticks-plot .main-svg').length >= 1")
     assert one.until(INK) > 2000
@@ -174,6 +175,65 @@ def test_buttons_mark_discard_and_save(visit, size):
     assert one.session.calls == [("mark", text), ("discard", 7.0), ("stop", None)]
     # the refused discard is a complaint of the browser's own: the answer's status
     one.complaints = [text for text in one.complaints if "409" not in text]
+
+
+def test_an_estimate_has_the_decimals_of_its_interval_and_a_reason_is_a_sentence(visit):
+    """2.0047 ± 0.0018 is not 2.00 ± 0.0018, whose interval does not hold the estimate."""
+    one = visit()
+    found = [
+        ("N_F", "rad/s^2", 2.00472, 0.00093),
+        ("X_u", "1/s", -0.352, 0.1),
+        ("Y_v", "1/s", -31.4, 9.0),
+    ]
+    one.session.set(
+        parameters=tuple(ParameterState(*given, 0.1, True) for given in found),
+        uses=(UseState("control", "not fit", "there is no model yet", 0.0),),
+    )
+    one.shows("#uses", "0 % of what is needed is known. There is no model yet.")
+    cells = one.page.locator("#parameters td:nth-child(2)").all_inner_texts()
+    assert cells == ["2.0047 ± 0.0018 rad/s²", "−0.35 ± 0.20 1/s", "−31 ± 18 1/s"]
+
+
+def test_a_mark_leaves_its_field_empty_and_no_number_discards_nothing(visit):
+    one = visit()
+    one.shows("#connection", "connected")
+    one.page.locator("#mark-text").fill("gust")
+    one.page.locator("#mark").click()
+    one.until("() => document.querySelector('#mark-text').value === ''")
+    one.page.locator("#seconds").fill("")
+    one.page.locator("#discard").click()
+    one.shows("#answer", "nothing was discarded: give a number of seconds")
+    assert one.session.calls == [("mark", "gust")]
+
+
+def test_a_server_that_says_nothing_is_a_lost_connection(visit, monkeypatch):
+    """A phone that left the network gets no end of the connection; a session at rest sends beats."""
+    one = visit()
+    one.shows("#order", "Drive backwards")
+    one.page.evaluate("() => { window.began = performance.now(); }")
+    one.until("() => performance.now() - window.began > 7000")  # longer than a page waits
+    assert one.page.locator("#connection").inner_text() == "connected"
+    monkeypatch.setattr("seatrial.poolside.web.app._sent", _kept_back)
+    one.shows("#connection", "connection lost; what is shown is old")
+    one.shows("#order", "What is shown is old. Check seatrial and the network.")
+    monkeypatch.undo()
+    one.shows("#order", "Drive backwards")
+
+
+async def _kept_back(*_):
+    return True
+
+
+def test_the_link_to_the_report_is_there_as_long_as_it_is_served(visit):
+    one = visit()
+    one.shows("#connection", "connected")
+    assert one.server.connected
+    one.session.set(stopped=True, saved=(("recording", "r"), ("report", "r/report.html")))
+    one.shows("#why", "open the report")
+    one.server.__exit__()
+    one.shows("#connection", "seatrial has ended")
+    one.shows("#why", "report r/report.html")
+    assert one.page.locator("#why a").count() == 0
 
 
 def test_the_session_is_driven_by_keys_alone(visit):

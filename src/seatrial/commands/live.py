@@ -4,6 +4,7 @@
 import argparse
 import signal
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,6 +24,7 @@ PORT = 8330
 POLL = 0.2  # [s]
 LAST_LOOK = 1.0  # [s] in which the page gets the last state
 CTRL_C = "Ctrl-C: the recording only"
+STAYS = "the page is served until it is closed, or Ctrl-C"
 NEEDS = "the page needs starlette, uvicorn and websockets: pip install 'seatrial[live]'"
 
 
@@ -110,14 +112,26 @@ def run(args: argparse.Namespace) -> None:
             session.close()
             complain(f"stopped; the recording is in {folder / RECORDING}")
             raise
-    _saved(args, session, folder)
+        try:
+            _saved(args, session, folder)
+        finally:
+            _leave(page, session)
 
 
 def _wait(session: "Session") -> None:
-    """Until the session is saved, and a little longer: the page learns of it."""
+    """Until the session is saved."""
     while not session.state().stopped:
         time.sleep(POLL)
-    time.sleep(LAST_LOOK)
+
+
+def _leave(page: "PageServer", session: "Session") -> None:
+    """Serve a little longer: the page learns of the end. A report is served while a browser is connected."""
+    with suppress(KeyboardInterrupt):
+        time.sleep(LAST_LOOK)
+        if "report" in dict(session.state().saved) and page.connected:
+            say(STAYS)
+            while page.connected:
+                time.sleep(POLL)
 
 
 def _saved(args: argparse.Namespace, session: "Session", folder: Path) -> None:

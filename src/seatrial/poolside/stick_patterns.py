@@ -110,13 +110,16 @@ def _double(first: Drive, second: Drive) -> Iterator[StickPattern]:
     )
     for level in (0.5, 1.0):
         for side in (1.0, -1.0):
-            held, _ = _sides(first, side)
+            held, back = _sides(first, side)
             push, what = side * level * command, f"{label}{holding}: {_much(level)} {held}"
             text = f"{what}; {other}: {_much(0.6)} {a} and {b} in turn, {PAIR_HOLD:g} s each"
             yield _made(text, t, push + kept + np.outer(0.6 * in_turn, steer), t[-1] + PAIR_HOLD)
             text = f"{what}; {other}: half stick {a}; both held 10 s"
             yield _made(text, np.zeros(1), (push + kept + 0.5 * steer)[None], 10.0)
-            text = f"{what} and back in turn, {2 * PAIR_HOLD:g} s each; {other}: the same, {PAIR_HOLD:g} s ahead"
+            text = (
+                f"{what} and {back} in turn, {2 * PAIR_HOLD:g} s each; {other}: {_much(level)} {a} and {b}, "
+                f"{PAIR_HOLD:g} s earlier"
+            )
             rows = np.outer(quarter, push) + np.outer(level * late, steer) + kept
             yield _made(text, t, rows, t[-1] + PAIR_HOLD)
 

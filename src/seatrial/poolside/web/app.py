@@ -24,6 +24,7 @@ from seatrial.report.html import POLICY as REPORT_POLICY
 from seatrial.util.errors import SeatrialError
 
 PERIOD = 0.1  # [s] between two messages to a page
+BEAT = 2.0  # [s] after which an empty message shows a page that the connection is there
 MOST_BYTES = 4096  # of a request's body
 MOST_PAGES = 8  # that are open at the same time
 LONGEST_MARK = 200  # [characters]
@@ -159,11 +160,14 @@ class _Api:
 
     async def _send_changes(self, page: WebSocket, leaving: "asyncio.Future[None]") -> None:
         """A page that falls behind waits in `send`, and then gets the newest state."""
-        changes = Changes(self.controller)
+        changes, silent = Changes(self.controller), 0.0  # [s]
         while not leaving.done():
             message = changes.take()
+            if message is None and silent >= BEAT:
+                message = "{}"
             if message is not None and not await _sent(page, message):
                 return
+            silent = silent + self.period if message is None else 0.0
             await asyncio.wait([leaving], timeout=self.period)
 
 

@@ -82,6 +82,11 @@ class PageServer:
         """The page's whole address, with the token."""
         return url_of(self.place, self.port)
 
+    @property
+    def connected(self) -> bool:
+        """Whether a browser shows the page, or loads something."""
+        return self._server is not None and bool(self._server.server_state.connections)
+
     def __enter__(self) -> "PageServer":
         return self
 

@@ -7,6 +7,7 @@ import * as tables from "./tables.js";
 import { fill, make, place, short, signed } from "./tables.js";
 
 const AGAIN = 1000; // [ms] until the next attempt to connect
+const SILENT = 6000; // [ms] without a message, three times the server's beat: a phone that left the network hears no end
 const REFUSED = 1008; // code of a WebSocket's close
 const MANY = 4; // stick positions, above which they are smaller
 const COUNT = 3; // [s] before a manoeuvre
@@ -14,6 +15,8 @@ let state = null;
 let driving = null; // a manoeuvre that is driven, and since when
 let waiting = new Set(); // fields whose part of the page is not drawn yet
 let due = false;
+let gone = false; // whether the connection is lost
+let finished = false; // whether seatrial has ended: it serves no report any more
 
 // what the newest message changed is drawn with the next frame
 function draw() {
@@ -66,6 +69,7 @@ function facts() {
 function order() {
   const wrong = state.signals.find((one) => one.level === "error");
   if (state.saved.length) return ["done", "Saved", state.message || "Saved. The drive is over.", saved()];
+  if (gone) return ["mend", "Connection lost", "What is shown is old. Check seatrial and the network.", []];
   if (state.saving) return ["wait", "Saving", `Wait: ${state.saving}`, []];
   if (state.stopped) return ["wait", "Stopped", "The session is over.", [state.message]];
   if (wrong) return ["mend", "Mend first", `${wrong.name}: ${wrong.finding}`, wrong.edit ? ["Vehicle file: ", make("code", "", wrong.edit)] : []];
@@ -87,7 +91,7 @@ function saved() {
   const report = make("a", "", "open the report");
   report.href = "/report";
   const paths = state.saved.map(([what, path]) => `${what} ${path}`).join(", ");
-  return state.saved.some(([what]) => what === "report") ? [report, ` (${paths})`] : [paths];
+  return !finished && state.saved.some(([what]) => what === "report") ? [report, ` (${paths})`] : [paths];
 }
 
 let shown = "";
@@ -152,14 +156,22 @@ async function post(path, body, done) {
   try {
     const answer = await fetch(path, { method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body) });
     place("answer").textContent = answer.ok ? done : (await answer.text()).trim();
+    return answer.ok;
   } catch {
     place("answer").textContent = "no connection to seatrial: nothing was done";
+    return false;
   }
 }
 
-place("mark").addEventListener("click", () => post("/api/mark", { text: place("mark-text").value }, "marked"));
+place("mark").addEventListener("click", async () => {
+  if (await post("/api/mark", { text: place("mark-text").value }, "marked")) place("mark-text").value = "";
+});
 place("discard").addEventListener("click", () => {
   const seconds = Number(place("seconds").value);
+  if (!place("seconds").reportValidity() || !(seconds > 0)) {
+    place("answer").textContent = "nothing was discarded: give a number of seconds";
+    return;
+  }
   post("/api/discard", { seconds }, `the last ${seconds} s are discarded`);
 });
 place("stop").addEventListener("click", () => post("/api/stop", {}, "saved"));
@@ -167,17 +179,29 @@ place("stop").addEventListener("click", () => post("/api/stop", {}, "saved"));
 function connection(text, lost) {
   place("connection").textContent = text;
   place("connection").classList.toggle("lost", lost);
+  gone = lost;
+  if (state) ask();
 }
 
 function connect() {
   const socket = new WebSocket(`ws://${location.host}/ws`);
+  let heard = performance.now(), watch = 0;
   socket.addEventListener("open", () => connection("connected", false));
-  socket.addEventListener("message", (event) => take(JSON.parse(event.data)));
-  socket.addEventListener("close", (event) => {
-    if (state && state.saved.length) return connection("seatrial has ended", false);
+  socket.addEventListener("message", (event) => {
+    heard = performance.now();
+    take(JSON.parse(event.data));
+  });
+  const ended = (event) => {
+    clearInterval(watch);
+    socket.removeEventListener("close", ended);
+    socket.close();
+    finished = Boolean(state && state.saved.length);
+    if (finished) return connection("seatrial has ended", false);
     connection(event.code === REFUSED ? event.reason : "connection lost; what is shown is old", true);
     return setTimeout(connect, AGAIN);
-  });
+  };
+  socket.addEventListener("close", ended);
+  watch = setInterval(() => { if (performance.now() - heard > SILENT) ended({}); }, AGAIN);
 }
 
 if (location.search) history.replaceState(null, "", location.pathname); // the cookie has the token

@@ -27,6 +27,16 @@ export function short(value, digits = 3) {
   return value.toFixed(Math.min(places, 6)).replace("-", "−");
 }
 
+// an estimate with the decimals of its half-width: rounded coarser, the interval shown would not be around it
+function estimate(value, half, unit) {
+  const decimals = half > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(half)))) : 0;
+  const own = half > 0 && Math.abs(value) < 1e5 ? value.toFixed(decimals).replace("-", "−") : short(value);
+  return `${own} ± ${short(half, 2)} ${unit.replaceAll("^2", "²").replaceAll("^3", "³")}`;
+}
+
+// a sentence of its own
+const sentence = (text) => (text ? `${text[0].toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}` : "");
+
 export function signed(value) {
   const percent = Math.round(100 * value);
   return percent === 0 ? "0" : `${percent > 0 ? "+" : "−"}${Math.abs(percent)} %`;
@@ -75,7 +85,7 @@ export function parameters(found) {
     const bar = make("span", `interval ${one.needed === null ? "free" : one.known ? "known" : ""}`, inner);
     if (one.needed !== null) bar.append(make("s"), make("s"));
     const known = one.needed === null ? "not needed" : one.known ? "✓ known" : `${short(half / one.needed, 2)} times too wide`;
-    return make("tr", "", name, make("td", "", `${short(one.value)} ± ${short(half, 2)} ${one.unit}`), make("td", "", bar),
+    return make("tr", "", name, make("td", "", estimate(one.value, half, one.unit)), make("td", "", bar),
       make("td", "", needed(one, half)), make("td", "", known));
   }));
 }
@@ -115,7 +125,7 @@ export function uses(found) {
     const inner = make("i");
     inner.style.width = `${Math.round(100 * Math.min(1, Math.max(0, one.share)))}%`;
     return make("li", "", make("span", `mark ${look}`, sign), make("b", "", `${one.use}: ${one.level}`),
-      make("span", `share ${look}`, inner), make("span", "", `${Math.floor(100 * one.share)} % of what is needed is known. ${one.reason}`.replaceAll(" %", "\u00a0%")));
+      make("span", `share ${look}`, inner), make("span", "", `${Math.floor(100 * one.share)} % of what is needed is known. ${sentence(one.reason)}`.replaceAll(" %", "\u00a0%")));
   }));
 }
 
