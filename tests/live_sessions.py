@@ -87,9 +87,9 @@ class Parted:
         )  # fmt: skip
         self.source, self.parts_estimator, self.recorder = Queue(), estimator, recorder
         self.health = health
+        self.parts_guide = SimpleNamespace(advise=lambda *_: self.advice)
         parts = Parts(
-            self.source, estimator, health, recorder, prediction, Coverage(vehicle),
-            SimpleNamespace(advise=lambda *_: self.advice), detector,
+            self.source, estimator, health, recorder, prediction, Coverage(vehicle), self.parts_guide, detector,
         )  # fmt: skip
         save = save or (lambda _: {"model": "m.yaml"})
         self.session = Session(vehicle, parts, folder, save=save, copy=copy)

@@ -276,6 +276,39 @@ def test_a_drive_without_a_model_fails(trials, tmp_path, monkeypatch, capsys):
     assert (tmp_path / "drive" / "recording" / "poses.csv").exists()
 
 
+class Page:
+    """A page that is closed at the third look."""
+
+    def __init__(self):
+        self.looks = 0
+
+    @property
+    def connected(self):
+        self.looks += 1
+        return self.looks < 3
+
+
+@pytest.mark.parametrize(
+    ("saved", "looks"), [((("report", "r.html"),), 3), ((("recording", "r"),), 0)]
+)
+def test_a_saved_report_is_served_until_its_page_is_closed(saved, looks, monkeypatch, capsys):
+    monkeypatch.setattr(live, "LAST_LOOK", 0.0)
+    page, state = Page(), LiveState(vehicle="boat", saved=saved)
+    live._leave(page, SimpleNamespace(state=lambda: state))
+    assert page.looks == looks
+    assert ("until it is closed, or Ctrl-C" in capsys.readouterr().out) == (looks > 0)
+
+
+def test_ctrl_c_ends_the_page_of_a_saved_report(monkeypatch):
+    """The session is saved: it is no fault."""
+
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(live.time, "sleep", interrupted)
+    live._leave(Page(), SimpleNamespace(state=lambda: LiveState(vehicle="boat")))
+
+
 def saved_session(folder, findings=()):
     """Paths of a recording with its vehicle file, and of a model with these findings."""
     recording = folder / "recording"

@@ -10,6 +10,7 @@ import pytest
 from live_sessions import ROW, SECOND, parted_session
 from waiting import PATIENCE
 
+from seatrial.poolside.session import live_session
 from seatrial.poolside.session.live_session import ENDED
 from seatrial.poolside.session.parts import Advice
 from seatrial.poolside.sources import SourceEvent
@@ -69,6 +70,32 @@ def test_page_and_source_go_on_while_the_recording_discards(parted):
     assert discarding.is_alive()
     written.set()
     discarding.join(PATIENCE)
+
+
+def test_with_released_sticks_the_advice_begins_where_the_boat_is_now(parted, monkeypatch):
+    """Who reads it has released the sticks; while driving it is not changed under the driver's hands."""
+    monkeypatch.setattr(live_session, "REFRESH", 0.01)
+    monkeypatch.setattr(live_session, "ADVISE", 1e9)  # [s] once at most
+    one, seen = parted(), []
+    one.parts_guide.advise = lambda _, now: seen.append(now) or Advice()
+
+    def driven(command, first):
+        for i in range(first, first + 50):
+            one.source.put(
+                SourceEvent("command", i * SECOND // 10, np.array([command, 0.0, 0.0]), i),
+                SourceEvent("pose", i * SECOND // 10, ROW + 0.01 * i, i),
+            )
+        one.until(lambda state: state.poses == first + 50)
+
+    driven(1.0, 0)
+    count = len(seen)
+    time.sleep(10 * live_session.WORK)
+    assert len(seen) <= count + 1  # under command
+    driven(0.0, 50)
+    count = len(seen)
+    one.until(lambda _: len(seen) > count + 3)
+    assert seen[-1].resting
+    assert seen[-1].pose == pytest.approx((1.99, 2.99, 1.49))
 
 
 def test_faults_of_other_threads_do_not_end_the_one_that_states_them(parted):

@@ -76,18 +76,20 @@ class Advisor:
         *,
         driven: Array | None = None,
         trust: float = 1.0,
+        keep: str = "",
     ) -> tuple[ManoeuvreState, ...]:
         """Manoeuvres from here, the best first; before there is a model, each axis in turn.
 
         state: (6,) x, y [m], psi [rad], u, v [m/s], r [rad/s], in the vehicle file's axes. needs: of `needs_of`.
         driven: seconds (3, 2) that `Coverage` counts. trust: information that driving turns out to have, over what
-        the model's noise promises.
+        the model's noise promises. keep: text of a manoeuvre that stays the first while it is clear of the walls.
         """
         here = np.asarray(state, dtype=float) * np.tile(self._signs, 2)
         found: list[ManoeuvreState] = []
         if model is not None and (np.diag(model.covariance) > 0.0).any():
             thinned = self.period / self._step
             ranked = _ranked(model, self._candidates(model, here), needs, trust, thinned)
+            ranked.sort(key=lambda one: one[0].pattern.text != keep)
             found = list(islice(self._clear(model, here, ranked), MOST_ADVICE))
         if not found and self._walls is not None and _off_middle(self._walls, here):
             found = [_to_middle(self._walls, here)]
@@ -109,15 +111,27 @@ class Advisor:
             commands = pattern.t, pattern.commands
             try:
                 drive = simulated_drive(model, here, commands, times)
+                margin = self._margin(model, here, pattern, drive)
             except ModelError:
                 continue
-            margin = None
-            if self._walls is not None:
-                margin = float(self._walls.margins(drive.states[:, :2]).min())
-                if margin < self.radius:
-                    continue
+            if margin is not None and margin < self.radius:
+                continue
             found.append(Candidate(pattern, drive, margin))
         return found
+
+    def _margin(
+        self, model: Model, here: Array, pattern: StickPattern, drive: SimulatedDrive
+    ) -> float | None:
+        """Least distance [m] from the walls on the way and while the boat coasts after it. Raises ModelError."""
+        if self._walls is None:
+            return None
+        margin = float(self._walls.margins(drive.states[:, :2]).min())
+        if margin < self.radius:
+            return margin
+        whole = pattern.and_coasting
+        times = np.arange(0.0, whole.seconds, CHECK_PERIOD)
+        after = simulated_drive(model, here, (whole.t, whole.commands), times).states
+        return min(margin, float(self._walls.margins(after[:, :2]).min()))
 
     def _clear(
         self, model: Model, here: Array, ranked: Sequence[tuple[Candidate, Array]]

@@ -31,6 +31,13 @@ class StickPattern:
     commands: Array  # (n, inputs) in the vehicle's inputs, forward-left-up
     seconds: float
 
+    @property
+    def and_coasting(self) -> "StickPattern":
+        """With the released sticks after it, until the boat has slowed down."""
+        t = np.append(self.t, self.seconds)
+        commands = np.vstack([self.commands, np.zeros_like(self.commands[:1])])
+        return StickPattern(self.text, t, commands, self.seconds + COAST)
+
 
 def stick_directions(vehicle: Vehicle) -> list[Drive]:
     """Every axis that commands drive, at full stick; where these are no forces, every input for itself."""

@@ -27,6 +27,7 @@ class DriveGuide:
         self._enough = Enough(uses)
         self._flip = vehicle.axes.signs
         self._model: Model | None = None
+        self._last = ""  # text of the last manoeuvre
 
     def advise(self, model: Model | None, seen: Seen) -> Advice:
         """As of `Guide`."""
@@ -36,10 +37,12 @@ class DriveGuide:
             self._model = model
         known = () if model is None else parameter_states(model, enough.needs)
         found = () if seen.pose is None else self._manoeuvres(model, seen)
+        self._last = found[0].text if found else ""
         return Advice(known, enough.states, enough.enough, next(iter(found), None), found[1:])
 
     def _manoeuvres(self, model: Model | None, seen: Seen) -> tuple[ManoeuvreState, ...]:
         state = np.concatenate([seen.pose or (), np.nan_to_num(seen.nu) * self._flip])
         self._advisor.period = seen.period or self._advisor.period
         needs, driven = self._enough.needs, self._coverage.driven
-        return self._advisor.advise(model, state, needs, driven=driven, trust=seen.trust)
+        keep = self._last if seen.resting else ""
+        return self._advisor.advise(model, state, needs, driven=driven, trust=seen.trust, keep=keep)

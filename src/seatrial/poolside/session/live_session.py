@@ -15,7 +15,7 @@ from seatrial.poolside.session.clock_watch import Clocks
 from seatrial.poolside.session.parts import Parts, Seen
 from seatrial.poolside.session.saving import save_drive
 from seatrial.poolside.session.track import Row, Track
-from seatrial.poolside.session.turn import Turn
+from seatrial.poolside.session.turn import LATE, Turn, slow_text
 from seatrial.poolside.sources import SourceEvent
 from seatrial.poolside.state import LiveState, SignalState
 from seatrial.util.errors import LiveError, SeatrialError
@@ -25,11 +25,13 @@ from seatrial.util.status import Status, duration_text
 
 LOOK = 0.25  # [s] between two looks at signals and predictions
 WORK = 0.2  # [s] between two calls of the estimator
-ADVISE = 8.0  # [s] between two pieces of advice, at least
+ADVISE, REFRESH = (
+    8.0,
+    1.0,
+)  # [s] between two pieces of advice, at least: under command, with released sticks
 RELOAD = 5.0  # [s] between two models of the predictions, at least
 CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
-LATE = 1.0  # [s] by which this computer falls behind, that is reported
 LONGEST_END = 5.0  # [s] without a row, in which a source that is closed ends
 RECORDING = "recording"  # its folder in the session's, and the signal that states its faults
 ENDED = "The source has ended. Press stop and save."
@@ -63,6 +65,7 @@ class Session:
         self._track, self._velocity = Track(vehicle), BodyVelocity()
         self._command: Array | None = None  # the newest
         self._clocks = Clocks()
+        self._advised = 0.0  # [s] driven at the last advice
         self._state = LiveState(
             vehicle=vehicle.name, axes=vehicle.axes.value, inputs=vehicle.inputs,
             source=parts.source.name, folder=str(folder), walls=tuple(walls),
@@ -201,7 +204,7 @@ class Session:
         while not self._ending.wait(LOOK):
             late, before = time.monotonic() - before - LOOK, time.monotonic()
             behind = parts.source.behind
-            self._slow = _slow(max(behind, late))
+            self._slow = slow_text(max(behind, late))
             if late > LATE:  # what has arrived is used first
                 continue
             with self._reported("signals"), self._inputs:
@@ -214,7 +217,7 @@ class Session:
 
     def _work(self) -> None:
         """Estimate, advice, the test for a change, and the checks of signs: what takes longer."""
-        turns = Turn(ADVISE), Turn(CHECK), Turn(RELOAD)
+        turns = (Turn(REFRESH), Turn(ADVISE)), Turn(CHECK), Turn(RELOAD)
         while not self._ending.wait(WORK):
             with suppress(_Ended), show_progress(self._going_on):
                 self._work_once(*turns)
@@ -224,11 +227,11 @@ class Session:
         if self._ending.is_set():
             raise _Ended
 
-    def _work_once(self, advice: Turn, check: Turn, reload: Turn) -> None:
+    def _work_once(self, advice: tuple[Turn, Turn], check: Turn, reload: Turn) -> None:
         with self._reported("estimate"):
             self._estimate(reload)
-        if advice.due:
-            with self._reported("advice"), advice:
+        if advice[self._track.active].due:
+            with self._reported("advice"), advice[0], advice[1]:
                 self._advise()
         if check.due and self._track.poses > FEWEST_POSES:
             with self._reported("check of signs"), check:
@@ -253,8 +256,10 @@ class Session:
         if (model := drive.model()) is not None:
             self._parts.health.check_thrust(model)
         seen = Seen(
-            now.time, pose, self._velocity.nu, period, now.predictions, drive.trust, drive.whole
+            now.time, pose, self._velocity.nu, period, now.predictions, drive.trust, drive.whole,
+            now.driven == self._advised,
         )  # fmt: skip
+        self._advised = now.driven
         found = self._parts.guide.advise(model, seen)
         self._publish(**structs.asdict(found))
 
@@ -338,13 +343,3 @@ class Session:
     def _progress(self, status: Status) -> None:
         left = "" if status.left is None else f", {duration_text(status.left)} left"
         self._publish(saving=f"{status.stage} ({100.0 * status.share:.0f} %{left})")
-
-
-def _slow(late: float) -> str:
-    """That this computer falls behind by `late` [s]; empty where it does not."""
-    if late < LATE:
-        return ""
-    return (
-        f"this computer is {late:.1f} s behind what arrives; no row is lost. Close other programs, or send "
-        "fewer rows a second"
-    )

@@ -39,6 +39,7 @@ class Seen:
     predictions: tuple[PredictionState, ...]
     trust: float = 1.0  # information that driving turned out to have, over what the noise promises
     whole: bool = True  # whether the drive is long enough for `identify`
+    resting: bool = False  # whether nothing was driven since the last advice
 
 
 class Guide(Protocol):

@@ -50,6 +50,11 @@ class Track:
             self._add(stamp)
 
     @property
+    def active(self) -> bool:
+        """Whether a command drives the boat."""
+        return self._active
+
+    @property
     def pose(self) -> tuple[float, float, float] | None:
         """x, y [m], psi [rad]; None before all are known."""
         x, y, psi = self._pose.tolist()

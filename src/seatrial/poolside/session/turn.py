@@ -3,6 +3,7 @@
 
 import time
 
+LATE = 1.0  # [s] by which this computer falls behind, that is reported
 IDLE = 4.0  # times the duration of the last one, at least: a fifth of a core
 
 
@@ -23,3 +24,13 @@ class Turn:
     def __exit__(self, *_: object) -> None:
         now = time.monotonic()
         self._next = now + max(self._least, IDLE * (now - self._begun))
+
+
+def slow_text(late: float) -> str:
+    """That this computer falls behind by `late` [s]; empty where it does not."""
+    if late < LATE:
+        return ""
+    return (
+        f"this computer is {late:.1f} s behind what arrives; no row is lost. Close other programs, or send "
+        "fewer rows a second"
+    )
