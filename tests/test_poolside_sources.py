@@ -70,6 +70,18 @@ def test_bad_lines_are_counted_and_end_nothing():
     assert len(text) < 400
 
 
+@pytest.mark.parametrize("source", ["udp", "mavlink:udp"])
+def test_a_udp_port_in_use_says_what_to_do(source):
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        said = r"can't be opened \([^\[\]]*in use\); end the program that uses it, or give another$"
+        with (
+            pytest.raises(LiveError, match=said),
+            open_source(f"{source}:{other.getsockname()[1]}", vehicle()),
+        ):
+            pass
+
+
 def test_udp_is_on_loopback_unless_an_address_is_given(sender):
     source = datagrams("udp:0", vehicle())
     port = source._endpoint.port

@@ -147,7 +147,11 @@ class Datagrams:
         except (OSError, OverflowError, UnicodeError) as error:
             self._socket.close()
             place = "" if address == LOOPBACK else f" of {address}"
-            raise LiveError(f"UDP port {port}{place}: can't be opened ({error})") from None
+            reason = getattr(error, "strerror", None) or error
+            raise LiveError(
+                f"UDP port {port}{place}: can't be opened ({reason}); end the program that uses it, or give "
+                "another"
+            ) from None
         self.port = int(self._socket.getsockname()[1])
         self._to = None if to is None else (LOOPBACK, to)
         self._peer: Address | None = None  # sender of the last valid line

@@ -293,7 +293,8 @@ class Session:
         """A signal that is not one: the recording, where it can't be written."""
         if (found := self._failed.get(RECORDING)) is None:
             return ()
-        return [SignalState(RECORDING, RECORDING, 0, level="error", finding=found)]
+        text = f"{found}: rows are lost; make room, or begin a new session in another folder"
+        return [SignalState(RECORDING, RECORDING, 0, level="error", finding=text)]
 
     def _publish(self, **changed: object) -> None:
         with self._lock:

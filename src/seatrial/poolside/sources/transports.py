@@ -29,7 +29,11 @@ class UdpTransport:
             self._socket.bind((address, port))
         except (OSError, UnicodeError) as error:
             self._socket.close()
-            raise LiveError(f"UDP port {port} of {address}: can't be opened ({error})") from None
+            reason = getattr(error, "strerror", None) or error
+            raise LiveError(
+                f"UDP port {port} of {address}: can't be opened ({reason}); end the program that uses it, or give "
+                "another"
+            ) from None
         self._socket.settimeout(WAIT)
         self.port = int(self._socket.getsockname()[1])
 
