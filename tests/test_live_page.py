@@ -194,6 +194,27 @@ def test_an_estimate_has_the_decimals_of_its_interval_and_a_reason_is_a_sentence
     assert cells == ["2.0047 ± 0.0018 rad/s²", "−0.35 ± 0.20 1/s", "−31 ± 18 1/s"]
 
 
+def test_a_long_finding_leaves_room_for_the_pool_on_a_phone(visit):
+    """What was found is readable from two metres; what to do about it stands below."""
+    found, advice = (
+        "the heading has another zero: with psi = heading - 90 deg the track agrees with it",
+        "lines are wrong; correct them",
+    )
+    one = visit(size=PHONE)
+    wrong = SignalState(
+        "pose", "pose", 3, level="error", finding=f"{found}; {advice}", edit="psi: {offset: 90}"
+    )
+    one.session.set(signals=(wrong,))
+    one.shows("#order", f"pose: {found}")
+    assert "correct" not in one.page.locator("#order").inner_text()
+    assert (
+        one.page.locator("#why").inner_text()
+        == "Lines are wrong; correct them. Vehicle file: psi: {offset: 90}"
+    )
+    box = one.page.locator("#now").bounding_box()
+    assert box["y"] + box["height"] < PHONE[1] / 2
+
+
 def test_a_mark_leaves_its_field_empty_and_no_number_discards_nothing(visit):
     one = visit()
     one.shows("#connection", "connected")

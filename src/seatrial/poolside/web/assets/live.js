@@ -4,7 +4,7 @@
 import * as plots from "./plots.js";
 import * as pool from "./pool.js";
 import * as tables from "./tables.js";
-import { fill, make, place, short, signed } from "./tables.js";
+import { fill, make, place, sentence, short, signed } from "./tables.js";
 
 const AGAIN = 1000; // [ms] until the next attempt to connect
 const SILENT = 6000; // [ms] without a message, three times the server's beat: a phone that left the network hears no end
@@ -72,13 +72,20 @@ function order() {
   if (gone) return ["mend", "Connection lost", "What is shown is old. Check seatrial and the network.", []];
   if (state.saving) return ["wait", "Saving", `Wait: ${state.saving}`, []];
   if (state.stopped) return ["wait", "Stopped", "The session is over.", [state.message]];
-  if (wrong) return ["mend", "Mend first", `${wrong.name}: ${wrong.finding}`, wrong.edit ? ["Vehicle file: ", make("code", "", wrong.edit)] : []];
+  if (wrong) return ["mend", "Mend first", ...mend(wrong)];
   if (driving) return driven();
   if (state.enough) return ["done", "Enough", "Enough for the chosen uses. Press stop and save.", []];
   if (state.next) return ["act", "Drive next", state.next.text, [[reason(state.next), state.message].join(" ").trim()]];
   if (state.message) return ["mend", "Now", state.message, []];
   if (state.poses) return ["act", "Now", "Drive: forwards and backwards, to both sides, and turns.", []];
   return ["wait", "Now", "Wait for the first pose.", []];
+}
+
+// what was found is large; what it means and what to do stands below it
+function mend(wrong) {
+  const [found, ...advice] = wrong.finding.split("; ");
+  const why = advice.length ? [`${sentence(advice.join("; "))} `] : [];
+  return [`${wrong.name}: ${found}`, wrong.edit ? [...why, "Vehicle file: ", make("code", "", wrong.edit)] : why];
 }
 
 function reason(next) {

@@ -35,7 +35,7 @@ function estimate(value, half, unit) {
 }
 
 // a sentence of its own
-const sentence = (text) => (text ? `${text[0].toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}` : "");
+export const sentence = (text) => (text ? `${text[0].toUpperCase()}${text.slice(1)}${text.endsWith(".") ? "" : "."}` : "");
 
 export function signed(value) {
   const percent = Math.round(100 * value);
