@@ -7,6 +7,7 @@ import time
 import pytest
 import waiting
 from live_states import FakeSession, shown_state
+from msgspec.structs import replace
 from test_report_accessibility import LAPTOP, PHONE, needed, violations
 from test_report_browser import browser  # noqa: F401  a fixture
 
@@ -213,6 +214,16 @@ def test_a_long_finding_leaves_room_for_the_pool_on_a_phone(visit):
     )
     box = one.page.locator("#now").bounding_box()
     assert box["y"] + box["height"] < PHONE[1] / 2
+    for text, large, below in (
+        ("yaw rates of 35.1 rad/s: is psi in degrees? State unit: deg",
+         "pose: yaw rates of 35.1 rad/s: is psi in degrees?", "State unit: deg."),
+        ("a gap of 1.5 s. Keep the boat in view", "pose: a gap of 1.5 s.", "Keep the boat in view."),
+        ("No command for 8 s.", "pose: No command for 8 s.", ""),
+    ):  # fmt: skip
+        one.session.set(signals=(replace(wrong, finding=text, edit=""),))
+        one.shows("#order", large)
+        assert one.page.locator("#order").inner_text() == large
+        assert one.page.locator("#why").inner_text() == below
 
 
 def test_a_mark_leaves_its_field_empty_and_no_number_discards_nothing(visit):

@@ -83,9 +83,9 @@ function order() {
 
 // what was found is large; what it means and what to do stands below it
 function mend(wrong) {
-  const [found, ...advice] = wrong.finding.split("; ");
-  const why = advice.length ? [`${sentence(advice.join("; "))} `] : [];
-  return [`${wrong.name}: ${found}`, wrong.edit ? [...why, "Vehicle file: ", make("code", "", wrong.edit)] : why];
+  const [, found, advice] = /^(.*?(?:[;.?](?= )|$)) ?(.*)$/s.exec(wrong.finding);
+  const why = advice ? [`${sentence(advice)} `] : [];
+  return [`${wrong.name}: ${found.replace(/;$/, "")}`, wrong.edit ? [...why, "Vehicle file: ", make("code", "", wrong.edit)] : why];
 }
 
 function reason(next) {
