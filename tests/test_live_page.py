@@ -5,14 +5,12 @@ import re
 import time
 
 import pytest
-import waiting
-from live_states import FakeSession, shown_state
+from live_pages import opened_pages
 from msgspec.structs import replace
 from test_report_accessibility import LAPTOP, PHONE, needed, violations
 from test_report_browser import browser  # noqa: F401  a fixture
 
 from seatrial.poolside.state import ParameterState, SignalState, UseState
-from seatrial.poolside.web.server import PageServer, Place
 
 pytestmark = needed
 INK = """() => { const c = document.querySelector("#pool"), copy = document.createElement("canvas");
@@ -22,66 +20,7 @@ INK = """() => { const c = document.querySelector("#pool"), copy = document.crea
     for (let i = 3; i < d.length; i += 4) n += d[i] > 0; return n; }"""
 
 
-class Poolside:
-    """A fake session, its server and one open page, with what the page asked for and complained about."""
-
-    def __init__(self, browser, state, size, token=None):  # noqa: F811
-        self.session = FakeSession(state)
-        self.server = PageServer(Place(port=0, token=token))
-        self.server.serve(self.session)
-        width, height = size
-        self.context = browser.new_context(
-            viewport={"width": width, "height": height}, has_touch=size == PHONE
-        )
-        self.page = self.context.new_page()
-        self.page.set_default_timeout(1e3 * waiting.PATIENCE)
-        self.complaints, self.elsewhere = [], []
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.on("request", lambda request: self._asked(request.url))
-        self.page.goto(self.server.url)
-
-    def _asked(self, url):
-        if not url.startswith(f"http://127.0.0.1:{self.server.port}/"):
-            self.elsewhere.append(url)
-
-    def until(self, script, argument=None):
-        """Wait until a script's value is true."""
-        return waiting.until(lambda: self.page.evaluate(script, argument), script)
-
-    def shows(self, place, text):
-        self.until(
-            """([place, text]) => document.querySelector(place).innerText.replaceAll("\\u00a0", " ").includes(text)""",
-            [place, text],
-        )
-
-    def plots(self):
-        """Wait for the plots, which are drawn in view only."""
-        self.page.locator("#prediction-title").scroll_into_view_if_needed()
-        self.page.evaluate("() => window.scrollTo(0, document.body.scrollHeight)")
-        self.until("() => document.querySelectorAll('#predictions .main-svg').length >= 3")
-        self.page.evaluate("() => window.scrollTo(0, 0)")
-
-    def close(self):
-        self.context.close()
-        self.server.__exit__()
-
-
-@pytest.fixture
-def visit(browser):  # noqa: F811
-    opened = []
-
-    def go(state=None, size=LAPTOP, **settings):
-        opened.append(
-            Poolside(browser, shown_state() if state is None else state, size, **settings)
-        )
-        return opened[-1]
-
-    yield go
-    for one in opened:
-        one.close()
-        assert one.elsewhere == []
-        assert one.complaints == []
+visit = opened_pages  # a fixture
 
 
 @pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
@@ -238,36 +177,6 @@ def test_a_mark_leaves_its_field_empty_and_no_number_discards_nothing(visit):
     assert one.session.calls == [("mark", "gust")]
 
 
-def test_a_server_that_says_nothing_is_a_lost_connection(visit, monkeypatch):
-    """A phone that left the network gets no end of the connection; a session at rest sends beats."""
-    one = visit()
-    one.shows("#order", "Drive backwards")
-    one.page.evaluate("() => { window.began = performance.now(); }")
-    one.until("() => performance.now() - window.began > 7000")  # longer than a page waits
-    assert one.page.locator("#connection").inner_text() == "connected"
-    monkeypatch.setattr("seatrial.poolside.web.app._sent", _kept_back)
-    one.shows("#connection", "connection lost; what is shown is old")
-    one.shows("#order", "What is shown is old. Check seatrial and the network.")
-    monkeypatch.undo()
-    one.shows("#order", "Drive backwards")
-
-
-async def _kept_back(*_):
-    return True
-
-
-def test_the_link_to_the_report_is_there_as_long_as_it_is_served(visit):
-    one = visit()
-    one.shows("#connection", "connected")
-    assert one.server.connected
-    one.session.set(stopped=True, saved=(("recording", "r"), ("report", "r/report.html")))
-    one.shows("#why", "open the report")
-    one.server.__exit__()
-    one.shows("#connection", "seatrial has ended")
-    one.shows("#why", "report r/report.html")
-    assert one.page.locator("#why a").count() == 0
-
-
 def test_the_session_is_driven_by_keys_alone(visit):
     one = visit()
     one.shows("#order", "Drive backwards")
@@ -324,30 +233,3 @@ def test_names_of_a_log_are_text(visit):
     time.sleep(0.5)
     assert one.page.locator("img").count() == 0
     assert one.page.title() != "taken"
-
-
-def test_a_lost_connection_is_stated_and_found_again(visit):
-    one = visit()
-    one.shows("#connection", "connected")
-    port = one.server.port
-    one.server.__exit__()
-    one.shows("#connection", "connection lost")
-    one.page.locator("#mark").click()
-    one.shows("#answer", "nothing was done")
-    one.server = PageServer(Place(port=port))
-    one.server.serve(one.session)
-    one.session.set(time=99.0)
-    one.shows("#connection", "connected")
-    one.shows("#facts", "99 s")
-    assert one.session.calls == []
-    one.complaints = [text for text in one.complaints if "ERR_CONNECTION_REFUSED" not in text]
-
-
-def test_a_token_opens_the_page_and_leaves_the_address(visit):
-    one = visit(token="correct-horse-battery")
-    one.shows("#connection", "connected")
-    assert one.page.url == f"http://127.0.0.1:{one.server.port}/"
-    one.page.reload()
-    one.shows("#connection", "connected")
-    cookies = one.context.cookies()
-    assert [(c["sameSite"], c["httpOnly"]) for c in cookies] == [("Strict", True)]
