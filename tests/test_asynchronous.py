@@ -84,7 +84,7 @@ def test_the_filter_uses_headings_beside_the_poses(mp, drive):
         "both", both.stamps, both.eta, commands, parts=both.parts, asynchronous=both.asynchronous
     )
     alone = make_recording("alone", both.stamps, both.eta, commands)
-    noise = np.array([0.01, 0.02, 0.05, 0.2, 1e-3, 1e-3, 1.0, 0, 0, 1, 0], dtype=float)
+    noise = np.array([0.01, 0.02, 0.05, 0.2, 1e-3, 1e-3, 1.0, 0, 0, 1, 0, 1], dtype=float)
     found, less = (run_filter(model, r, noise).motion for r in (whole, alone))
     true = truth_at(drive, t)[:, 5]
     error, other = (float(np.sqrt(np.nanmean((m.nu[:, 2] - true) ** 2))) for m in (found, less))
@@ -219,7 +219,7 @@ def test_a_heading_of_the_same_time_counts_as_that_of_a_whole_pose(mp, drive, co
     recording = drive.recording.cut(20.0, 60.0)
     t, eta = recording.t, recording.eta
     n = len(t)
-    noise = np.array([5e-4, 3e-3, 1e-3, 1e-2, 1e-2, 1e-2, 1.0, 0, 0, 1, 0], dtype=float)
+    noise = np.array([5e-4, 3e-3, 1e-3, 1e-2, 1e-2, 1e-2, 1.0, 0, 0, 1, 0, 1], dtype=float)
     if coloured:
         noise[7:10] = 1e-3, 2e-3, 0.5
     begin = np.concatenate([eta[0], np.zeros(3)])
@@ -247,7 +247,7 @@ def test_a_yaw_rate_pulls_the_smoothed_one_towards_it(mp, drive):
     eta = drive.pose + np.random.default_rng(4).normal(0, 0.02, drive.pose.shape)
     plain = make_recording("noisy", drive.pose_stamps, eta, drive.recording.commands)
     recording = with_yaw_rate(plain, stamps, r, "pose: yaw_rate")
-    noise = np.array([0.02, 0.02, 0.05, 0.5, 1e-2, 1e-2, 1.0, 0, 0, 1, 0], dtype=float)
+    noise = np.array([0.02, 0.02, 0.05, 0.5, 1e-2, 1e-2, 1.0, 0, 0, 1, 0, 1], dtype=float)
     errors = []
     for one in (plain, recording):
         found = run_filter(model, one, noise)

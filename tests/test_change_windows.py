@@ -165,12 +165,15 @@ def test_a_test_for_a_change_can_be_ended_at_each_of_its_steps(model, drives):
 
 
 def test_errors_of_a_model_that_its_covariance_states_are_no_change(model, drives):
-    """A short recording's model is off by far more than a long one's: both hypotheses have its errors."""
+    """A short recording's model is off by far more than a long one's: both hypotheses have its errors.
+
+    Odds of 20 to 1 are exceeded by chance in one of 20 at the most.
+    """
     recording = drives[NO_CHANGE].cut(20.0, 60.0)
     wide, ratios = 49.0 * model.covariance, []  # as of a recording that is as much shorter
     values, vectors = np.linalg.eigh(wide)
     n = len(model.coefficients)
-    for seed in range(6):
+    for seed in range(20):
         draw = np.random.default_rng(seed).normal(size=len(values))
         off = vectors @ (np.sqrt(np.maximum(values, 0.0)) * draw)
         moved = replace(model, coefficients=model.coefficients + off[:n])
@@ -182,5 +185,5 @@ def test_errors_of_a_model_that_its_covariance_states_are_no_change(model, drive
             found.append(log_ratio(mean_over_noises(space, logs)))
         ratios.append(found)
     stated, ignored = np.array(ratios).T
-    assert (stated < CONFIRMED).all()
+    assert np.count_nonzero(stated > CONFIRMED) <= 1
     assert np.median(ignored) > CONFIRMED

@@ -33,10 +33,10 @@ from seatrial.util.errors import SeatrialError
 
 DRAG = -0.7  # [1/s]
 # position, heading, walks, disturbances, memory; correlated errors, their memory
-NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5, 0.0, 0.0, 0.3, 0.0])
-COLOUR_WORTH = np.array([*NOISE[:7], 3e-3, 0.0, 0.3, 0.0])
-SWINGING = np.array([*NOISE[:7], 3e-3, 0.0, 1.0, 4.0])
-CREEPING_BACK = np.array([*NOISE[:7], 3e-3, 0.0, 0.2, 4.0])  # overdamped
+NOISE = np.array([2e-3, 1e-9, 5e-3, 1e-12, 4e-3, 1e-12, 1.5, 0.0, 0.0, 0.3, 0.0, 1.0])
+COLOUR_WORTH = np.array([*NOISE[:7], 3e-3, 0.0, 0.3, 0.0, 1.0])
+SWINGING = np.array([*NOISE[:7], 3e-3, 0.0, 1.0, 4.0, 1.0])
+CREEPING_BACK = np.array([*NOISE[:7], 3e-3, 0.0, 0.2, 4.0, 1.0])  # overdamped
 START_SPREAD = np.array([0.05, 1e-9, 1e-9])
 
 

@@ -29,9 +29,9 @@ from tests.boats.scenes import (
 
 BEGIN, END = 10.0, 15.0  # [s] of the dense matrices' recording
 STEP = 1e-5  # of differences, relative
-QUIET = np.array([4e-3, 4e-3, 1e-6, 1e-6, 1e-6, 1e-6, 1.0, 0.0, 0.0, 0.3, 0.0])
+QUIET = np.array([4e-3, 4e-3, 1e-6, 1e-6, 1e-6, 1e-6, 1.0, 0.0, 0.0, 0.3, 0.0, 1.0])
 # process noise of either kind
-PUSHED = np.array([2e-3, 3e-3, 4e-3, 2e-2, 1e-2, 5e-2, 1.5, 0.0, 0.0, 0.3, 0.0])
+PUSHED = np.array([2e-3, 3e-3, 4e-3, 2e-2, 1e-2, 5e-2, 1.5, 0.0, 0.0, 0.3, 0.0, 1.0])
 
 
 class Dense:

@@ -25,6 +25,7 @@ from seatrial.identification.diagnostics.unmodelled_effects import unmodelled_ef
 from seatrial.identification.first_search import maximised
 from seatrial.identification.likelihood.fit_horizon import with_noise_or_horizon
 from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.noise_structures import with_equal_axes, with_unequal_axes
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.likelihood.whiteness import without_process_noise
@@ -96,12 +97,14 @@ def fit(
     disturbed = likely if disturbed_at(likely) else None
     # further stages of the actuator chain
     with stage("actuator stages", 0.25):
+        at = with_equal_axes(at)
         if further and prior is None:  # a prior has stages of its own
             at, selected = select_stages(at, vehicle, chosen, horizon)
             findings += selected
-    # the same solutions with all poses
+    # the same solutions with all poses, the noise of surge and sway each for itself
     with stage("all poses", 0.1):
-        at = with_all_poses(at, problem, horizon, hold=chosen.hold_noise)
+        equal = with_all_poses(at, problem, horizon, hold=chosen.hold_noise)
+        at = equal if chosen.hold_noise or horizon else with_unequal_axes(equal)
         if disturbed is not None:
             disturbed = near_with_all_poses(disturbed, problem)
     # standard errors, and diagnostics at the solution
@@ -109,9 +112,10 @@ def fit(
         covariance = estimation_covariance(at)
     with stage("diagnostics"):
         findings += _diagnosed(
-            at, horizon, covariance, chosen, disturbed, further=further, with_prior=prior is not None
+            at, horizon, covariance, chosen, disturbed, equal=equal, further=further,
+            with_prior=prior is not None,
         )  # fmt: skip
-    return Fit.of(at, covariance, chosen, findings, horizon=horizon, maximum=likely)
+    return Fit.of(at, covariance, chosen, findings, horizon=horizon, maximum=likely, equal=equal)
 
 
 def _check_effects(effects: Sequence[str]) -> None:
@@ -128,14 +132,18 @@ def _diagnosed(
     settings: OutputErrorSettings,
     disturbed: Point | None,
     *,
+    equal: Point,
     further: bool,
     with_prior: bool,
 ) -> list[Finding]:
-    """Findings at the solution; `further`: with stage selection. `disturbed`: a solution with disturbances."""
+    """Findings at the solution, what it lacks by that of `equal` noise; `further`: with stage selection.
+
+    `disturbed`: a solution with disturbances.
+    """
     diagnostics: list[Callable[[], Sequence[Finding]]] = []
     if further:
         diagnostics += [
-            lambda: unmodelled_effect(at, horizon, covariance).findings,
+            lambda: unmodelled_effect(equal, horizon, covariance).findings,
             lambda: change_findings(at),
         ]
     diagnostics.append(lambda: solution_findings(at, horizon, covariance))

@@ -73,6 +73,7 @@ class Fit:
     findings: tuple[Finding, ...]
     horizon: float  # [s] fit horizon under model mismatch, 0: none
     maximum_noise: Array  # (12,) at the likelihood's maximum, before the horizon
+    equal: Point  # the solution with one process noise for surge and sway: see `with_equal_axes`
 
     @staticmethod
     def of(
@@ -83,14 +84,16 @@ class Fit:
         *,
         horizon: float = 0.0,
         maximum: Point | None = None,
+        equal: Point | None = None,
     ) -> "Fit":
-        """From a solution, whose linearisation is dropped; `maximum` of the likelihood: absent, the solution."""
+        """From a solution, whose linearisation is dropped; `maximum`, `equal`: absent, the solution."""
         likely = at if maximum is None else maximum
-        for point in (at, likely):
+        alike = at if equal is None else equal
+        for point in (at, likely, alike):
             point.runs.drop_linearisation()
         return Fit(
             at.runs.problem, at.theta, at.noise, at.runs, covariance, settings, tuple(findings), horizon,
-            likely.noise,
+            likely.noise, alike,
         )  # fmt: skip
 
     @property

@@ -52,8 +52,8 @@ from seatrial.util.progress import stage
 # All gains and prices are falls of -2 log likelihood.
 PARAMETER_PRICE = 4.0  # of a parameter of a noise source
 # sources that a solution may do without, and their parameters
-ALL_PROCESS, UNEQUAL = (2, 3, 4, 5), (SWAY_RATIO,)
-SOURCES = ((ALL_PROCESS, 5), (tuple(COLOUR), 3), (tuple(WALKS), 2), (UNEQUAL, 1))
+ALL_PROCESS = (2, 3, 4, 5)
+SOURCES = ((ALL_PROCESS, 5), (tuple(COLOUR), 3), (tuple(WALKS), 2))
 MUCH_LIKELIER = 0.2  # a pose: model mismatch gains less by other noise
 SCREENED_SLACK = 4.0  # times the price: a linearised search may end so far from its optimum
 SWITCH_GAIN = 3.0  # that another structure must reach beyond the prices
@@ -159,11 +159,8 @@ def searched(at: Point, candidates: Sequence[Screened]) -> Point:
 
 
 def refined(at: Point) -> Point:
-    """The solution in the likelier frame, of longer memory and unequal axes if likelier; no needless sources."""
-    simple = simplified(with_longer_memory(in_likelier_frame(at)))
-    # a random walk may stand for unequal axes, and the other way
-    unequal = with_unequal_axes(simple)
-    return simple if unequal is simple else simplified(unequal, kept=UNEQUAL)
+    """The solution in the likelier frame, with a longer memory if that is likelier, without needless sources."""
+    return simplified(with_longer_memory(in_likelier_frame(at)))
 
 
 def in_likelier_frame(at: Point, least: Array | None = None) -> Point:
@@ -208,7 +205,19 @@ def with_unequal_axes(at: Point) -> Point:
     promise = linearised_optimum(at, noise_box(problem, noise), noise=noise, needed=needed)
     if promise.fall < needed:
         return at
-    return _likelier(at, at, promise)
+    found = _likelier(at, at, promise)
+    return at if found is at else simplified(found)  # a random walk may have stood for it
+
+
+def with_equal_axes(at: Point) -> Point:
+    """The solution with one process noise for surge and sway.
+
+    A term or a stage that an axis lacks looks like noise of that axis: tests see more with one for both.
+    """
+    if not is_unequal(at.noise):
+        return at
+    found, outcome = search(at.runs.problem, at.theta, equal_in_plane(at.noise))
+    return found if outcome is Outcome.CONVERGED else at
 
 
 def _lengthen(noise: Array) -> None:
@@ -243,11 +252,11 @@ def _price(noise: Array) -> float:
     )
 
 
-def simplified(at: Point, kept: tuple[int, ...] = ()) -> Point:
-    """The solution without noise sources that gain less than their price. kept: sources that are not asked."""
+def simplified(at: Point) -> Point:
+    """The solution without noise sources that gain less than their price."""
     for sources, parameters in SOURCES:
         price = PARAMETER_PRICE * parameters
-        if sources == kept or not (at.noise != NOISE_LEAST)[list(sources)].any():
+        if not (at.noise > NOISE_LEAST)[list(sources)].any():
             continue
         # correlated pose errors become white ones; the others are left out
         noise = at.noise.copy()
@@ -255,8 +264,6 @@ def simplified(at: Point, kept: tuple[int, ...] = ()) -> Point:
             noise[:2] = np.hypot(noise[:2], noise[COLOUR])
             noise[COLOURED] = NOISE_LEAST[COLOURED]
         noise[list(sources)] = NOISE_LEAST[list(sources)]
-        if sources == UNEQUAL:
-            noise = equal_in_plane(at.noise)
         if sources == ALL_PROCESS:
             noise[SWAY_RATIO] = NOISE_LEAST[SWAY_RATIO]
             if has_correlated_poses(noise):

@@ -107,8 +107,8 @@ def term_fit(found: Fit) -> TermFit:
 
 
 def term_fit_of(found: Fit) -> TermFit:
-    """A solution as it is."""
-    return TermFit(_with_usual_blocks(found.point), found.horizon, found.maximum_noise)
+    """A solution as it is, with one process noise for surge and sway."""
+    return TermFit(_with_usual_blocks(found.equal), found.horizon, found.maximum_noise)
 
 
 def begun_at(at: Point) -> TermFit:
