@@ -133,7 +133,7 @@ VEHICLES = {
 }
 NOISES = (
     NoiseEntry(0.004, 0.003),
-    NoiseEntry(0.004, 0.003, ProcessEntry(0.002, 0.01, 0.01, 0.03, 4.0), CorrelatedEntry(0.002, 0.001, 0.2)),
+    NoiseEntry(0.004, 0.003, ProcessEntry(0.002, 0.01, 0.01, 0.03, 4.0, 0.4), CorrelatedEntry(0.002, 0.001, 0.2)),
     NoiseEntry(0.004, 0.003, ProcessEntry(0.002, 0.01, 0.01, 0.03, 4.0, earth_fixed=True), CorrelatedEntry(0.02, 0.01, 5.0, 2.1)),
 )  # fmt: skip
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from seatrial.io.copies import copies_in
 from seatrial.io.signals import Request, Rows
-from seatrial.recording.timing import time_text
 from seatrial.util.frames import Stamps
 
 PAUSE = round(10e9)  # [ns] between two parts: more than latency and lag
@@ -42,10 +41,10 @@ def apart_by_resets(
         shifts.append(ends[i] + PAUSE - min(int(own[i + 1].min()) for own in parts))
     if ends[-1] > LATEST or max(shifts) > LATEST:
         return list(read), ()
-    back = time_text(1e-9 * max(b - a - PAUSE for a, b in pairwise(shifts)))
+    back = 1e-9 * max(b - a - PAUSE for a, b in pairwise(shifts))
     times = "once" if count == 1 else f"{count} times"
     text = (
-        f"stamps go back in time {times}, by {back} or less (a logger that was started again, or a clock that was "
+        f"stamps go back in time {times}, by {back:.3g} s or less (a logger that was started again, or a clock that was "
         f"set): read as {count + 1} drives, one after the other"
     )
     return [
