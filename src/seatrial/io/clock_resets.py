@@ -44,8 +44,8 @@ def apart_by_resets(
     back = 1e-9 * max(b - a - PAUSE for a, b in pairwise(shifts))
     times = "once" if count == 1 else f"{count} times"
     text = (
-        f"stamps go back in time {times}, by {back:.3g} s or less (a logger that was started again, or a clock that "
-        f"was set): read as {count + 1} drives, one after the other"
+        f"stamps go back in time {times}, by {back:.3g} s or less (a logger that was started again, or a clock "
+        f"that was set): read as {count + 1} drives, one after the other"
     )
     return [
         _moved(rows, own, shifts, ends if request.role == "commands" else ())
