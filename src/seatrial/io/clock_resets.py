@@ -19,9 +19,8 @@ PAUSE = round(10e9)  # [ns] between two parts: more than latency and lag
 ROWS = 10  # to either side of a reset, all earlier than all: a few wrong stamps are no reset
 LEAST_PART = 10e9  # [ns] of a drive
 LATEST = np.iinfo(np.int64).max // 2  # [ns] of a stamp that can be moved
-MOST_COPIES = (
-    0.1  # of the poses of times that are there before: a block that is written twice goes back, too
-)
+# of the poses of times that are there before: a block that is written twice goes back, too
+MOST_COPIES = 0.1
 
 
 def apart_by_resets(

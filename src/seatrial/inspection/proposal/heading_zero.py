@@ -30,9 +30,8 @@ class TurnedHeading:
 
     pose: dict[str, Any]
     text: str
-    angle: float = (
-        0.0  # [deg] by which the zero is off, in all turns so far; 0: it is not, or by quarters
-    )
+    # [deg] by which the zero is off, in all turns so far; 0: it is not, or by quarters
+    angle: float = 0.0
 
 
 def turned_heading(

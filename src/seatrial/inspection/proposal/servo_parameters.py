@@ -17,9 +17,8 @@ PX4_MOTOR, PX4_SERVO = 101, 201  # PWM_MAIN_FUNCn of the first motor and of the 
 USUAL = {"MIN": 1100.0, "MAX": 1900.0, "TRIM": 1500.0, "REVERSED": 0.0}  # of ArduPilot
 PX4_USUAL = {"MIN": 1000.0, "MAX": 2000.0, "DIS": 0.0}
 OFF = 0.0  # [us] pulse of an output that is not driven
-VECTORED = (
-    "MOT_VEC_ANGLEMAX"  # [deg] of ArduPilot's vectored thrust from its middle to its limit; 0: none
-)
+# [deg] of ArduPilot's vectored thrust from its middle to its limit; 0: none
+VECTORED = "MOT_VEC_ANGLEMAX"
 UNEVEN = 0.02  # of the range: a trim that is further from the middle
 
 

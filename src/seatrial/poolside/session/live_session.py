@@ -25,10 +25,8 @@ from seatrial.util.status import Status, duration_text
 
 LOOK = 0.25  # [s] between two looks at signals and predictions
 WORK = 0.2  # [s] between two calls of the estimator
-ADVISE, REFRESH = (
-    8.0,
-    1.0,
-)  # [s] between two pieces of advice, at least: under command, with released sticks
+# [s] between two pieces of advice, at least: under command, with released sticks
+ADVISE, REFRESH = 8.0, 1.0
 RELOAD = 5.0  # [s] between two models of the predictions, at least
 CHECK = 10.0  # [s] between two checks of signs and units, at least
 FEWEST_POSES = 100  # of a check
