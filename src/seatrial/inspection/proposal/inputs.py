@@ -44,9 +44,8 @@ class Drive:
     findings: tuple[str, ...]  # corrected units
     sources: tuple[str, ...]  # what else commands the same actuators
     on_change: bool
-    steered: Steered | None = (
-        None  # a thrust and its angle; where sure, inputs and forces are theirs
-    )
+    # a thrust and its angle; where sure, inputs and forces are theirs
+    steered: Steered | None = None
 
 
 def find_drive(

@@ -74,9 +74,8 @@ class Sources:
     more: tuple[Path, ...] = ()  # further recordings of the same boat
     spare: tuple[str, ...] = ()  # further columns that change: a signal that scales thrust?
     recognised: tuple[Recognised, ...] = ()  # signals, for the user to check
-    full_angle: float | None = (
-        None  # [deg] of a steered thruster at full command, where it is stated
-    )
+    # [deg] of a steered thruster at full command, where it is stated
+    full_angle: float | None = None
 
 
 def choose(path: Path, role: str, likely: Sequence[str], ask: Ask | None) -> str:
