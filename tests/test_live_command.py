@@ -229,6 +229,7 @@ def test_ctrl_c_keeps_the_recording(trials, tmp_path, sent):
     program = subprocess.Popen(
         [sys.executable, "-m", "seatrial", "live", str(vehicle), "-", "-o", str(out), "--port", str(port)],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"},
     )  # fmt: skip
     try:
         for i in range(50):

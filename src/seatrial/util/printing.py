@@ -22,12 +22,15 @@ def one_line(text: str) -> str:
 
 
 def say(text: str, *, end: str = "\n", file: TextIO | None = None) -> None:
-    """Print, with the line of progress out of the way. All text that commands print is printed here."""
+    """Print, with the line of progress out of the way. All text that commands print is printed here.
+
+    A pipe has it at once, too: `live` prints the address of its page, and waits.
+    """
     if file is None and _data_only.get():
         return
     shown = drawn(printable(text), sys.stdout if file is None else file)
     with hidden():
-        print(shown, end=end, file=file)
+        print(shown, end=end, file=file, flush=True)
 
 
 def put(data: str) -> None:
