@@ -144,7 +144,7 @@ def _diagnosed(
     if further:
         diagnostics += [
             lambda: unmodelled_effect(equal, horizon, covariance).findings,
-            lambda: change_findings(at),
+            lambda: change_findings(equal),
         ]
     diagnostics.append(lambda: solution_findings(at, horizon, covariance))
     # what disturbed intervals do to the standard errors

@@ -31,7 +31,10 @@ UNEXPLAINED_BLOCK = 5.0  # [s] blocks for comparing the unexplained acceleration
 WHITE_SHRINKAGE = 0.3  # of the gains' covariance towards that of white residuals
 # of an axis' RMS acceleration that inputs may explain beyond the file's structure
 UNMODELLED_SHARE = 0.07
-DRAG_COLUMNS = 12  # columns of `_drag`
+DRAG_COLUMNS, WIND = 12, 2  # columns of `_drag`, the last of them of a steady wind
+# resultant of the headings (1: all alike): from here on a steady wind is as good as constant in the boat's axes,
+# and its columns only take from the inputs; a standard deviation of 48 deg
+MOST_ALIGNED = 0.7
 SQUARES_AT_REST = 1e-12  # added to sums of squares: a boat at rest without noise has 0
 # of the mean diagonal: inputs that never change would make the equations singular
 GAINS_RIDGE = 1e-6
@@ -137,6 +140,8 @@ def without_drag(
     """
     turned = [_body(run.smooth, heading, mirrored) for run in runs]
     drag = np.concatenate([d for _, d in turned])
+    if np.hypot(*drag[:, -WIND:].mean(axis=0)) > MOST_ALIGNED:
+        drag = drag[:, :-WIND]
     motion = np.concatenate([a for a, _ in turned])
     if inputs is None:
         inputs = np.concatenate([run.inputs for run in runs], axis=1)
