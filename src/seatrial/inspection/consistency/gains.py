@@ -32,9 +32,9 @@ WHITE_SHRINKAGE = 0.3  # of the gains' covariance towards that of white residual
 # of an axis' RMS acceleration that inputs may explain beyond the file's structure
 UNMODELLED_SHARE = 0.07
 DRAG_COLUMNS, WIND = 12, 2  # columns of `_drag`, the last of them of a steady wind
-# resultant of the headings (1: all alike): from here on a steady wind is as good as constant in the boat's axes,
-# and its columns only take from the inputs; a standard deviation of 48 deg
-MOST_ALIGNED = 0.7
+# of the squared acceleration that drag and inputs leave, over what is left with a wind, too: a weaker one costs
+# the inputs more than it gives them
+LEAST_WIND_RATIO = 1.5
 SQUARES_AT_REST = 1e-12  # added to sums of squares: a boat at rest without noise has 0
 # of the mean diagonal: inputs that never change would make the equations singular
 GAINS_RIDGE = 1e-6
@@ -134,17 +134,22 @@ def without_drag(
     heading: float = 1.0,
     mirrored: bool = False,
 ) -> tuple[Array, Array]:
-    """Accelerations (m, 3) and inputs (delays, m, n), projected off the drag basis.
+    """Accelerations (m, 3) and inputs (delays, m, n), projected off the drag basis, and off that of a wind if any.
 
     inputs: by default the commands at the usual delays. heading: factor on psi.
     """
     turned = [_body(run.smooth, heading, mirrored) for run in runs]
     drag = np.concatenate([d for _, d in turned])
-    if np.hypot(*drag[:, -WIND:].mean(axis=0)) > MOST_ALIGNED:
-        drag = drag[:, :-WIND]
     motion = np.concatenate([a for a, _ in turned])
     if inputs is None:
         inputs = np.concatenate([run.inputs for run in runs], axis=1)
+    calm, windy = (_projected(motion, inputs, own) for own in (drag[:, :-WIND], drag))
+    left, with_wind = (float(unexplained(runs, *each).sum()) for each in (calm, windy))
+    return windy if left > LEAST_WIND_RATIO * with_wind else calm
+
+
+def _projected(motion: Array, inputs: Array, drag: Array) -> tuple[Array, Array]:
+    """Motion and inputs less what columns of drag explain of them."""
     size = np.linalg.norm(drag, axis=0)
     basis = np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0]
     return motion - basis @ (basis.T @ motion), inputs - basis @ (basis.T @ inputs)
