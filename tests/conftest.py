@@ -33,6 +33,8 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
 from seatrial.util import parallel
 
+os.environ.pop("PYTHONUNBUFFERED", None)  # programs are run as users run them: a pipe has a buffer
+
 settings.register_profile(
     "seatrial",
     derandomize="CI" in os.environ,

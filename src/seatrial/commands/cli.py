@@ -36,11 +36,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        _end_output()
+        pass
     except OSError as error:  # a full disk behind standard output, a folder that is gone
         complain(f"{error.filename or 'standard output'}: {error.strerror or error}")
-        _end_output()
         return MISTAKE
+    finally:
+        _end_streams()
     return DONE
 
 
@@ -53,14 +54,15 @@ def _hold_streams() -> None:
             os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
 
 
-def _end_output() -> None:
-    """Write what is left in the buffer, or drop it: not when the interpreter ends, with a traceback."""
-    try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except (OSError, ValueError):
-        with suppress(OSError, ValueError):
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def _end_streams() -> None:
+    """Write what is left in the buffers, or drop it: not when the interpreter ends, with exit code 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except (OSError, ValueError):
+            with suppress(OSError, ValueError):
+                os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 if __name__ == "__main__":
