@@ -106,7 +106,7 @@ BRANCHES: dict[str, dict[str, Any]] = {
     },
     "longer memory of pose errors": {f"{LIKELIHOOD}.noise_structures.with_longer_memory": _same},
     "unequal surge and sway": {
-        f"{LIKELIHOOD}.noise_structures.with_unequal_axes": _same,
+        f"{ESTIMATOR}.with_unequal_axes": _same,
         f"{LIKELIHOOD}.noise_structures.STRUCTURES": EQUAL_STRUCTURES,
     },
     "fewer noise sources": {f"{LIKELIHOOD}.noise_structures.simplified": _same},
