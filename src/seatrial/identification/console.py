@@ -220,7 +220,7 @@ def _noise(model: Model) -> str:
         walks = (process.walk_linear, "mm/s"), (process.walk_yaw, "mrad/s")
         text += f"; velocity random walk {_above(LEAST_WALK, *walks)} in 1 s"
     if ratio != 1.0:
-        text += f"; in sway {ratio:.2g} times that in surge, as accelerations"
+        text += f"; accelerations of sway by process noise are {ratio:.2g} times those of surge"
     return f"{text}."
 
 

@@ -249,7 +249,7 @@ class Problem:
         )  # fmt: skip
 
     def own_effects(self, theta: Array, recording: int) -> Array | None:
-        """A recording's effects (11,), where any is free."""
+        """A recording's effects (_core.EFFECTS,), where any is free."""
         if not self.has_effects:
             return None
         return np.ascontiguousarray(theta[self.effects(recording)])

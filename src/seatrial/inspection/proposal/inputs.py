@@ -78,7 +78,7 @@ def find_drive(
     if turned is not None and turned.pose != pose:
         sources = replace(sources, pose=turned.pose)
         found = find_drive(sources, places=places, salvage=salvage, turns=turns - 1, before=turned)
-        # an angle is told once, with what was left of it
+        # an angle is stated once, with what was left of it
         own = () if turned.angle else (turned.text,)
         return replace(found, findings=(*own, *corrected, *found.findings))
     told = [each.text for each in (before if angle else None, turned) if each is not None]

@@ -28,8 +28,8 @@ EFFECT_WORDS = {  # of the names in a model file
     "wind_y": ("wind along y", "m/s^2"),
     "wind_turn_x": ("turning by wind along x", "rad/s^2"),
     "wind_turn_y": ("turning by wind along y", "rad/s^2"),
-    "wind_side_x": ("further wind on the side along x", "m/s^2"),
-    "wind_side_y": ("further wind on the side along y", "m/s^2"),
+    "wind_side_x": ("wind in sway beyond that in surge, along x", "m/s^2"),
+    "wind_side_y": ("wind in sway beyond that in surge, along y", "m/s^2"),
 }
 TRIMS = ("trim_u", "trim_v", "trim_r")
 Row = tuple[str, str, float, float, str]  # effect, where, value, standard error (0: stated), unit

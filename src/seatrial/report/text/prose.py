@@ -8,7 +8,7 @@ USES = "What the model is fit for"
 EFFECTS = """Forward-left-up axes. Lever arm: the measured point from the boat's origin. Delay: the age of a
 sensor's value at its stamp. Current: velocity of the water over ground, in earth axes. Trim: steady
 acceleration in body axes. Wind: steady acceleration in earth axes;
-further on the side: what sway has beyond it. Stated: from the vehicle file."""
+its part across the boat may be larger or smaller in sway. Stated: from the vehicle file."""
 
 NO_EFFECTS = "None was stated or estimated."
 
