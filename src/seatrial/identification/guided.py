@@ -21,12 +21,11 @@ from seatrial.identification.recording_checks import check_recordings
 from seatrial.identification.selection.actuator_selection import select_stages
 from seatrial.identification.selection.terms.candidates import with_usual_terms
 from seatrial.identification.selection.unnamed_forces import added_forces, with_unnamed_forces
-from seatrial.identification.solution import Fit, OutputErrorSettings
+from seatrial.identification.solution import Fit, OutputErrorSettings, StartValues
 from seatrial.identification.term_choice import (
     TermChoice,
     choose_input,
     choose_terms_from,
-    start_values_of,
 )
 from seatrial.identification.uncertainty.covariance import sandwich_covariance
 from seatrial.recording.excitation import find_roles
@@ -126,7 +125,7 @@ def _whole(recordings: Sequence[Recording], known: _Known) -> Guided:
         with stage("choosing terms", 0.4):
             choice = choose_terms_from(known.at if kinds else None, recordings, vehicle)
     else:
-        choice = TermChoice(vehicle, None, start_values_of(known.at))
+        choice = TermChoice(vehicle, None, StartValues.of_solution(known.at))
     choice = replace(choice, findings=known.chosen)
     with stage("identifying"):
         model, solution = identify_with_fit(recordings, vehicle, effects=kinds, choice=choice)

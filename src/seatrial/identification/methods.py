@@ -139,7 +139,8 @@ def identify_with_fit(
     if not spoilt:
         own_terms = prior is None and (choice is None or not choice.automatic)
         asked = method == OUTPUT_ERROR and own_terms
-        stated, found = _commands(model, recordings, vehicle, effects, likelihood=asked)
+        shown = solution if asked else None
+        stated, found = _commands(model, recordings, vehicle, effects, solution=shown)
     model = _with_findings(model, found)
     doubted = [*(finding.text for finding in wrong), *report.angles]
     warnings = _warnings(recordings, stated, model, doubted)
@@ -152,14 +153,16 @@ def _commands(
     vehicle: Vehicle,
     effects: Sequence[str],
     *,
-    likelihood: bool,
+    solution: Fit | None,
 ) -> tuple[Vehicle, list[Finding]]:
     """The vehicle with what the recordings show of the commands, and the finding: samples of a logger, or late.
 
-    likelihood: whether to ask it for samples. Under model mismatch it does not tell.
+    solution: of the likelihood that shows samples; None: it is not used. Under model mismatch it does not tell.
     """
-    if likelihood and not model.findings_of(FindingKind.MODEL_MISMATCH):
-        stated, sampling = stated_sampling(recordings, vehicle, effects)
+    if solution is not None and not model.findings_of(FindingKind.MODEL_MISMATCH):
+        stated, sampling = stated_sampling(
+            recordings, vehicle, effects, StartValues.of_solution(solution)
+        )
         if sampling:
             return stated, [*sampling]
     # a logger's samples are stamped late, too, by up to their period: the doubt, where there is one, stands for it

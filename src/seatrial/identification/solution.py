@@ -59,6 +59,12 @@ class StartValues:
             dict(zip(model.parameters, values, strict=True)), noise_vector(model.noise)
         )
 
+    @staticmethod
+    def of_solution(at: "Point | Fit") -> "StartValues":
+        """The free parameters and the noise of a solution."""
+        problem = at.runs.problem
+        return StartValues({problem.names[i]: float(at.theta[i]) for i in problem.free}, at.noise)
+
 
 @dataclass(frozen=True)
 class Fit:

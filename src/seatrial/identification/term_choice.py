@@ -99,7 +99,7 @@ def choose_terms_from(
 ) -> TermChoice:
     """The same after a solution with the effects, if any, and the terms that every boat has."""
     clean = recordings if at is None else without_effects(at, recordings)
-    first = None if at is None else start_values_of(at)
+    first = None if at is None else StartValues.of_solution(at)
     usual = TermChoice(with_usual_terms(vehicle), None, first, automatic=True)
     try:
         with explained(recordings, vehicle):
@@ -123,9 +123,3 @@ def without_effects(at: Point, recordings: Sequence[Recording]) -> list[Recordin
     """
     problem = replace(at.runs.problem, recordings=tuple(recordings))
     return [problem.origin_poses(i, at.theta) for i in range(len(recordings))]
-
-
-def start_values_of(at: Point) -> StartValues:
-    """The free parameters and the noise of a solution."""
-    problem = at.runs.problem
-    return StartValues({problem.names[i]: float(at.theta[i]) for i in problem.free}, at.noise)

@@ -15,7 +15,7 @@ from seatrial.identification.first_search import first_maximum
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.optimiser import search
 from seatrial.identification.selection.actuator_selection import with_slew_rate
-from seatrial.identification.solution import OutputErrorSettings
+from seatrial.identification.solution import OutputErrorSettings, StartValues
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_unknown
 from seatrial.util.errors import IdentificationError
@@ -53,7 +53,8 @@ def sampled_commands_of(
     if not sampling_is_open(vehicle, recordings):
         return None
     try:
-        there = first_maximum(recordings, vehicle.with_sampled_commands(), effects)
+        begin = StartValues.of_solution(at)
+        there = first_maximum(recordings, vehicle.with_sampled_commands(), effects, start=begin)
     except IdentificationError:
         return None
     # both with a slew rate where one is likelier: thrust that follows it is off after each change, too
@@ -74,16 +75,20 @@ def _fall_with_larger_errors(at: Point) -> float:
 
 
 def stated_sampling(
-    recordings: Sequence[Recording], vehicle: Vehicle, effects: Sequence[str] = ()
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    effects: Sequence[str] = (),
+    start: StartValues | None = None,
 ) -> tuple[Vehicle, tuple[Finding, ...]]:
     """A vehicle with terms of the user's that states it as far as the recordings show it, and the finding.
 
-    Only where all latencies are free: half a row of time would stand for an error of a stated one.
+    start: of the search, such as the solution with exact commands. Only where all latencies are free: half a row
+    of time would stand for an error of a stated one.
     """
     if not sampling_is_open(vehicle, recordings):
         return vehicle, ()
     try:
-        at = first_maximum(recordings, vehicle, effects)
+        at = first_maximum(recordings, vehicle, effects, start=start)
     except IdentificationError:
         return vehicle, ()
     problem = at.runs.problem
