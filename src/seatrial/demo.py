@@ -12,7 +12,7 @@ from seatrial.boat.model import Model
 from seatrial.boat.model_file import save
 from seatrial.boat.physics import model_concerns, physics_line
 from seatrial.boat.vehicle import Vehicle, load_vehicle
-from seatrial.evaluation.assessment import Assessment, assess
+from seatrial.evaluation.assessment import HORIZONS, Assessment, assess
 from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.evaluation.scores import Scores, scores_json
 from seatrial.evaluation.validation import scores_of
@@ -91,7 +91,7 @@ def _ship(out: Path, say: Say) -> Callable[[], None]:
         vehicle, (*trained, tested) = vehicles[file], runs[file]
         with stage("identifying", 0.7):
             model = identify(trained, vehicle, method=method)
-        unseen = _assessed(model, [tested])
+        unseen = _assessed(model, [tested], method)
         name = vehicle.name if method == DEFAULT_METHOD else f"{vehicle.name}-{method}"
         one = _Identified(model, unseen, _scores(model, unseen), out / name)
         _store(one.folder, model, one.scores)
@@ -105,7 +105,11 @@ def _ship(out: Path, say: Say) -> Callable[[], None]:
     shown, (*trained, _) = found[-1], runs[SHIPS[-1][0]]
 
     def report() -> None:
-        _report(shown.folder, shown.model, [*shown.unseen, *_assessed(shown.model, trained)])
+        _report(
+            shown.folder,
+            shown.model,
+            [*shown.unseen, *_assessed(shown.model, trained, DEFAULT_METHOD)],
+        )
 
     reported = beside(report)
     (row,) = shown.scores.recordings
@@ -164,7 +168,7 @@ def _boat(plan: PlanFile, out: Path, name: str) -> list[str]:
     for method in DEMO_METHODS:
         with stage(method, 0.3):
             models[method] = identify(recordings[:3], known, method=method)
-            assessed = _assessed(models[method], recordings[3:])
+            assessed = _assessed(models[method], recordings[3:], method)
             found[method] = _scores(models[method], assessed)
     save(models[PAPER], out / f"{PAPER}{suffix}.yaml")
     best = out / f"result{suffix}"
@@ -206,10 +210,11 @@ def _coefficients_table(models: Mapping[str, Model], truth: Mapping[str, float])
     return table(["", *names], rows)
 
 
-def _assessed(model: Model, recordings: Sequence[Recording]) -> list[Assessment]:
-    """Predictions of all recordings, for the scores and for the report."""
+def _assessed(model: Model, recordings: Sequence[Recording], method: str) -> list[Assessment]:
+    """Predictions for the scores and, of the default method, at all horizons for the report."""
+    others = HORIZONS if method == DEFAULT_METHOD else ()
     with stage("validating", 0.5):
-        return assess(model, recordings, DEFAULT_HORIZON, "stencil")
+        return assess(model, recordings, DEFAULT_HORIZON, "stencil", others)
 
 
 def _scores(model: Model, assessed: Sequence[Assessment]) -> Scores:

@@ -64,9 +64,13 @@ class Assessment:
 
 
 def assess(
-    model: Model, recordings: Sequence[Recording], horizon: float, reference: Reference = "smoothed"
+    model: Model,
+    recordings: Sequence[Recording],
+    horizon: float,
+    reference: Reference = "smoothed",
+    others: Sequence[float] = HORIZONS,
 ) -> list[Assessment]:
-    """Every recording, predicted `horizon` [s] ahead and at all `HORIZONS`.
+    """Every recording, predicted `horizon` [s] ahead and at the `others`.
 
     With a smoothed `reference` predictions start from the filter. Without a filter, or if the recording is too
     short for it to settle, the stencil's velocities are starts and reference. What fails for one recording is its
@@ -93,7 +97,7 @@ def assess(
     def one(item: tuple[Recording, Filtered | str]) -> Assessment:
         recording, filtered = item
         smooth = _smoothed(model, recording, filtered, reference)
-        return _assessed(model, recording, horizon, filtered, smooth)
+        return _assessed(model, recording, horizon, filtered, smooth, others=others)
 
     found = spread(one, list(zip(recordings, filters, strict=True)), "recording")
     # intervals in which something other than the thrusters moved the boat
@@ -176,22 +180,24 @@ def _assessed(
     horizon: float,
     filtered: Filtered | str,
     smooth: Motion | None,
+    *,
+    others: Sequence[float],
 ) -> Assessment:
     known = filtered if isinstance(filtered, Filtered) else None
     own = seen(model, recording)
     starts = None if known is None else known.motion
-    # predictions: the chosen horizon, then all
+    # predictions: the chosen horizon, then the others
     look = Lookahead(model, recording, filtered=known, smoothed=smooth)
     prediction, failure = None, None
     try:
         prediction = look.predict(horizon)
     except (ModelError, RecordingError) as error:
         if smooth is not None and isinstance(error, RecordingError):  # too short for the filter
-            return _assessed(model, recording, horizon, filtered, None)
+            return _assessed(model, recording, horizon, filtered, None, others=others)
         failure = error
     kind: Start = "stencil" if smooth is None else "filter"
     chosen: Ahead | None = None if prediction is None else (horizon, kind, prediction)
-    ahead, lost = _all_horizons(look, horizon, starts, chosen)
+    ahead, lost = _all_horizons(look, horizon, others, starts, chosen)
     # scores with their intervals
     rows = [HorizonScore(h, p.steps, name, len(p.t), axis_scores(p)) for h, name, p in ahead]
     # correlation of the filter's residuals with the forces
@@ -225,9 +231,13 @@ def _findings(
 
 
 def _all_horizons(
-    look: Lookahead, chosen: float, filtered: Motion | None, known: Ahead | None
+    look: Lookahead,
+    chosen: float,
+    others: Sequence[float],
+    filtered: Motion | None,
+    known: Ahead | None,
 ) -> tuple[list[Ahead], list[Finding]]:
-    """Predictions at all `HORIZONS` and the chosen one [s], as far as the recording allows.
+    """Predictions at the chosen horizon and the others [s], as far as the recording allows.
 
     And a finding on the horizon at which the model diverges. Starts are the filter's, if there is one; with the
     stencil as reference also the stencil's; with a smoothed reference also the filter's with its disturbance.
@@ -239,7 +249,7 @@ def _all_horizons(
     kinds += [("filter", filtered)] if filtered is not None else []
     if look.smoothed is not None and disturbance_estimated(look.model.noise):
         kinds.append(("odometry", filtered))
-    for horizon, (name, starts) in over(list(product(sorted({*HORIZONS, chosen}), kinds))):
+    for horizon, (name, starts) in over(list(product(sorted({*others, chosen}), kinds))):
         if horizon < period:
             continue
         if known is not None and (horizon, name) == known[:2]:

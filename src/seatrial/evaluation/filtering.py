@@ -35,6 +35,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion, stencil_deviation
 from seatrial.util.errors import DivergenceError, RecordingError
 from seatrial.util.frames import Array, body_velocity
+from seatrial.util.frozen import once
 from seatrial.util.parallel import spread
 
 # [m/s, m/s, rad/s] standard deviation of the first velocity
@@ -87,6 +88,16 @@ class Filtered:
 
 def filter_series(recording: Recording, errors: InputErrors | None = None) -> _core.Series:
     """The pose series of the core's filter, with the start state; errors of sampled commands."""
+    return _exact_series(recording) if errors is None else _series(recording, errors)
+
+
+@once
+def _exact_series(recording: Recording) -> _core.Series:
+    """The same where each command is at its stamp: with any model."""
+    return _series(recording, None)
+
+
+def _series(recording: Recording, errors: InputErrors | None) -> _core.Series:
     moving = motion(recording)
     use = recording.valid.astype(np.int8)
     good = np.flatnonzero(recording.valid)
