@@ -10,6 +10,7 @@ from unittest.mock import patch
 import autopilot_logs
 import bag_tools
 import mavlink_logs
+import moos_logs
 import numpy as np
 import px4_logs
 import yaml
@@ -27,6 +28,7 @@ AUTOPILOTS = {
     "run.log": lambda path, run: autopilot_logs.ardupilot(path, run, text=True),
     "run.ulg": px4_logs.px4,
     "run.tlog": mavlink_logs.telemetry,
+    "run.alog": moos_logs.moos,
 }
 SHORT_LOGS = 29  # for each of a minute, of which `init` can propose a file
 PROPOSED: dict[str, Vehicle] = {}  # of whole logs, by file

@@ -250,7 +250,8 @@ def _all_topics(path: Path, out: Path) -> list[Path]:
     """Every topic of an autopilot's log as a table, and its parameters."""
     if not is_log(path):
         raise RecordingError(
-            f"{path}: without --vehicle only logs of autopilots are converted (.BIN, .log, .ulg, .tlog)"
+            f"{path}: without --vehicle only logs of autopilots and of MOOS are converted (.BIN, .log, .ulg, "
+            ".tlog, .alog)"
         )
     written, log = [], open_log(path)
     for topic in over(list(log.topics.values()), "topic"):

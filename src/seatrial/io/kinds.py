@@ -11,8 +11,8 @@ from seatrial.util.errors import FileError, RecordingError, SeatrialError
 from seatrial.util.format import joined
 
 EXPECTED = (
-    "expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, .log), PX4 (.ulg) or "
-    f"MAVLink (.tlog), a table ({', '.join(TABLES)}), or a folder of tables"
+    "expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, .log), PX4 (.ulg), "
+    f"MAVLink (.tlog) or MOOS (.alog), a table ({', '.join(TABLES)}), or a folder of tables"
 )
 YAML = (".yaml", ".yml")
 LISTED = 8  # recordings in a message

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 
+from seatrial.recording.timing import Clock
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
@@ -54,6 +55,7 @@ class Log(ABC):
     topics: dict[str, LogTopic]
     files: tuple[Path, ...]
     remarks: tuple[str, ...] = ()  # losses: "12 bytes at 3412 are no message"
+    clock: Clock = Clock.LOG  # what its stamps are
     parameters: Mapping[str, float] = {}  # logged parameters of the autopilot: SERVO1_FUNCTION
 
     @abstractmethod

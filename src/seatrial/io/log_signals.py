@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from seatrial.boat.schema import Column
 from seatrial.io.log import Log, Wanted
 from seatrial.io.signals import Request, Rows, Signals, Spec, of_columns
-from seatrial.recording.timing import Clock, describe
+from seatrial.recording.timing import describe
 from seatrial.util.errors import RecordingError
 
 
@@ -38,6 +38,6 @@ class LogSignals(Signals):
             if not len(own.stamps):
                 raise RecordingError(f"{self.path}: no message of {one.place} could be read")
             kind = self._log.topics[one.place].type
-            stream = describe(one.role, one.place, kind, clock=Clock.LOG, stamps=own.stamps)
+            stream = describe(one.role, one.place, kind, clock=self._log.clock, stamps=own.stamps)
             found.append(Rows(own.stamps, of_columns(own.values, one.columns), stream))
         return found

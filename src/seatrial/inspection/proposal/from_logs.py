@@ -183,8 +183,8 @@ def _elsewhere(candidate: Candidate, position: Candidate) -> dict[str, Any]:
 
 def _axes_note(axes: Axes) -> str:
     if axes is Axes.FRD:
-        return "the autopilot's own: x north, y east, psi clockwise from north"
-    return "x east, y north; the autopilot's heading is from north clockwise"
+        return "the log's own: x north, y east, psi clockwise from north"
+    return "x east, y north; the log's heading is from north clockwise"
 
 
 # Commands #

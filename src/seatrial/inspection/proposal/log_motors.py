@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
 from seatrial.inspection.proposal.sources import Ask, Choices, choose, listed_topics
-from seatrial.io.formats.known import OUTPUTS
+from seatrial.io.formats.known import BESIDE, OUTPUTS
 from seatrial.io.log import Log, LogTopic, Wanted
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -64,15 +64,15 @@ def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTo
     chosen = able[0].name
     if ask is not None and len(able) > 1:
         chosen = choose(log.path, "commands", [t.name for t in able], ask)
-    servos = [t.name for t in able if t.type == "actuator_servos"]  # beside PX4's motors
-    together = [chosen, *servos] if log.topics[chosen].type == "actuator_motors" else [chosen]
+    beside = BESIDE.get(log.topics[chosen].type)
+    together = [chosen, *(t.name for t in able if t.type == beside)]
     return [(log.topics[name], m) for name in together for m in changing[name]]
 
 
 def _changing(log: Log, topic: LogTopic) -> Iterator[Motor]:
     """Fields of a topic that change; stamps and counters aside."""
     (samples,) = log.read([Wanted(topic.name, topic.fields)])
-    outputs = topic.type in OUTPUTS
+    outputs = topic.type in OUTPUTS and len(topic.fields) > 1
     for field, values in zip(topic.fields, samples.values.T, strict=True):
         held = values[np.isfinite(values)]
         driven = held[held != OFF]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Logs of autopilots: ArduPilot (`.BIN`, `.log`), PX4 (`.ulg`), MAVLink telemetry (`.tlog`).
+"""Logs of autopilots: ArduPilot (`.BIN`, `.log`), PX4 (`.ulg`), MAVLink telemetry (`.tlog`), MOOS (`.alog`).
 
 The binary formats are walked over here, message by message: their libraries keep an index entry for every
 message or the whole file, and hang, flood the terminal or stop early on damaged files. pymavlink states
@@ -15,8 +15,13 @@ from seatrial.util.errors import FileError, RecordingError
 
 OPENED = 8  # logs whose topics are kept
 BEGINNING = 8192  # [bytes] by which a format is recognised
-TEXT_FMT = re.compile(rb"^FMT, ?\d{1,3}, ?\d{1,3}, ?\w{1,8}, ?\w", re.MULTILINE)
-SUFFIXES = {".bin": "ardupilot", ".ulg": "px4", ".tlog": "mavlink"}
+BEGINNINGS = {  # what is in the first bytes
+    "px4": re.compile(rb"\A\x55\x4c\x6f\x67\x01\x12\x35"),
+    "ardupilot": re.compile(rb"\A\xa3\x95"),
+    "ardupilot text": re.compile(rb"^FMT, ?\d{1,3}, ?\d{1,3}, ?\w{1,8}, ?\w", re.MULTILINE),
+    "moos": re.compile(rb"^%% (LOGSTART|LOG FILE:)", re.MULTILINE),
+}
+SUFFIXES = {".bin": "ardupilot", ".ulg": "px4", ".tlog": "mavlink", ".alog": "moos"}
 
 
 def is_log(path: str | Path) -> bool:
@@ -30,7 +35,7 @@ def open_log(path: str | Path) -> Log:
     kind = _kind(path)
     if kind is None:
         raise RecordingError(
-            f"{path}: no log of ArduPilot (.BIN, .log), PX4 (.ulg) or MAVLink (.tlog)"
+            f"{path}: no log of ArduPilot (.BIN, .log), PX4 (.ulg), MAVLink (.tlog) or MOOS (.alog)"
         )
     if not path.exists():
         raise FileError(f"{path}: no such file")
@@ -55,6 +60,10 @@ def _opened(path: Path, kind: str, _size: int, _changed: int) -> Log:
         from seatrial.io.formats.px4 import Px4Log
 
         return Px4Log(path)
+    if kind == "moos":
+        from seatrial.io.formats.moos import MoosLog
+
+        return MoosLog(path)
     from seatrial.io.formats.mavlink import MavlinkLog
 
     return MavlinkLog(path)
@@ -69,15 +78,10 @@ def _kind(path: Path) -> str | None:
             beginning = file.read(BEGINNING)
     except OSError:
         beginning = b""
-    if beginning.startswith(b"\x55\x4c\x6f\x67\x01\x12\x35"):
-        return "px4"
-    if beginning.startswith(b"\xa3\x95"):
-        return "ardupilot"
-    if TEXT_FMT.search(beginning) is not None:
-        return "ardupilot text"
-    if _is_telemetry(beginning):
-        return "mavlink"
-    return SUFFIXES.get(path.suffix.lower())
+    for kind, own in BEGINNINGS.items():
+        if own.search(beginning) is not None:
+            return kind
+    return "mavlink" if _is_telemetry(beginning) else SUFFIXES.get(path.suffix.lower())
 
 
 def _is_telemetry(data: bytes) -> bool:

@@ -10,7 +10,8 @@ import numpy as np
 from seatrial.io.formats import open_log
 from seatrial.io.formats.known import role
 from seatrial.io.log import Log, Wanted
-from seatrial.recording.timing import STREAM_HEAD, Clock, Stream, describe, stream_cells
+from seatrial.recording.timing import STREAM_HEAD, Stream, describe, stream_cells
+from seatrial.util.errors import printable
 from seatrial.util.format import table
 from seatrial.util.progress import stage
 
@@ -46,7 +47,7 @@ def _streams(log: Log) -> tuple[list[Stream], float]:
     topics = list(log.topics.values())
     samples = log.read([Wanted(t.name, ()) for t in topics])
     streams = [
-        describe(role(t), t.name, t.type, clock=Clock.LOG, stamps=s.stamps)
+        describe(role(t), t.name, t.type, clock=log.clock, stamps=s.stamps)
         for t, s in zip(topics, samples, strict=True)
     ]
     stamps = np.concatenate([s.stamps for s in samples])
@@ -60,7 +61,8 @@ def _text(log: Log, streams: list[Stream], length: float) -> str:
     for s in streams:
         fields = log.topics[s.source].fields
         more = f", ... ({len(fields)})" if len(fields) > MOST_FIELDS else ""
-        rows.append((s.source, *stream_cells(s), s.role, ", ".join(fields[:MOST_FIELDS]) + more))
+        cells = (s.source, *stream_cells(s), s.role, ", ".join(fields[:MOST_FIELDS]) + more)
+        rows.append([printable(cell, keep="") for cell in cells])
     lines.append(table(("topic", *STREAM_HEAD, "could be", "fields"), rows, text=(0, 4, 5)))
     lines += [f"  => {remark}" for remark in log.remarks]
     roles = ", ".join(s.role for s in streams)
@@ -69,4 +71,4 @@ def _text(log: Log, streams: list[Stream], length: float) -> str:
             lines.append(
                 f"  => no topic holds a {wanted.removesuffix('s')} that is known by its name"
             )
-    return "\n".join("".join(c if c.isprintable() else "?" for c in line) for line in lines)
+    return printable("\n".join(lines))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Messages of ArduPilot, PX4 and MAVLink that hold positions, headings, yaw rates, motor outputs, voltages.
+"""Messages of ArduPilot, PX4, MAVLink and MOOS that hold positions, headings, yaw rates, motor outputs, voltages.
 
 The autopilots' axes are north, east, down and forward, right, down: headings are clockwise from north, yaw
 rates clockwise.
@@ -44,6 +44,7 @@ POSITIONS = (  # the most raw first: the errors of a filter's output are correla
     Known("sensor_gps", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
     Known("GPS_RAW_INT", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
     Known("GPS2_RAW", ("lat", "lon"), "GNSS receiver", E7, geographic=True, fix=FIX),
+    Known("GPS_XY", ("GPS_Y", "GPS_X"), "GNSS receiver"),
     Known("VISP", ("PX", "PY"), "external position"),
     Known("vehicle_visual_odometry", ("position[0]", "position[1]"), "external position"),
     Known("vehicle_mocap_odometry", ("position[0]", "position[1]"), "external position"),
@@ -53,6 +54,8 @@ POSITIONS = (  # the most raw first: the errors of a filter's output are correla
     Known("vehicle_local_position", ("x", "y"), "autopilot's filter"),
     Known("vehicle_odometry", ("position[0]", "position[1]"), "autopilot's filter"),
     Known("LOCAL_POSITION_NED", ("x", "y"), "autopilot's filter"),
+    Known("NAV_XY", ("NAV_Y", "NAV_X"), "navigation of MOOS"),
+    Known("NAV_LATLONG", ("NAV_LAT", "NAV_LONG"), "navigation of MOOS", geographic=True),
     Known("XKF1", ("PN", "PE"), "autopilot's filter"),
     Known("NKF1", ("PN", "PE"), "autopilot's filter"),
 )  # fmt: skip
@@ -67,6 +70,8 @@ HEADINGS = (
     Known("vehicle_odometry", QUATERNION, "attitude filter"),
     Known("GLOBAL_POSITION_INT", ("hdg",), "attitude filter", {"unit": "deg", "scale": 100.0}),
     Known("VFR_HUD", ("heading",), "attitude filter, whole degrees", {"unit": "deg"}),
+    Known("NAV_HEADING", ("NAV_HEADING",), "navigation of MOOS", {"unit": "deg"}),
+    Known("COMPASS_HEADING", ("COMPASS_HEADING",), "compass", {"unit": "deg"}),
     Known("GPS", ("Yaw",), "two antennas", {"unit": "deg"}),
     Known("sensor_gps", ("heading",), "two antennas"),
 )
@@ -90,7 +95,19 @@ OUTPUTS = (  # messages whose fields are motor outputs, those with the most dire
     "RCO2",
     "SERVO_OUTPUT_RAW",
     "actuator_outputs",
+    "PYDIR_THRUST_L",
+    "DESIRED_THRUST_L",
+    "DESIRED_THRUST",
+    "PYDIR_THRUST_R",
+    "DESIRED_THRUST_R",
+    "DESIRED_RUDDER",
 )
+BESIDE = {  # outputs of the same boat beside those of a message
+    "actuator_motors": "actuator_servos",
+    "PYDIR_THRUST_L": "PYDIR_THRUST_R",
+    "DESIRED_THRUST_L": "DESIRED_THRUST_R",
+    "DESIRED_THRUST": "DESIRED_RUDDER",
+}
 
 
 def role(topic: LogTopic) -> str:

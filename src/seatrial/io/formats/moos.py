@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: MIT
+"""MOOS logs (`.alog` of pLogger): a posting a line, as `12.345 NAV_X uSimMarine 3.21`.
+
+Each variable that holds numbers is a topic. The two coordinates of a position are variables of their own, which an
+application posts one after the other: together they are a topic, too.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.io.formats.layout import MOST_STAMP
+from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
+from seatrial.recording.timing import Clock
+from seatrial.util.errors import RecordingError
+from seatrial.util.files import readable
+from seatrial.util.frames import Array, Stamps
+from seatrial.util.progress import reach
+
+LOGSTART = re.compile(r"%% LOGSTART\s+([0-9.eE+]+)$")
+PAIRS = (("_X", "_Y"), ("_LAT", "_LONG"))  # endings of two coordinates
+TOGETHER = 0.05  # [s] between the postings of one position's coordinates, at most
+ABSOLUTE = 1e8  # [s] a time of a posting beyond it counts from 1970, not from the log's start
+LONGEST_LINE = 4096  # [bytes] no posting of a number is longer
+MOST_VARIABLES = 10_000
+EVERY = 1 << 16  # [lines] between two reports of progress
+
+
+class MoosLog(Log):
+    """An `.alog` file."""
+
+    kind = "MOOS log"
+    clock = Clock.HEADER  # a posting is the command itself, at its time
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.files = path, (path,)
+        self._start = 0.0  # [s] from 1970
+        counts: Counter[str] = Counter()
+        for name, _, _ in self._postings():
+            counts[name] += 1
+            if len(counts) > MOST_VARIABLES:
+                raise RecordingError(f"{path}: more than {MOST_VARIABLES} variables: no MOOS log")
+        if not counts:
+            raise RecordingError(f"{path}: no MOOS log: no variable holds numbers")
+        self._pairs = {
+            f"{name.removesuffix(first)}{first}{second.removeprefix('_')}": (name, other)
+            for first, second in PAIRS
+            for name in counts
+            if name.endswith(first) and (other := name.removesuffix(first) + second) in counts
+        }
+        alone = [LogTopic(name, name, n, (name,)) for name, n in counts.items()]
+        both = [
+            LogTopic(name, name, min(counts[one] for one in pair), pair)
+            for name, pair in self._pairs.items()
+            if name not in counts
+        ]
+        self.topics = {topic.name: topic for topic in sorted([*both, *alone], key=lambda t: t.name)}
+
+    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
+        """Columns of the topics wanted."""
+        for each in wanted:
+            self.require(each.topic, each.fields, "wanted")
+        variables = {name for each in wanted for name in self.topics[each.topic].fields}
+        times: dict[str, list[float]] = {name: [] for name in variables}
+        values: dict[str, list[float]] = {name: [] for name in variables}
+        for name, time, value in self._postings():
+            if name in variables:
+                times[name].append(time)
+                values[name].append(value)
+        found = {name: (np.array(times[name]), np.array(values[name])) for name in variables}
+        return [self._samples(each, found) for each in wanted]
+
+    def _samples(self, wanted: Wanted, found: dict[str, tuple[Array, Array]]) -> LogSamples:
+        """Rows of a topic, at the times of its first variable."""
+        fields = self.topics[wanted.topic].fields
+        time, _ = found[fields[0]]
+        rows = [np.arange(len(time))] * len(fields)
+        if len(fields) > 1:
+            rows = [*_together(time, found[fields[1]][0])]
+        columns = {name: found[name][1][own] for name, own in zip(fields, rows, strict=True)}
+        kept = [columns[name] for name in wanted.fields]
+        stamps = self._stamps(time[rows[0]])
+        shape = len(stamps), len(wanted.fields)
+        return LogSamples(wanted.topic, stamps, np.array(kept, dtype=float).T.reshape(shape))
+
+    def _stamps(self, time: Array) -> Stamps:
+        """Times [s] of postings as stamps [ns] from 1970."""
+        absolute = np.where(time > ABSOLUTE, time, time + self._start)
+        return np.rint(np.clip(absolute * 1e9, 0.0, float(MOST_STAMP))).astype(np.int64)
+
+    def _postings(self) -> Iterator[tuple[str, float, float]]:
+        """Variable, time [s] and number of each posting of one; texts are left out."""
+        for line in self._lines():
+            if line.startswith("%"):
+                if begin := LOGSTART.match(line):
+                    self._start = float(begin[1])
+                continue
+            parts = line.split(None, 3)
+            if len(parts) < 4:
+                continue
+            try:
+                # with DATATYPE MARKING ON a number stands as D:1.5
+                time, value = float(parts[0]), float(parts[3].removeprefix("D:"))
+            except ValueError:
+                continue
+            if np.isfinite(time):
+                yield parts[1], time, value
+
+    def _lines(self) -> Iterator[str]:
+        """Lines up to the longest that can hold a number."""
+        with readable(self.path):
+            size = max(self.path.stat().st_size, 1)
+            with self.path.open("rb") as file:
+                number = done = 0
+                whole = True  # the chunk before ended its line
+                while chunk := file.readline(LONGEST_LINE):
+                    number, done = number + 1, done + len(chunk)
+                    if number % EVERY == 0:
+                        reach(done / size)
+                    ends = chunk.endswith(b"\n")
+                    if whole and (ends or len(chunk) < LONGEST_LINE):
+                        yield chunk.decode("latin-1").strip()
+                    whole = ends
+
+
+def _together(first: Array, second: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Places of the postings that belong together: each the nearest of the other, within `TOGETHER`."""
+    if not (len(first) and len(second)):
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    there, back = _nearest(first, second), _nearest(second, first)
+    own = np.arange(len(first))
+    kept = (back[there] == own) & (np.abs(second[there] - first) <= TOGETHER)
+    return own[kept], there[kept]
+
+
+def _nearest(times: Array, among: Array) -> NDArray[np.int64]:
+    """Place of the nearest among other times, which may be out of order, for each of some times."""
+    order = np.argsort(among, kind="stable")
+    ordered = among[order]
+    after = np.searchsorted(ordered, times).clip(0, len(among) - 1)
+    before = (after - 1).clip(0)
+    nearer = np.abs(ordered[before] - times) < np.abs(ordered[after] - times)
+    return np.asarray(order[np.where(nearer, before, after)])
