@@ -33,6 +33,7 @@ OTHERS = {  # as their packages have them
         "uint16 buttons2\nuint8 enabled_extensions\nfloat32 s\nfloat32 t\n"
         + "\n".join(f"float32 aux{i}" for i in range(1, 7))
     ),
+    "uuv_gazebo_ros_plugins_msgs/msg/FloatStamped": "std_msgs/Header header\nfloat64 data",
     "boat_msgs/msg/Motor": "string name\nfloat32[2] raw\nint16 duty",
     "boat_msgs/msg/Motors": "uint8 id\nboat_msgs/Motor[] motors\nboat_msgs/Motor[2] spare",
 }

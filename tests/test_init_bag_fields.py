@@ -37,12 +37,38 @@ def test_chosen_fields_of_a_bag_read_as_those_that_are_recognised(tmp_path, prop
 
 def half_bag(path, log):
     """Poses and sticks with headers."""
+    return ros2(path, half_sent(log))
+
+
+def half_sent(log):
+    """Messages of it."""
     sent = [
         Sent(POSE, "geometry_msgs/msg/PoseStamped", START + t + 2_000_000,
              {"header": header(START + t), "pose": {"position": {"x": x, "y": y, "z": 0.0}, "orientation": quaternion(psi)}})
         for t, (x, y, psi) in zip((log.pose_t * 1e9).astype(int).tolist(), log.pose.tolist(), strict=True)
     ]  # fmt: skip
-    return ros2(path, [*sent, *(s for s in tf_log(log) if s.topic == JOY)])
+    return [*sent, *(s for s in tf_log(log) if s.topic == JOY)]
+
+
+def test_a_topic_for_each_thruster_whatever_its_type(tmp_path, propose):
+    """Of simulators and of drivers: one number, and a header."""
+    log = drive(joypad=20.0, sticks=half)
+    sent = [s for s in half_sent(log) if s.topic == POSE]
+    times = (log.command_t * 1e9).astype(int).tolist()
+    sent += [
+        Sent(
+            f"/otter/thrusters/{i}/input", "uuv_gazebo_ros_plugins_msgs/msg/FloatStamped",
+            START + t + 1_000_000, {"header": header(START + t), "data": value},
+        )
+        for t, row in zip(times, log.command.tolist(), strict=True)
+        for i, value in enumerate(row)
+    ]  # fmt: skip
+    path = ros2(tmp_path / "thrusters", sent)
+    vehicle, _ = propose(path)
+    topics = [column.topic for column in vehicle.file.commands.inputs.values()]
+    assert topics == [f"/otter/thrusters/{i}/input" for i in range(3)]
+    found = seatrial.read(path, vehicle)
+    np.testing.assert_array_equal(found.commands.values, log.command[: len(found.commands.values)])
 
 
 def test_a_compass_of_its_own_topic_is_chosen_with_its_zero_and_sense(tmp_path, propose):

@@ -23,7 +23,7 @@ from seatrial.inspection.proposal.sources import (
     choose,
     named,
 )
-from seatrial.io.bags.channels import number_fields, tf_frames
+from seatrial.io.bags.channels import has_one_number, number_fields, tf_frames
 from seatrial.io.bags.contents import NUMBER_TYPES, Contents, Entry, contents
 from seatrial.io.bags.opening import open_bag
 from seatrial.recording.timing import rate_text
@@ -159,10 +159,8 @@ def _likely_poses(entries: list[Entry]) -> list[Entry]:
 
 
 def _siblings(able: list[Entry], driving: Entry) -> list[Entry]:
-    """Scalar topics of the same type: one for each thruster."""
-    if not driving.topic.type_name.startswith(("std_msgs/msg/Float", "std_msgs/msg/Int")):
-        return [driving]
-    if "Array" in driving.topic.type_name:
+    """Topics of the same type that hold one number: one for each thruster."""
+    if not has_one_number(driving.topic):
         return [driving]
     return [e for e in able if e.topic.type_name == driving.topic.type_name]
 

@@ -5,6 +5,7 @@ import re
 from itertools import islice
 from pathlib import Path
 
+from seatrial.io.bags.bag import Topic
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.tf import frame_edges
 from seatrial.io.bags.wire_walk import WireError
@@ -13,6 +14,12 @@ from seatrial.util.errors import RecordingError
 INSPECTED_MESSAGES = 50  # arrays have one length in nearly all logs
 MOST_FIELDS = 32
 NOT_CHANNELS = ("header.", "layout.", "buttons", "rssi", "seq", "covariance")
+
+
+def has_one_number(topic: Topic) -> bool:
+    """Whether its messages hold one number beside their header, as Float64 or FloatStamped does."""
+    own = [p for p in topic.wire.paths() if not p.startswith(NOT_CHANNELS)]
+    return len(own) == 1 and "[" not in own[0]
 
 
 def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]:
