@@ -116,6 +116,17 @@ def test_coordinates_belong_together_by_their_times(tmp_path):
     assert found.stamps.tolist() == [1_000_100_000_000, 1_000_300_000_000]
 
 
+def test_logs_one_behind_the_other_have_a_start_each(tmp_path):
+    log = log_of(tmp_path, "0.5 DEPTH pNav 1", "%% LOGSTART 2000.25", "0.5 DEPTH pNav 2")
+    assert samples(log, "DEPTH", "DEPTH").stamps.tolist() == [1_000_500_000_000, 2_000_750_000_000]
+
+
+@pytest.mark.parametrize("start", ["", "%% LOGSTART 1..5\n", "%% LOGSTART 1e999\n"])
+def test_without_a_start_times_count_from_zero(tmp_path, start):
+    log = log_of(tmp_path, "0.5 DEPTH pNav 1", "1e300 DEPTH pNav 2", "-1 DEPTH pNav 2", start=start)
+    assert samples(log, "DEPTH", "DEPTH").stamps.tolist() == [500_000_000]
+
+
 def test_texts_and_broken_lines_are_no_numbers(tmp_path):
     log = log_of(
         tmp_path,

@@ -21,9 +21,9 @@ from seatrial.util.files import readable
 from seatrial.util.frames import Array, Stamps
 from seatrial.util.progress import reach
 
-LOGSTART = re.compile(r"%% LOGSTART\s+([0-9.eE+]+)$")
+LOGSTART = re.compile(r"%% LOGSTART\s+(\d{1,12}(\.\d*)?)$")
 PAIRS = (("_X", "_Y"), ("_LAT", "_LONG"))  # endings of two coordinates
-TOGETHER = 0.05  # [s] between the postings of one position's coordinates, at most
+TOGETHER = 50_000_000  # [ns] between the postings of one position's coordinates, at most
 ABSOLUTE = 1e8  # [s] a time of a posting beyond it counts from 1970, not from the log's start
 LONGEST_LINE = 4096  # [bytes] no posting of a number is longer
 MOST_VARIABLES = 10_000
@@ -38,7 +38,6 @@ class MoosLog(Log):
 
     def __init__(self, path: Path) -> None:
         self.path, self.files = path, (path,)
-        self._start = 0.0  # [s] from 1970
         counts: Counter[str] = Counter()
         for name, _, _ in self._postings():
             counts[name] += 1
@@ -65,39 +64,38 @@ class MoosLog(Log):
         for each in wanted:
             self.require(each.topic, each.fields, "wanted")
         variables = {name for each in wanted for name in self.topics[each.topic].fields}
-        times: dict[str, list[float]] = {name: [] for name in variables}
+        stamps: dict[str, list[int]] = {name: [] for name in variables}
         values: dict[str, list[float]] = {name: [] for name in variables}
-        for name, time, value in self._postings():
+        for name, stamp, value in self._postings():
             if name in variables:
-                times[name].append(time)
+                stamps[name].append(stamp)
                 values[name].append(value)
-        found = {name: (np.array(times[name]), np.array(values[name])) for name in variables}
+        found = {
+            name: (np.array(stamps[name], dtype=np.int64), np.array(values[name], dtype=float))
+            for name in variables
+        }
         return [self._samples(each, found) for each in wanted]
 
-    def _samples(self, wanted: Wanted, found: dict[str, tuple[Array, Array]]) -> LogSamples:
+    def _samples(self, wanted: Wanted, found: dict[str, tuple[Stamps, Array]]) -> LogSamples:
         """Rows of a topic, at the times of its first variable."""
         fields = self.topics[wanted.topic].fields
-        time, _ = found[fields[0]]
-        rows = [np.arange(len(time))] * len(fields)
+        stamps, _ = found[fields[0]]
+        rows = [np.arange(len(stamps))] * len(fields)
         if len(fields) > 1:
-            rows = [*_together(time, found[fields[1]][0])]
+            rows = [*_together(stamps, found[fields[1]][0])]
         columns = {name: found[name][1][own] for name, own in zip(fields, rows, strict=True)}
-        kept = [columns[name] for name in wanted.fields]
-        stamps = self._stamps(time[rows[0]])
-        shape = len(stamps), len(wanted.fields)
-        return LogSamples(wanted.topic, stamps, np.array(kept, dtype=float).T.reshape(shape))
+        values = np.zeros((len(rows[0]), len(wanted.fields)))
+        for i, name in enumerate(wanted.fields):
+            values[:, i] = columns[name]
+        return LogSamples(wanted.topic, stamps[rows[0]], values)
 
-    def _stamps(self, time: Array) -> Stamps:
-        """Times [s] of postings as stamps [ns] from 1970."""
-        absolute = np.where(time > ABSOLUTE, time, time + self._start)
-        return np.rint(np.clip(absolute * 1e9, 0.0, float(MOST_STAMP))).astype(np.int64)
-
-    def _postings(self) -> Iterator[tuple[str, float, float]]:
-        """Variable, time [s] and number of each posting of one; texts are left out."""
+    def _postings(self) -> Iterator[tuple[str, int, float]]:
+        """Variable, stamp [ns] from 1970, and number of each posting of one; texts are left out."""
+        start = 0.0  # [s] from 1970
         for line in self._lines():
             if line.startswith("%"):
-                if begin := LOGSTART.match(line):
-                    self._start = float(begin[1])
+                if found := LOGSTART.match(line):
+                    start = float(found[1])
                 continue
             parts = line.split(None, 3)
             if len(parts) < 4:
@@ -107,8 +105,9 @@ class MoosLog(Log):
                 time, value = float(parts[0]), float(parts[3].removeprefix("D:"))
             except ValueError:
                 continue
-            if np.isfinite(time):
-                yield parts[1], time, value
+            if 0.0 <= time < MOST_STAMP * 1e-9 - start:
+                since = 0 if time > ABSOLUTE else round(start * 1e9)
+                yield parts[1], since + round(time * 1e9), value
 
     def _lines(self) -> Iterator[str]:
         """Lines up to the longest that can hold a number."""
@@ -127,7 +126,7 @@ class MoosLog(Log):
                     whole = ends
 
 
-def _together(first: Array, second: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _together(first: Stamps, second: Stamps) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Places of the postings that belong together: each the nearest of the other, within `TOGETHER`."""
     if not (len(first) and len(second)):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -137,8 +136,8 @@ def _together(first: Array, second: Array) -> tuple[NDArray[np.int64], NDArray[n
     return own[kept], there[kept]
 
 
-def _nearest(times: Array, among: Array) -> NDArray[np.int64]:
-    """Place of the nearest among other times, which may be out of order, for each of some times."""
+def _nearest(times: Stamps, among: Stamps) -> NDArray[np.int64]:
+    """Place of the nearest among other stamps, which may be out of order, for each of some."""
     order = np.argsort(among, kind="stable")
     ordered = among[order]
     after = np.searchsorted(ordered, times).clip(0, len(among) - 1)
