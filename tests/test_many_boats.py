@@ -8,11 +8,9 @@ import signal
 import subprocess
 import sys
 from dataclasses import replace
-from pathlib import Path
 from platform import node
 
 import msgspec
-import numpy as np
 import psutil
 import pytest
 from cli_tools import run
@@ -23,17 +21,15 @@ from seatrial.fleet import dask_cluster
 from seatrial.fleet.dask_cluster import cluster
 from seatrial.fleet.fleet import fleet
 from seatrial.fleet.fleet_file import load_fleet
-from seatrial.fleet.kinds import FEWEST_BOATS, centre_of, compare_kind
-from seatrial.fleet.results import BoatResult, Estimate, FleetResult
+from seatrial.fleet.results import FleetResult
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
-from seatrial.util.errors import FleetError, SeatrialError
+from seatrial.util.errors import FleetError
 from seatrial.util.parallel import InTurn, cores, farmed, on_one_core, working_on
 
 FIRST = "first"
 SECONDS = 40.0  # of each recording
-EVIL = "<img src=x onerror=alert(1)>"
 
 
 def boat(folder, seed, *, heavier=1.0, seconds=SECONDS, coarse=False):
@@ -149,191 +145,9 @@ def test_the_previous_model_shows_what_changed(ran, tmp_path):
     assert rows(same)["ada"].result.change.p > 0.05
 
 
-def test_command_prints_the_table_and_refuses_what_it_would_spoil(boats, tmp_path, capsys):
-    one = tmp_path / "small"
-    one.mkdir()
-    (one / "ada").symlink_to(boats / "cid")
-    code, text, _ = run(capsys, "fleet", boats, "--workers", 0, "-o", boats / "in", "--json", "-")
-    assert code == 1
-    code, text, _ = run(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out")
-    assert code == 0 and "0 of 1 boats have a model" in text
-    assert "\nada: run.csv is a link out of the fleet's folder" in text
-    for words, wrong in (
-        ("no results of a fleet", ("--last-time", tmp_path)),
-        ("has the results of last time", ("--last-time", tmp_path / "out")),
-    ):
-        (tmp_path / "out" / "boats").mkdir(exist_ok=True)
-        code, _, error = run(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out", *wrong)
-        assert code == 1 and words in error
-
-
 def config(path, text):
     path.write_text(text)
     return path
-
-
-def test_a_file_names_kinds_vehicles_and_options(boats, tmp_path):
-    found = load_fleet(
-        config(
-            tmp_path / "fleet.yaml",
-            f"""\
-seatrial: fleet 1
-name: harbour
-vehicle: mallard-mp
-identify: {{effects: [lever]}}
-boats:
-  zoe:
-    kind: heavy
-    recordings: [{boats}/ada/S1-MP, {boats}/ada/S2-MP]
-    test: S2-MP
-  abe: {{recordings: [{boats}/bea/S1-MP], vehicle: {boats}/bea/vehicle-MP.yaml, identify: {{salvage: true}}}}
-  ../evil: {{recordings: [x]}}
-""",
-        )
-    )
-    assert [one.name for one in found.boats] == ["../evil", "abe", "zoe"]
-    evil, abe, zoe = found.boats
-    assert "can't be a folder's" in evil.refused
-    assert (abe.kind, zoe.kind, zoe.test) == ("harbour", "heavy", "S2-MP")
-    assert zoe.options.effects == ("lever",) and abe.options.salvage
-    assert zoe.vehicle == Path("mallard-mp") and zoe.recordings[0] == boats / "ada" / "S1-MP"
-    result = fleet(found, tmp_path / "out", _Never()).result
-    assert set(result.failed) == {"../evil", "abe", "zoe"}
-    assert not (tmp_path / "evil").exists() and rows(result)["../evil"].report is None
-
-
-class _Never(InTurn):
-    """Workers without memory."""
-
-    def outcomes(self, work, common, items):
-        for place, _ in enumerate(items):
-            yield place, MemoryError(EVIL)
-
-
-def test_a_second_run_in_the_same_folder_is_refused_until_the_first_ends(boats, tmp_path):
-    fcntl = pytest.importorskip("fcntl")
-    odd = tmp_path / "boats"
-    (odd / "ada").mkdir(parents=True)
-    (tmp_path / "out").mkdir()
-    with (tmp_path / "out" / ".lock").open("a") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        with pytest.raises(FleetError, match="another 'seatrial fleet' works on this folder"):
-            fleet(load_fleet(odd), tmp_path / "out")
-    assert fleet(load_fleet(odd), tmp_path / "out").result.failed == ["ada"]
-    (tmp_path / "file").touch()
-    with pytest.raises(SeatrialError, match="can't be written"):
-        fleet(load_fleet(odd), tmp_path / "file" / "out")
-
-
-class _Elsewhere(InTurn):
-    """Workers with a disk of their own."""
-
-    def outcomes(self, work, common, items):
-        for place, one in enumerate(items):
-            yield place, msgspec.structs.replace(made_up(one.name, 1.0), kind=one.kind)
-
-
-def test_results_that_stay_on_the_workers_are_no_results(boats, tmp_path):
-    result = fleet(load_fleet(boats), tmp_path / "out", _Elsewhere()).result
-    assert result.failed == ["ada", "bea", "cid"]
-    assert "this computer does not see" in rows(result)["ada"].result.error
-
-
-def test_names_and_errors_are_escaped_in_the_page(boats, tmp_path):
-    odd = tmp_path / "boats"
-    (odd / EVIL).mkdir(parents=True)
-    fleet(load_fleet(odd), tmp_path / "out")
-    assert EVIL not in (tmp_path / "out" / "fleet.html").read_text()
-    fleet(load_fleet(boats), tmp_path / "out2", _Never())
-    page = (tmp_path / "out2" / "fleet.html").read_text()
-    assert EVIL not in page and "seatrial failed: MemoryError: &lt;img" in page
-
-
-def test_links_out_of_the_folder_are_refused(boats, tmp_path):
-    (tmp_path / "fleet" / "eve").mkdir(parents=True)
-    (tmp_path / "fleet" / "eve" / "S1").symlink_to(boats / "ada" / "S1-MP")
-    (tmp_path / "fleet" / "vehicle.yaml").write_text("x")
-    (found,) = load_fleet(tmp_path / "fleet").boats
-    assert "link out of the fleet's folder" in found.refused
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("seatrial: fleet 1\nboats: {}\n", "no boats"),
-        ("seatrial: fleet 2\nboats: {}\n", "expected 'seatrial: fleet 1'"),
-        ("seatrial: fleet 1\nboats: {a: {recordings: [x], vehicel: y}}\n", "vehicel"),
-        ("seatrial: fleet 1\nidentify: {effects: [fish]}\nboats: {a: {recordings: [x]}}\n", "fish"),
-    ],
-)
-def test_a_wrong_file_is_one_line(tmp_path, text, words):
-    with pytest.raises(SeatrialError, match=words):
-        load_fleet(config(tmp_path / "fleet.yaml", text))
-
-
-def made_up(name, value, error=0.01, structure="s"):
-    one = {"X_F": Estimate(value, error, "m/s^2")}
-    return BoatResult(name, "k", "", None, [], structure, one, {}, [], None)
-
-
-def test_an_odd_boat_differs_from_its_kind_and_does_not_move_it():
-    rng = np.random.default_rng(4)
-    values = 1.0 + 0.05 * rng.normal(size=20)
-    values[7] = 2.0
-    found = compare_kind([made_up(f"b{i}", float(v)) for i, v in enumerate(values)])
-    assert list(found.differs) == ["b7"]
-    (one,) = found.differs["b7"]
-    assert one.centre == pytest.approx(1.0, abs=0.03) and one.z > 10
-    assert found.kind.parameters["X_F"].between == pytest.approx(
-        np.delete(values, 7).std(), rel=0.3
-    )
-
-
-def test_errors_alone_leave_nothing_between_boats():
-    rng = np.random.default_rng(2)
-    between = [
-        centre_of(1.0 + 0.1 * rng.normal(size=30), np.full(30, 0.1)).between for _ in range(40)
-    ]
-    assert np.median(between) < 0.04
-
-
-def test_boats_of_a_kind_are_seldom_called_different():
-    rng = np.random.default_rng(1)
-    alarms = 0
-    for _ in range(200):
-        errors = rng.uniform(0.01, 0.1, size=12)
-        values = 1.0 + np.hypot(errors, 0.05) * rng.normal(size=12)
-        one = [
-            made_up(f"b{i}", float(v), float(e))
-            for i, (v, e) in enumerate(zip(values, errors, strict=True))
-        ]
-        alarms += bool(compare_kind(one).differs)
-    assert alarms <= 18  # 10 expected at 5 %; binomial 99 %
-
-
-def test_few_boats_and_another_structure_are_not_compared():
-    few = compare_kind([made_up(f"b{i}", 1.0) for i in range(FEWEST_BOATS - 1)])
-    assert not few.kind.parameters and all(
-        "or more can be compared" in w for w in few.not_compared.values()
-    )
-    more = [made_up(f"b{i}", 1.0) for i in range(FEWEST_BOATS)]
-    odd = compare_kind([*more, made_up("odd", 1.0, structure="other")])
-    assert list(odd.not_compared) == ["odd"] and odd.kind.compared == FEWEST_BOATS
-
-
-def test_simulated_seeds_are_a_fleet(tmp_path, capsys):
-    plan = config(tmp_path / "plan.yaml", "seatrial: plan 1\nbased_on: clean\nname: short\n"
-                  "trials: {S1: {drive: surge, duration: 10}}\n")  # fmt: skip
-    out = tmp_path / "boats"
-    words = ("--vehicle", "mallard-mp", "--seeds", 3, "--seed", 9, "-o", out)
-    code, text, _ = run(capsys, "simulate", "--plan", plan, *words)
-    assert code == 0 and f"seatrial fleet {out}" in text
-    found = load_fleet(out)
-    assert [one.name for one in found.boats] == ["seed-09", "seed-10", "seed-11"]
-    assert [[r.name for r in one.recordings] for one in found.boats] == [["S1-MP"]] * 3
-    paths = {(one.recordings[0] / "poses.csv").read_bytes() for one in found.boats}
-    assert len(paths) == 3
-    assert run(capsys, "simulate", "--plan", plan, "--seeds", 0, "-o", out)[0] == 1
 
 
 def squared(common, item):
