@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What tests of `seatrial init` share: recordings as tables, and the one line of a refusal."""
+"""What tests of `seatrial init` share: recordings as tables, the vehicle proposed, and the one line of a refusal."""
 
 from dataclasses import replace
 
@@ -7,7 +7,10 @@ import msgspec
 import numpy as np
 import pytest
 
+import seatrial
 from seatrial.commands.cli import main
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
 
 NAMES = ("F_u", "F_v", "F_r")
 
@@ -18,6 +21,13 @@ def refused(capsys, *arguments):
     shown = capsys.readouterr()
     assert (code, shown.out, shown.err.count("\n")) == (1, "", 1)
     return shown.err
+
+
+def proposed(path, **choices):
+    """What is proposed of a log, and the vehicle by the file of it beside the log."""
+    found, file = init(path, choices=Choices(**choices)), path.with_suffix(".yaml")
+    file.write_text(found.text)
+    return found, seatrial.load_vehicle(file)
 
 
 def tables(log, folder, **changes):

@@ -7,6 +7,7 @@ import pytest
 import seatrial
 from seatrial.util.errors import RecordingError
 from tests.autopilot_logs import TWIN, trial
+from tests.init_tools import proposed
 
 RATE = 20.0  # [Hz]
 STEP = 0.4  # [s] over which velocities are compared
@@ -38,9 +39,7 @@ def written(path, head, *values, sep=",", below=()):
 
 def read(path):
     """The vehicle file that `init` proposes, and the recording by it."""
-    file = path.with_suffix(".yaml")
-    file.write_text(seatrial.init(path).text)
-    vehicle = seatrial.load_vehicle(file)
+    _, vehicle = proposed(path)
     return vehicle, seatrial.read(path, vehicle)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What the odometry nodes of both ROS are driven by: S7, and the model that they have."""
+"""What the nodes of both ROS are driven by: S7, the model that they have, a reference between its messages."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,8 +7,10 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from bag_tools import pose
 
 import seatrial
+from seatrial.control import Reference
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import Trial, simulate
 from seatrial.util.frames import Array
@@ -57,12 +59,24 @@ def events(trial: Trial) -> Iterator[tuple[int, str, dict[str, Any], int]]:
     for arrival, stamp, (x, y, psi) in zip(
         trial.pose_arrival.tolist(), trial.pose_stamps.tolist(), trial.pose.tolist(), strict=True
     ):
-        turn = {"x": 0.0, "y": 0.0, "z": float(np.sin(psi / 2)), "w": float(np.cos(psi / 2))}
-        place = {"position": {"x": x, "y": y, "z": 0.0}, "orientation": turn}
-        rows.append((arrival, "/slam/pose", {"pose": place}, stamp))
+        rows.append((arrival, "/slam/pose", {"pose": pose(x, y, psi)}, stamp))
     for arrival, stamp, (u, v, r) in zip(
         trial.command_arrival.tolist(), trial.command_stamps.tolist(), trial.command.tolist(),
         strict=True,
     ):  # fmt: skip
         rows.append((arrival, "/joy", {"axes": [v, u, 0.0, r], "buttons": []}, stamp))
     yield from sorted(rows, key=lambda row: row[0])
+
+
+def turn(psi: float) -> Array:
+    """From body to earth (3, 3)."""
+    c, s = np.cos(psi), np.sin(psi)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def extrapolated(eta: Array, nu: Array, gained: Array, dt: float) -> Reference:
+    """A reference dt [s] later with its body-fixed acceleration kept: `seatrial_ros/target.hpp`."""
+    there = eta + dt * turn(eta[2] + 0.5 * dt * nu[2]) @ (nu + 0.5 * dt * gained)
+    then = nu + dt * gained
+    swing = then[2] * np.array([-then[1], then[0], 0.0])
+    return Reference(there, turn(there[2]) @ then, turn(there[2]) @ (gained + swing))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from autopilot_logs import TWIN, sensed, trial
 from bag_tools import START, Sent, header, quaternion, ros2
+from init_tools import proposed
 
 import seatrial
 from seatrial.inspection.proposal.propose import init
-from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.look import look
 
 LENGTH = 200.0  # [s]
@@ -52,13 +52,11 @@ def bag(folder, run, *, compass: bool):
 @pytest.mark.parametrize("compass", [False, True])
 def test_init_finds_position_heading_and_yaw_rate(tmp_path, run, axes, compass):
     path = bag(tmp_path / "run", run, compass=compass)
-    proposal = init(path, choices=Choices("twin", axes))
+    proposal, vehicle = proposed(path, name="twin", axes=axes)
     signals = {r.signal: r.column for r in proposal.sources.recognised}
     assert signals["position"] == "/gps/fix"
     assert signals["heading"] == ("/compass_hdg" if compass else "/imu/data")
     assert ("yaw rate" in signals) is not compass
-    (tmp_path / "vehicle.yaml").write_text(proposal.text)
-    vehicle = seatrial.load_vehicle(tmp_path / "vehicle.yaml")
     recording = seatrial.read(path, vehicle)
     # forward-left-up, whatever the file's axes are: both tracks turn by a quarter, not the boat
     true = run.at(recording.t + 1e-9 * (recording.origin - START))

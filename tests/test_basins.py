@@ -1,20 +1,28 @@
 # SPDX-License-Identifier: MIT
-"""Short recordings of pushed boats whose pose errors are correlated: the search ends at the truth.
+"""The search ends at the truth, or says that it got lost.
 
-A velocity that wanders explains both, with quite another boat and small errors; it is less likely by hundreds.
+Of short recordings of pushed boats whose pose errors are correlated, a velocity that wanders explains both, with quite
+another boat and small errors; it is less likely by hundreds.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from importlib import import_module
 
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import at_length, on_request
+from method_trials import pulses_of
 
+import seatrial
 from seatrial.boat.schema import ChainGroup, DeadZone
-from seatrial.identification.estimator import fit
+from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
+from seatrial.identification.likelihood.filter_runs import filter_along
+from seatrial.identification.likelihood.linearised import Point
+from seatrial.identification.likelihood.optimiser import Outcome
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
 from seatrial.simulation.trials import simulate
+from seatrial.util.errors import SeatrialError
 
 QUICK = {
     "X_u": -0.1, "X_uu": -3.0, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -4.0, "Y_F": 0.25,
@@ -89,3 +97,54 @@ def test_the_search_ends_at_the_truth(mp, name):
         scene.noise, rel=0.5
     )
     assert noise.process.walk_linear < 1e-3
+
+
+@pytest.fixture(scope="module")
+def far():
+    """Recordings, the model found, and start models with all coefficients off, often twofold.
+
+    They believe themselves: they have the noise of the model found, which has no process noise.
+    """
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    recordings = pulses_of(with_seed(load_plan("hard"), 1), vehicle)
+    found = output_error(recordings, vehicle)
+    factors = np.exp(np.random.default_rng(3).normal(0.0, 0.7, (4, len(found.coefficients))))
+    starts = [replace(found, coefficients=found.coefficients * f) for f in factors]
+    return vehicle, recordings, found, starts
+
+
+@pytest.mark.system
+@pytest.mark.parametrize("hold", [False, True])
+@pytest.mark.parametrize("which", [0, *map(on_request, (1, 2, 3))])
+def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(
+    far, hold, which
+):
+    vehicle, recordings, found, starts = far
+    settings = OutputErrorSettings(hold_noise=hold)
+    errors = np.array([found.standard_errors[n] for n in found.structure.coefficients])
+    other = output_error(recordings, vehicle, settings=settings, start=starts[which])
+    assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
+
+
+@pytest.mark.parametrize("which", [0, on_request(1)])
+def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
+    monkeypatch.setattr(
+        import_module("seatrial.identification.likelihood.optimiser"),
+        "far_from_poses",
+        lambda _: False,
+    )
+    vehicle, recordings, _, starts = far
+    settings = OutputErrorSettings(hold_noise=True)
+    with pytest.raises(SeatrialError, match=r"no solution: .*by one clock|poses are rejected"):
+        output_error(recordings, vehicle, settings=settings, start=starts[which])
+
+
+def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
+    def nowhere(problem, *begin, **_):
+        return Point(*begin, filter_along(problem, *begin)), Outcome.CONVERGED
+
+    monkeypatch.setattr(import_module("seatrial.identification.first_search"), "search", nowhere)
+    vehicle, recordings, _, starts = far
+    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, select_stages=False)
+    with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
+        output_error(recordings, vehicle, settings=settings, start=starts[0])

@@ -4,13 +4,12 @@
 import numpy as np
 import pytest
 from autopilot_logs import HOLONOMIC, ardupilot, trial
+from init_tools import proposed
 from mavlink_logs import telemetry
 from px4_logs import px4
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.inspection.proposal.propose import init
-from seatrial.inspection.proposal.sources import Choices
 
 FREE = {  # added mass of its own along and across
     "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
@@ -43,10 +42,8 @@ def truth():
 def test_coefficients_are_the_truth_within_their_errors(tmp_path, name, write):
     """Position at 5 Hz, heading at 20 Hz, gyro at 50 Hz, motors at 10 Hz: each where it is new."""
     path = write(tmp_path / name, trial(HOLONOMIC, 240.0, 3))
-    proposal = init(path, choices=Choices(axes="forward-right-down"))
-    (tmp_path / "vehicle.yaml").write_text(proposal.text)
-    proposed = seatrial.load_vehicle(tmp_path / "vehicle.yaml")
-    vehicle = vehicle_from({**proposed.to_mapping(), "structure": FREE}, "vehicle.yaml")
+    _, own = proposed(path, axes="forward-right-down")
+    vehicle = vehicle_from({**own.to_mapping(), "structure": FREE}, "vehicle.yaml")
     model = seatrial.identify([seatrial.read(path, vehicle)], vehicle)
     off = {n: (model.values[n] - x) / model.standard_errors[n] for n, x in truth().items()}
     assert max(map(abs, off.values())) < 3.5, off

@@ -2,9 +2,11 @@
 """`init` on logs of autopilots: the file it writes reads the truth, by the parameters of the log."""
 
 import re
+from functools import partial
 from pathlib import Path
 
 import autopilot_logs
+import init_tools
 import numpy as np
 import pytest
 from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, trial
@@ -29,6 +31,7 @@ WRITERS = {
 }
 BOATS = {"twin": TWIN, "holonomic": HOLONOMIC}
 FRD, FLU = "forward-right-down", "forward-left-up"
+proposed = partial(init_tools.proposed, axes=FRD)
 
 
 @pytest.fixture(scope="module")
@@ -42,18 +45,12 @@ def logs(tmp_path_factory):
     return made
 
 
-def proposed(path, folder, **choices):
-    found = init(path, choices=Choices(**{"axes": FRD, **choices}))
-    (folder / "vehicle.yaml").write_text(found.text)
-    return found, load_vehicle(folder / "vehicle.yaml")
-
-
 @pytest.mark.parametrize("name", WRITERS)
 @pytest.mark.parametrize("boat", BOATS)
 @pytest.mark.parametrize("axes", [FRD, at_length(FLU)])
-def test_the_proposed_file_reads_the_truth(logs, tmp_path, name, boat, axes):
+def test_the_proposed_file_reads_the_truth(logs, name, boat, axes):
     """Position within GNSS's noise, heading and yaw rate, commands to the resolution of a pulse."""
-    _, vehicle = proposed(logs[boat, name], tmp_path, axes=axes)
+    _, vehicle = proposed(logs[boat, name], axes=axes)
     recording = read(logs[boat, name], vehicle)
     run = trial(BOATS[boat])
     stamps = recording.stamps * 1e-9
@@ -81,8 +78,8 @@ def test_the_proposed_file_reads_the_truth(logs, tmp_path, name, boat, axes):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_forces_of_a_holonomic_boat_are_found(logs, tmp_path, name):
-    found, vehicle = proposed(logs["holonomic", name], tmp_path)
+def test_forces_of_a_holonomic_boat_are_found(logs, name):
+    found, vehicle = proposed(logs["holonomic", name])
     x, y, angle = np.array(HOLONOMIC.thrusters).T
     c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     for force, signs in (("F_u", c), ("F_v", s), ("F_r", x * s - y * c)):
@@ -104,8 +101,8 @@ def test_forces_of_a_holonomic_boat_are_found(logs, tmp_path, name):
          "SERVO_OUTPUT_RAW servo3_raw"),
     ],
 )  # fmt: skip
-def test_raw_positions_before_the_filters(logs, tmp_path, name, position, heading, rate, commands):  # noqa: PLR0917
-    found, _ = proposed(logs["twin", name], tmp_path)
+def test_raw_positions_before_the_filters(logs, name, position, heading, rate, commands):  # noqa: PLR0917
+    found, _ = proposed(logs["twin", name])
     columns = {r.signal: r.column for r in found.sources.recognised}
     assert (columns["position"], columns["heading"], columns["yaw rate"]) == (
         position,
@@ -121,7 +118,7 @@ def test_odometry_of_px4s_filter_is_a_pose_where_there_is_no_other(tmp_path):
     run = trial(TWIN, seconds=40.0)
     others = ("sensor_gps", "vehicle_attitude", "vehicle_local_position")
     log = px4(tmp_path / "run.ulg", run, without=others)
-    found, vehicle = proposed(log, tmp_path)
+    found, vehicle = proposed(log)
     assert [r.column for r in found.sources.recognised[:2]] == [
         "vehicle_odometry position[0], position[1]",
         "vehicle_odometry q[1], q[2], q[3], q[0]",
@@ -131,22 +128,22 @@ def test_odometry_of_px4s_filter_is_a_pose_where_there_is_no_other(tmp_path):
     np.testing.assert_allclose(recording.eta, truth[:, :3], atol=1e-5)
 
 
-def test_the_battery_is_a_scale_where_it_falls(logs, tmp_path):
+def test_the_battery_is_a_scale_where_it_falls(logs):
     """16.6 to 15.4 V."""
-    _, vehicle = proposed(logs["twin", "run.BIN"], tmp_path)
+    _, vehicle = proposed(logs["twin", "run.BIN"])
     assert vehicle.file.scales["battery"].reference == pytest.approx(16.0)
     recording = read(logs["twin", "run.BIN"], vehicle)
     assert recording.scales.values[[0, -1], 0] == pytest.approx([16.6, 15.4], abs=0.02)
 
 
-def test_another_position_is_chosen_by_its_topic(logs, tmp_path):
-    found, vehicle = proposed(logs["twin", "run.BIN"], tmp_path, pose="POS")
+def test_another_position_is_chosen_by_its_topic(logs):
+    found, vehicle = proposed(logs["twin", "run.BIN"], pose="POS")
     assert found.sources.pose["topic"] == vehicle.file.pose.topic == "POS"
-    _, vehicle = proposed(logs["twin", "run.ulg"], tmp_path, pose="vehicle_local_position")
+    _, vehicle = proposed(logs["twin", "run.ulg"], pose="vehicle_local_position")
     recording = read(logs["twin", "run.ulg"], vehicle)
     assert np.abs(recording.eta[:, 0] - trial(TWIN).at(recording.t)[:, 0]).max() < 0.2
     with pytest.raises(RecordingError, match=r"BAT is no topic with a position.*GPS Lat, Lng"):
-        proposed(logs["twin", "run.BIN"], tmp_path, pose="BAT")
+        proposed(logs["twin", "run.BIN"], pose="BAT")
 
 
 def test_outputs_without_parameters_are_those_that_change(logs, tmp_path):
@@ -154,7 +151,7 @@ def test_outputs_without_parameters_are_those_that_change(logs, tmp_path):
     data = logs["twin", "run.BIN"].read_bytes().replace(b"SERVO", b"XERVO")
     path = tmp_path / "run.BIN"
     path.write_bytes(data)
-    found, vehicle = proposed(path, tmp_path)
+    found, vehicle = proposed(path)
     assert set(vehicle.inputs) == {"C1", "C3"}
     c = vehicle.file.commands.inputs["C3"]
     assert (c.offset, c.scale, c.off) == (1500.0, 400.0, 0.0)
@@ -162,11 +159,11 @@ def test_outputs_without_parameters_are_those_that_change(logs, tmp_path):
     assert found.drive.forces["F_u"]["of"]["C3"] < 0  # reversed, which no parameter states
 
 
-def test_commands_are_chosen_by_their_topic(logs, tmp_path):
-    _, vehicle = proposed(logs["twin", "run.BIN"], tmp_path, commands="RCOU")
+def test_commands_are_chosen_by_their_topic(logs):
+    _, vehicle = proposed(logs["twin", "run.BIN"], commands="RCOU")
     assert set(vehicle.inputs) == {"throttle_left", "throttle_right"}
     with pytest.raises(RecordingError, match=r"no topic NONE \(--commands\); it has ARM, ATT"):
-        proposed(logs["twin", "run.BIN"], tmp_path, commands="NONE")
+        proposed(logs["twin", "run.BIN"], commands="NONE")
 
 
 @pytest.mark.parametrize(
@@ -235,16 +232,16 @@ CHOSEN = {  # fields of position, heading, yaw rate and motors, as `init` finds 
 
 @pytest.mark.parametrize("axes", [at_length(FRD), FLU])
 @pytest.mark.parametrize("name", CHOSEN)
-def test_chosen_fields_read_as_those_that_are_recognised(logs, tmp_path, name, axes):
+def test_chosen_fields_read_as_those_that_are_recognised(logs, name, axes):
     """All of them, the position alone, the heading alone, the commands alone."""
     position, heading, rate, motors = CHOSEN[name]
     path = logs["twin", name]
-    _, usual = proposed(path, tmp_path, axes=axes)
+    _, usual = proposed(path, axes=axes)
     expected = read(path, usual)
     for pose, commands in (
         (f"{position},{heading},{rate}", motors), (position, None), (heading, None), (None, motors),
     ):  # fmt: skip
-        found, vehicle = proposed(path, tmp_path, axes=axes, pose=pose, commands=commands)
+        found, vehicle = proposed(path, axes=axes, pose=pose, commands=commands)
         recording = read(path, vehicle)
         np.testing.assert_allclose(recording.eta, expected.eta, atol=1e-9)
         np.testing.assert_array_equal(recording.stamps, expected.stamps)
@@ -255,11 +252,11 @@ def test_chosen_fields_read_as_those_that_are_recognised(logs, tmp_path, name, a
         assert ("heading" in chosen, "left" in chosen) == ("heading" in str(pose), bool(commands))
 
 
-def test_another_position_and_heading_than_those_recognised(logs, tmp_path):
+def test_another_position_and_heading_than_those_recognised(logs):
     """Metres north and east of the filter, its heading in radians."""
     pose = "x=vehicle_local_position/x,y=vehicle_local_position/y,heading=vehicle_local_position/heading"
     path = logs["twin", "run.ulg"]
-    found, vehicle = proposed(path, tmp_path, pose=pose)
+    found, vehicle = proposed(path, pose=pose)
     recording, run = read(path, vehicle), trial(TWIN)
     assert found.sources.pose["topic"] == "vehicle_local_position"
     truth = run.at((recording.stamps - recording.stamps[0]) * 1e-9 + 0.007)

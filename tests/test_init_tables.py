@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 import yaml
-from init_tools import refused
+from init_tools import proposed, refused
 from logs import drive
 
 import seatrial
@@ -41,15 +41,13 @@ def test_pulse_widths_of_a_disarmed_autopilot(log, tmp_path):
     pwm[:90] = 1511
     pwm[:45] = 0
     path = written(tmp_path / "log.csv", "t,x,y,psi,ch1,ch2,ch3", [log.pose_t, log.pose, pwm])
-    found = init(path)
+    found, vehicle = proposed(path)
     inputs = yaml.safe_load(found.text)["commands"]["inputs"]
     for entry in inputs.values():
         assert {k: entry[k] for k in ("offset", "scale", "off")} == {
             "offset": 1511, "scale": 400, "off": 0,
         }  # fmt: skip
-    out = tmp_path / "v.yaml"
-    out.write_text(found.text)
-    record = seatrial.read(path, seatrial.load_vehicle(out))
+    record = seatrial.read(path, vehicle)
     assert (record.commands.values[:45] == 0).all()
     assert np.abs(record.commands.values).max() <= 1.0
 
@@ -91,13 +89,12 @@ def test_one_table_for_each_thruster(log, tmp_path):
     written(folder / "poses.csv", "t,x,y,psi", [log.pose_t, log.pose])
     for i, name in enumerate(("surge", "sway", "yaw")):
         written(folder / f"{name}.csv", "t,data", [log.command_t, log.command[:, i]])
-    found = init(folder)
+    found, vehicle = proposed(folder)
     inputs = yaml.safe_load(found.text)["commands"]["inputs"]
     assert [e.get("file", "surge.csv") for e in inputs.values()] == [
         "surge.csv", "sway.csv", "yaw.csv",
     ]  # fmt: skip
-    (tmp_path / "v.yaml").write_text(found.text)
-    record = seatrial.read(folder, seatrial.load_vehicle(tmp_path / "v.yaml"))
+    record = seatrial.read(folder, vehicle)
     np.testing.assert_allclose(record.commands.values, log.command, atol=1e-9)
 
 
@@ -118,10 +115,8 @@ def test_other_files_give_the_same_vehicle_and_recording(log, tmp_path, kind):
         with pytest.importorskip("h5py").File(path, "w") as file:
             for name, column in columns.items():
                 file[name] = column[None, :]
-    expected, found = init(text), init(path)
+    expected, (found, vehicle) = init(text), proposed(path)
     assert found.text.splitlines()[1:] == expected.text.splitlines()[1:]
-    (tmp_path / "v.yaml").write_text(found.text)
-    vehicle = seatrial.load_vehicle(tmp_path / "v.yaml")
     one, other = seatrial.read(text, vehicle), seatrial.read(path, vehicle)
     np.testing.assert_array_equal(one.eta, other.eta)
     np.testing.assert_array_equal(one.stamps, other.stamps)
@@ -141,8 +136,7 @@ def test_commands_logged_at_changes_seconds_apart_have_the_unit_of_their_length(
     written(folder / "poses.csv", "t,x,y,psi", [log.pose_t, log.pose])
     rows = [per_second * log.command_t[changes], log.command[changes]]
     written(folder / "commands.csv", f"{name},F_u,F_v,F_r", rows)
-    (tmp_path / "v.yaml").write_text(seatrial.init(folder).text)
-    vehicle = seatrial.load_vehicle(tmp_path / "v.yaml")
+    _, vehicle = proposed(folder)
     assert as_column(vehicle.file.commands.stamp).unit == unit
     found = seatrial.read(folder, vehicle)
     t = found.seconds(found.commands.stamps)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 from capture_logs import DRAUGHT, body, motive, qualisys, vicon
+from init_tools import proposed
 from logs import drive, half
 from odd_logs import columns
 from scipy.spatial.transform import Rotation
@@ -67,10 +68,7 @@ def taken(log, folder, *bodies, clock=lambda t: t, **how):
 
 def read(folder, **choices):
     """The proposal, its vehicle file and the recording by it."""
-    proposal = seatrial.init(folder, choices=Choices(**choices))
-    file = folder.with_suffix(".yaml")
-    file.write_text(proposal.text)
-    vehicle = seatrial.load_vehicle(file)
+    proposal, vehicle = proposed(folder, **choices)
     return proposal, vehicle, seatrial.read(folder, vehicle)
 
 

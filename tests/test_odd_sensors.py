@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import seatrial
-from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
 from seatrial.recording.resolution import interpolated_position
 from tests import autopilot_logs
 from tests.autopilot_logs import TWIN, geodetic, trial
+from tests.init_tools import proposed
 from tests.logs import nanoseconds
 from tests.odd_logs import columns, moves_as_the_boat, read, refusal, written
 
@@ -143,8 +143,8 @@ def test_swapped_latitude_and_longitude(tmp_path):
         f"latitude and longitude are swapped, or it counts counter-clockwise. If they are swapped: --pose {option}"
         in text
     )
-    path.with_suffix(".yaml").write_text(seatrial.init(path, choices=Choices(pose=option)).text)
-    moves_as_the_boat(seatrial.read(path, seatrial.load_vehicle(path.with_suffix(".yaml"))))
+    _, vehicle = proposed(path, pose=option)
+    moves_as_the_boat(seatrial.read(path, vehicle))
 
 
 def test_the_receiver_with_the_best_fix(tmp_path, monkeypatch):

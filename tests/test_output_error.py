@@ -2,14 +2,13 @@
 """Prediction-error estimation: the filter's likelihood against the dense one, recovery of known boats."""
 
 from dataclasses import replace
-from importlib import import_module
 from itertools import pairwise
 
 import msgspec
 import numpy as np
 import pytest
-from conftest import at_length, on_request
-from method_trials import driven, pulses_of
+from conftest import at_length
+from method_trials import driven
 from scipy.linalg import expm
 
 import seatrial
@@ -19,10 +18,7 @@ from seatrial.boat.findings import FindingKind
 from seatrial.boat.physics import direct_chain
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.identification.estimator import OutputErrorSettings, output_error, with_free_stages
-from seatrial.identification.likelihood.filter_runs import filter_along
-from seatrial.identification.likelihood.linearised import Point
-from seatrial.identification.likelihood.optimiser import Outcome
+from seatrial.identification.estimator import output_error, with_free_stages
 from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
 from seatrial.recording.from_poses import make_recording
@@ -149,57 +145,6 @@ def test_errors_of_the_poses_that_hang_together_are_not_taken_for_motion(sigma):
     assert coloured.heading == pytest.approx(sigma, rel=0.1)
     assert coloured.memory == pytest.approx(0.3, rel=0.1)
     assert model.noise.position < 0.2 * sigma
-
-
-@pytest.fixture(scope="module")
-def far():
-    """Recordings, the model found, and start models with all coefficients off, often twofold.
-
-    They believe themselves: they have the noise of the model found, which has no process noise.
-    """
-    vehicle = seatrial.load_vehicle("mallard-mp")
-    recordings = pulses_of(with_seed(load_plan("hard"), 1), vehicle)
-    found = output_error(recordings, vehicle)
-    factors = np.exp(np.random.default_rng(3).normal(0.0, 0.7, (4, len(found.coefficients))))
-    starts = [replace(found, coefficients=found.coefficients * f) for f in factors]
-    return vehicle, recordings, found, starts
-
-
-@pytest.mark.system
-@pytest.mark.parametrize("hold", [False, True])
-@pytest.mark.parametrize("which", [0, *map(on_request, (1, 2, 3))])
-def test_start_models_that_are_far_off_and_sure_of_themselves_lead_to_the_same_model(
-    far, hold, which
-):
-    vehicle, recordings, found, starts = far
-    settings = OutputErrorSettings(hold_noise=hold)
-    errors = np.array([found.standard_errors[n] for n in found.structure.coefficients])
-    other = output_error(recordings, vehicle, settings=settings, start=starts[which])
-    assert np.abs((other.coefficients - found.coefficients) / errors).max() < 0.05
-
-
-@pytest.mark.parametrize("which", [0, on_request(1)])
-def test_a_search_that_got_lost_says_so(far, monkeypatch, which):
-    monkeypatch.setattr(
-        import_module("seatrial.identification.likelihood.optimiser"),
-        "far_from_poses",
-        lambda _: False,
-    )
-    vehicle, recordings, _, starts = far
-    settings = OutputErrorSettings(hold_noise=True)
-    with pytest.raises(SeatrialError, match=r"no solution: .*by one clock|poses are rejected"):
-        output_error(recordings, vehicle, settings=settings, start=starts[which])
-
-
-def test_a_start_model_that_never_gets_near_the_poses_is_an_outcome_with_advice(far, monkeypatch):
-    def nowhere(problem, *begin, **_):
-        return Point(*begin, filter_along(problem, *begin)), Outcome.CONVERGED
-
-    monkeypatch.setattr(import_module("seatrial.identification.first_search"), "search", nowhere)
-    vehicle, recordings, _, starts = far
-    settings = OutputErrorSettings(hold_noise=True, outlier=np.inf, select_stages=False)
-    with pytest.raises(SeatrialError, match="the poses are nowhere near: no model of this"):
-        output_error(recordings, vehicle, settings=settings, start=starts[0])
 
 
 @pytest.mark.parametrize("hole", [at_length((100.0, 102.0)), (100.0, 105.0)])

@@ -35,7 +35,7 @@ def sender():
 def log(tmp_path_factory):
     folder = tmp_path_factory.mktemp("log")
     path = write_telemetry(folder / "run.tlog", trial())
-    return path, proposed(path, folder)[1]
+    return path, proposed(path)[1]
 
 
 def records(path):

@@ -9,7 +9,6 @@ from seatrial.boat.model import thrust_trace
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.pose_noise import pose_noise
-from seatrial.recording.recording import rising
 from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
@@ -207,15 +206,6 @@ def test_drop_outs_marked_or_not_a_number_are_left_out():
     assert {FaultKind.NOT_FINITE, FaultKind.MARKED} <= kinds(record)
 
 
-def test_stamps_that_go_back_are_left_out():
-    stamps, eta = poses()
-    stamps[100] = stamps[90]
-    record = make_recording("back", stamps, eta, COMMANDS)
-    assert FaultKind.STAMP in kinds(record)
-    assert np.all(np.diff(record.stamps) > 0)
-    assert len(record.stamps) == 599
-
-
 def test_heading_is_unwrapped_also_across_masked_samples():
     stamps, eta = poses()
     eta[:, 2] = np.linspace(0, 40, len(eta))
@@ -330,10 +320,6 @@ def test_a_cut_in_the_middle_of_a_drive_feels_the_same_forces(af, clean_af):
     same = thrust_trace(boat.vehicle, boat.constants, whole).forces(t + part.offset)
     np.testing.assert_allclose(forces, same, atol=1e-6)
     assert np.ptp(same, axis=0).min() > 0.01
-
-
-def test_rising_keeps_the_last_of_equal_stamps_and_drops_late_ones():
-    assert rising(np.array([1, 2, 2, 1, 3])).tolist() == [True, False, True, False, True]
 
 
 def test_recordings_hand_out_read_only_arrays():

@@ -4,10 +4,11 @@
 import numpy as np
 import pytest
 from conftest import trials
-from recording_tools import COMMANDS, poses
+from recording_tools import COMMANDS, kinds, poses
 
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.from_poses import make_recording
+from seatrial.recording.recording import rising
 from seatrial.util.errors import RecordingError
 
 # Stamps. #
@@ -118,3 +119,16 @@ def test_noisy_trials_and_the_model_ship_are_one_robot(scale, every, hard, cse1)
     for record in cse1.values():
         eta = record.raw[::every] * [scale, scale, 1.0]
         make_recording(record.name, record.stamps[::every], eta, record.commands)
+
+
+def test_stamps_that_go_back_are_left_out():
+    stamps, eta = poses()
+    stamps[100] = stamps[90]
+    record = make_recording("back", stamps, eta, COMMANDS)
+    assert FaultKind.STAMP in kinds(record)
+    assert np.all(np.diff(record.stamps) > 0)
+    assert len(record.stamps) == 599
+
+
+def test_rising_keeps_the_last_of_equal_stamps_and_drops_late_ones():
+    assert rising(np.array([1, 2, 2, 1, 3])).tolist() == [True, False, True, False, True]

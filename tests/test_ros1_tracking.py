@@ -11,10 +11,11 @@ import pytest
 import yaml
 from conftest import ROOT, TABLE_II, make_model
 from ros1_node_tools import messages, needed, nodes, stamp_of, track
+from ros_drive import extrapolated, turn
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.control import Circle, Course, Reference, save_gains, save_ros, tune
+from seatrial.control import Circle, Course, save_gains, save_ros, tune
 
 pytestmark, ros = needed, nodes
 RECORDED = ("/truth", "/odom", "/map_pose", "/reference", "/goal", "/joy", "/diagnostics")
@@ -201,18 +202,8 @@ def targets_of(bag):
 
 def wanted(target, time):
     """The reference at a time [s], with the body-fixed acceleration of its last two messages."""
-    at, eta, nu, gained = target
-    dt = time - at
-    half = turn(eta[2] + 0.5 * dt * nu[2])
-    there = eta + dt * half @ (nu + 0.5 * dt * gained)
-    then = nu + dt * gained
-    swing = then[2] * np.array([-then[1], then[0], 0.0])
-    return Reference(there, turn(there[2]) @ then, turn(there[2]) @ (gained + swing))
-
-
-def turn(psi):
-    c, s = np.cos(psi), np.sin(psi)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    at, *motion = target
+    return extrapolated(*motion, time - at)
 
 
 def zero_from(bag, after):

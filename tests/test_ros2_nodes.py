@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bag_tools import pose
 from conftest import ROOT
 from ros2_tools import FIXTURES, WORKSPACE, finish, header, needed, said, shell, stamp_of, status
 from waiting import PATIENCE, until
@@ -35,14 +36,6 @@ def files(boat, tmp_path_factory):
     return folder
 
 
-def turn(psi):
-    return {"x": 0.0, "y": 0.0, "z": float(np.sin(psi / 2)), "w": float(np.cos(psi / 2))}
-
-
-def pose(eta):
-    return {"position": {"x": eta[0], "y": eta[1], "z": 0.0}, "orientation": turn(eta[2])}
-
-
 def test_simulator_odometry_and_controller_bring_the_boat_to_its_goal(ros, peer, files):
     model = files / "model.yaml"
     truth, joy = peer.listen("truth", ODOMETRY), peer.listen("joy", JOY)
@@ -53,7 +46,7 @@ def test_simulator_odometry_and_controller_bring_the_boat_to_its_goal(ros, peer,
     simulator = ros.node("simulator", models=model, scene=files / "scene.yaml", real_time_factor=2)
     goal = peer.publisher("goal", "geometry_msgs/msg/PoseStamped")
     until(lambda: goal.connected() and truth.latest() and odometry.latest(), "all nodes")
-    goal.publish({"header": header(stamp_of(truth.latest())), "pose": pose(GOAL)})
+    goal.publish({"header": header(stamp_of(truth.latest())), "pose": pose(*GOAL)})
 
     def settled():  # odometry after its first four seconds
         begin = min(stamp_of(m) for m in truth.messages) + 4 * 10**9
@@ -100,7 +93,7 @@ def test_the_mimic_drives_its_carrier_and_leaves_it_standing(ros, peer, files, s
         now = header(time.time_ns(), "carrier_odom")
         joypad.publish({"header": now, "axes": [0.0, 0.5, 0.0, 0.0], "buttons": []})
         carrier.publish(
-            {"header": now, "child_frame_id": "wheels", "pose": {"pose": pose((0, 0, 0))}}
+            {"header": now, "child_frame_id": "wheels", "pose": {"pose": pose(0, 0, 0)}}
         )
         time.sleep(0.03)
         return any(t.linear.x > 0.05 for t in twists())

@@ -48,17 +48,22 @@ def bag_messages(content: bytes, start: int = 13) -> Iterator[int]:
 CUTS = np.linspace(0.12, 0.995, 23)
 
 
-@pytest.mark.parametrize("share", CUTS)
-def test_a_cut_off_bag_gives_every_message_before_the_cut(tmp_path, sent, share):
-    path = ros1(tmp_path / "run.bag", sent)
+def cut_off(path, share, words="--salvage"):
+    """Messages of the whole bag, those found after a cut, which are its first, its content, and the byte of the cut."""
     whole, content = messages(path), path.read_bytes()
     cut = int(share * len(content))
     path.write_bytes(content[:cut])
-    refused(
-        path, "the bag is not whole .*: was the recording cut off\\? --salvage reads what is left"
-    )
+    refused(path, words)
     found = messages(path, salvage=True)
     assert found == whole[: len(found)]
+    return whole, found, content, cut
+
+
+@pytest.mark.parametrize("share", CUTS)
+def test_a_cut_off_bag_gives_every_message_before_the_cut(tmp_path, sent, share):
+    path = ros1(tmp_path / "run.bag", sent)
+    said = r"the bag is not whole .*: was the recording cut off\? --salvage reads what is left"
+    _, found, content, cut = cut_off(path, share, said)
     assert len(found) == sum(end <= cut for end in bag_messages(content))
 
 
@@ -66,13 +71,8 @@ def test_a_cut_off_bag_gives_every_message_before_the_cut(tmp_path, sent, share)
 @pytest.mark.parametrize("share", CUTS[5::3])
 def test_a_cut_off_compressed_bag_gives_every_whole_chunk(tmp_path, sent, compression, share):
     path = ros1(tmp_path / "run.bag", sent, compression, chunk=1 << 12)
-    whole, content = messages(path), path.read_bytes()
-    cut = int(share * len(content))
+    whole, found, content, cut = cut_off(path, share)
     chunks = [end for op, _, end in bag_records(content) if op == 5]
-    path.write_bytes(content[:cut])
-    refused(path, "--salvage")
-    found = messages(path, salvage=True)
-    assert found == whole[: len(found)]
     with open_bag(path, salvage=True) as bag:
         assert "salvaged (" in bag.remarks[0]
     done = sum(end <= cut for end in chunks)
@@ -164,13 +164,8 @@ def test_a_destroyed_chunk_loses_its_own_messages_only(tmp_path, sent, compressi
 @pytest.mark.parametrize("share", CUTS[::2])
 def test_a_cut_off_mcap_gives_every_message_before_the_cut(tmp_path, sent, compression, share):
     path = mcap(tmp_path / "run.mcap", sent, compression, chunk=50)
-    whole, content = messages(path), path.read_bytes()
-    cut = int(share * len(content))
-    path.write_bytes(content[:cut])
-    refused(path, "--salvage")
-    found = messages(path, salvage=True)
+    whole, found, content, cut = cut_off(path, share)
     assert found == sorted(found, key=lambda m: m[1])
-    assert found == whole[: len(found)]
     ends = [end for kind, _, end in mcap_records(content) if kind == 6]
     least = 50 * sum(end <= cut for end in ends)
     assert len(found) >= min(least, len(whole))
@@ -188,12 +183,7 @@ def test_a_cut_off_mcap_gives_every_message_before_the_cut(tmp_path, sent, compr
 @pytest.mark.parametrize("share", CUTS[::4])
 def test_a_cut_off_mcap_without_chunks_gives_every_message_before_the_cut(tmp_path, sent, share):
     path = mcap(tmp_path / "run.mcap", sent, chunk=0)
-    whole, content = messages(path), path.read_bytes()
-    cut = int(share * len(content))
-    path.write_bytes(content[:cut])
-    refused(path, "--salvage")
-    found = messages(path, salvage=True)
-    assert found == whole[: len(found)]
+    _, found, content, cut = cut_off(path, share)
     ends = [end for kind, _, end in mcap_records(content) if kind == 5]
     assert len(found) == sum(end <= cut for end in ends)
 

@@ -3,15 +3,23 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from autopilot_logs import TWIN, ardupilot, trial
+from logs import nanoseconds
 
 from seatrial import identify, load_vehicle
 from seatrial import read as read_recording
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.model import sampling_period
 from seatrial.io.convert import convert
-from seatrial.recording.sampled_commands import sampling_doubt, sampling_unknown
+from seatrial.recording.sampled_commands import (
+    are_samples,
+    sampled_commands,
+    sampling_doubt,
+    sampling_unknown,
+)
+from seatrial.recording.timing import Clock, describe
 from seatrial.util.errors import SeatrialError
 
 AUTOPILOT = """seatrial: vehicle 1
@@ -131,3 +139,40 @@ def test_what_is_no_truth_value_is_refused(tmp_path):
         vehicle_of(tmp_path, text)
     with pytest.raises(SeatrialError, match="sampled: expected true, false or a word, got a whole"):
         vehicle_of(tmp_path, text.replace("maybe", "1"))
+
+
+def signals(source, clock, rate):
+    """Poses at 10 Hz of a.csv, and commands of a source."""
+    commands = describe(
+        "commands", source, "", clock=clock, stamps=nanoseconds(np.arange(200) / rate)
+    )
+    poses = describe(
+        "poses", "a.csv", "table", clock=Clock.COLUMN, stamps=nanoseconds(np.arange(200) / 10.0)
+    )
+    return [poses, commands]
+
+
+@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("a.csv", Clock.COLUMN)])
+def test_rare_samples_of_commands_are_found(source, clock):
+    found = sampled_commands(signals(source, clock, 10.0))
+    assert found.source == source
+    assert found.rate == pytest.approx(10.0)
+    assert are_samples(found) == (clock is Clock.LOG)
+    assert are_samples(found, stated=True)
+    assert not are_samples(found, stated="estimate")
+    assert sampled_commands(signals(source, clock, 10.0), stated=False) is None
+
+
+@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("b.csv", Clock.COLUMN)])
+def test_rows_may_be_samples_where_they_are_rarer_than_a_loop(source, clock):
+    """Those of a fast loop are the commands themselves; 20 ms apart they may be either."""
+    found = sampled_commands(signals(source, clock, 50.0))
+    assert not are_samples(found)
+    assert are_samples(found, stated=True)
+    assert sampled_commands(signals(source, clock, 250.0)) is None
+    assert sampled_commands(signals(source, clock, 250.0), stated="estimate").rate > 249.0
+
+
+def test_messages_are_commands_themselves():
+    assert sampled_commands(signals("/joy", Clock.HEADER, 10.0)) is None
+    assert sampled_commands(signals("/joy", Clock.HEADER, 10.0), stated=True).source == "/joy"

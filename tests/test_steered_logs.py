@@ -3,6 +3,7 @@
 
 import re
 
+import init_tools
 import numpy as np
 import pytest
 import survey_boat
@@ -13,9 +14,8 @@ from px4_logs import px4
 from steered_logs import ARM, FULL_ANGLE, steered_boat, steered_trial
 
 import seatrial
-from seatrial.boat.vehicle import load_vehicle, vehicle_from
+from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.proposal.propose import init
-from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.reader import read
 from seatrial.recording.signal import Signal
 
@@ -23,10 +23,9 @@ FRD = "forward-right-down"
 WRITERS = {"run.BIN": ardupilot, "run.tlog": telemetry, "run.ulg": px4}
 
 
-def proposed(path, folder, axes=FRD, **choices):
-    text = init(path, choices=Choices(axes=axes, **choices)).text
-    (folder / "vehicle.yaml").write_text(text)
-    return text, load_vehicle(folder / "vehicle.yaml")
+def proposed(path, axes=FRD, **choices):
+    found, vehicle = init_tools.proposed(path, axes=axes, **choices)
+    return found.text, vehicle
 
 
 def commands_read(path, vehicle, run):
@@ -44,7 +43,7 @@ def test_the_angle_is_proposed_as_one(tmp_path, name, axes):
     """A positive angle pushes the stern to the file's second axis: against the file's yaw."""
     run = steered_trial(steered_boat(), 120.0)
     path = WRITERS[name](tmp_path / name, run)
-    text, vehicle = proposed(path, tmp_path, axes)
+    text, vehicle = proposed(path, axes)
     thrust = "motor_1" if name == "run.ulg" else "throttle"
     assert vehicle.inputs == (thrust, "steering")
     (entry,) = (group.steered for group in vehicle.file.chain if group.steered is not None)
@@ -63,7 +62,7 @@ def test_the_angle_is_proposed_as_one(tmp_path, name, axes):
 def test_the_sense_is_that_of_the_motion_whatever_the_parameters_say(tmp_path, turned, sense):
     run = steered_trial(steered_boat(turned=turned), 120.0, sense=sense)
     path = ardupilot(tmp_path / "run.BIN", run)
-    _, vehicle = proposed(path, tmp_path)
+    _, vehicle = proposed(path)
     found, given = commands_read(path, vehicle, run)
     assert np.mean(np.abs(found[:, 1] + sense * given[:, 1]) < 2e-3) > 0.97
 
@@ -71,7 +70,7 @@ def test_the_sense_is_that_of_the_motion_whatever_the_parameters_say(tmp_path, t
 def test_the_angle_of_vectored_thrust_is_the_parameters(tmp_path):
     boat = steered_boat(trim=1450, MOT_VEC_ANGLEMAX=35.0)
     path = ardupilot(tmp_path / "run.BIN", steered_trial(boat, 120.0))
-    text, vehicle = proposed(path, tmp_path)
+    text, vehicle = proposed(path)
     assert [g.steered.angle_deg for g in vehicle.file.chain if g.steered] == [35.0]
     c = vehicle.file.commands.inputs["steering"]
     assert (c.offset, c.scale, c.off) == (1450.0, 450.0, 0.0)  # the longer side is full command
@@ -90,11 +89,11 @@ def uncommented(text):
 @pytest.mark.parametrize("axes", [FRD, "forward-left-up"])
 def test_an_angle_by_its_motion_alone_is_proposed_as_a_comment(tmp_path, axes):
     path = ardupilot(tmp_path / "run.BIN", steered_trial(steered_boat(), 120.0))
-    text, vehicle = proposed(path, tmp_path, axes, commands="a=RCOU/C3,b=RCOU/C1")
+    text, vehicle = proposed(path, axes, commands="a=RCOU/C3,b=RCOU/C1")
     assert vehicle.inputs == ("F_u", "F_r")
     assert "# check: is b the angle of a rudder or thruster?" in text
     found = uncommented(text)
-    sure = proposed(path, tmp_path, axes)[1]
+    sure = proposed(path, axes)[1]
     assert found.inputs == ("a", "b")
     assert found.input_signs.tolist() == sure.input_signs.tolist()
     assert [g.steered.of for g in found.file.chain if g.steered] == [[("a", "b")]]
@@ -126,7 +125,7 @@ def test_the_model_of_the_proposed_file_has_the_true_angle(tmp_path):
     """By Newton's second law: X_F and the moment over the angle are those of the thruster."""
     boat = steered_boat()
     path = ardupilot(tmp_path / "run.BIN", steered_trial(boat, 240.0))
-    _, vehicle = proposed(path, tmp_path)
+    _, vehicle = proposed(path)
     model = seatrial.identify([read(path, vehicle)], vehicle)
     values = dict(zip(model.parameters, [*model.coefficients, *model.constants], strict=True))
     truth = {

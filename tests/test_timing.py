@@ -7,15 +7,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from logs import EPOCH, nanoseconds
 
-from seatrial.recording.sampled_commands import are_samples, sampled_commands
 from seatrial.recording.timing import Clock, describe, longest_rising, only_changes, regular_period
-
-EPOCH = 1_700_000_000 * 10**9  # [ns]
-
-
-def nanoseconds(seconds):
-    return np.rint(np.asarray(seconds) * 1e9).astype(np.int64) + EPOCH
 
 
 def header(stamps, arrival, role="commands"):
@@ -32,43 +26,6 @@ def header(stamps, arrival, role="commands"):
 
 def column(stamps):
     return describe("poses", "t.csv", "table", clock=Clock.COLUMN, stamps=nanoseconds(stamps))
-
-
-def signals(source, clock, rate):
-    """Poses at 10 Hz of a.csv, and commands of a source."""
-    commands = describe(
-        "commands", source, "", clock=clock, stamps=nanoseconds(np.arange(200) / rate)
-    )
-    poses = describe(
-        "poses", "a.csv", "table", clock=Clock.COLUMN, stamps=nanoseconds(np.arange(200) / 10.0)
-    )
-    return [poses, commands]
-
-
-@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("a.csv", Clock.COLUMN)])
-def test_rare_samples_of_commands_are_found(source, clock):
-    found = sampled_commands(signals(source, clock, 10.0))
-    assert found.source == source
-    assert found.rate == pytest.approx(10.0)
-    assert are_samples(found) == (clock is Clock.LOG)
-    assert are_samples(found, stated=True)
-    assert not are_samples(found, stated="estimate")
-    assert sampled_commands(signals(source, clock, 10.0), stated=False) is None
-
-
-@pytest.mark.parametrize(("source", "clock"), [("RCOU", Clock.LOG), ("b.csv", Clock.COLUMN)])
-def test_rows_may_be_samples_where_they_are_rarer_than_a_loop(source, clock):
-    """Those of a fast loop are the commands themselves; 20 ms apart they may be either."""
-    found = sampled_commands(signals(source, clock, 50.0))
-    assert not are_samples(found)
-    assert are_samples(found, stated=True)
-    assert sampled_commands(signals(source, clock, 250.0)) is None
-    assert sampled_commands(signals(source, clock, 250.0), stated="estimate").rate > 249.0
-
-
-def test_messages_are_commands_themselves():
-    assert sampled_commands(signals("/joy", Clock.HEADER, 10.0)) is None
-    assert sampled_commands(signals("/joy", Clock.HEADER, 10.0), stated=True).source == "/joy"
 
 
 # Rates, gaps and order. #

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import make_model
 from cpp_tools import built
+from ros_drive import extrapolated
 from steered_boat import known
 from survey_boat import LAG, LATENCY, TRUTH, boat
 from tune_tools import mallard
@@ -88,12 +89,6 @@ def written(request, tmp_path_factory):
     return tuning, folder
 
 
-def turn(psi):
-    """From body to earth."""
-    c, s = np.cos(psi), np.sin(psi)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
 def motions(ticks: int):
     """Seconds, pose and velocity of a boat somewhere about the course, then about the goal."""
     rng = np.random.default_rng(3)
@@ -145,14 +140,6 @@ def expected(tuning, folder: Path, ticks: int) -> np.ndarray:
 def tuning_lead(controller) -> float:
     """As the node rounds it."""
     return round(1e9 * controller.gains.lead) * 1e-9
-
-
-def extrapolated(eta, nu, gained, dt) -> Reference:
-    """A reference dt [s] later with its body-fixed acceleration kept: `seatrial_ros/target.hpp`."""
-    there = eta + dt * turn(eta[2] + 0.5 * dt * nu[2]) @ (nu + 0.5 * dt * gained)
-    then = nu + dt * gained
-    swing = then[2] * np.array([-then[1], then[0], 0.0])
-    return Reference(there, turn(there[2]) @ then, turn(there[2]) @ (gained + swing))
 
 
 def run(program: Path, events: list[str], **settings: object) -> tuple[int, list[list[str]], str]:
