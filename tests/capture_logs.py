@@ -5,8 +5,13 @@ from dataclasses import dataclass
 from zlib import crc32
 
 import numpy as np
+from init_tools import proposed
+from logs import drive, half
 from scipy.spatial.transform import Rotation
 
+import seatrial
+
+RATE = 30.0  # [Hz]
 LENGTHS = {"Meters": 1.0, "Centimeters": 1e2, "Millimeters": 1e3}
 Y_UP = Rotation.from_matrix([[1, 0, 0], [0, 0, 1], [0, -1, 0]])  # z-up coordinates to y-up ones
 DRAUGHT = 0.05  # [m] height of a body
@@ -160,3 +165,38 @@ def vicon(path, rate, bodies, *, kind="Segments", angle="deg", quaternion=False,
         ["1", "0", "2"],
     ]
     return _write(path, head, [*rows, *(tail if more else [])], ",")
+
+
+def minute():
+    """A minute of a boat, whose poses are the truth here."""
+    return drive(60.0, rate=RATE, sticks=half)
+
+
+def far(pose):
+    """The same motion over metres, through all headings; (n, 3)."""
+    t = np.arange(len(pose)) / RATE
+    psi = 0.4 * t + 0.3 * np.sin(t)
+    steps = 0.3 / RATE * np.column_stack([np.cos(psi), np.sin(psi)])
+    return np.column_stack([np.cumsum(steps, axis=0), psi])
+
+
+def commands(log, folder, clock=lambda t: t):
+    """The table of the commands beside the take."""
+    rows = np.column_stack([clock(log.command_t), log.command])
+    np.savetxt(
+        folder / "commands.csv", rows, fmt="%.6f", delimiter=",", header="t,F_u,F_v,F_r", comments=""
+    )  # fmt: skip
+
+
+def taken(log, folder, *bodies, clock=lambda t: t, **how):
+    """A folder with the take of these bodies, by default a boat's far motion, and the commands."""
+    folder.mkdir(exist_ok=True)
+    motive(folder / "take.csv", log.pose_t, bodies or [body("boat", far(log.pose))], **how)
+    commands(log, folder, clock)
+    return folder
+
+
+def read(folder, **choices):
+    """The proposal, its vehicle file and the recording by it."""
+    proposal, vehicle = proposed(folder, **choices)
+    return proposal, vehicle, seatrial.read(folder, vehicle)

@@ -16,6 +16,13 @@ def run(capsys, *arguments) -> tuple[int, str, str]:
     return code, shown.out, shown.err
 
 
+def refused(capsys, *arguments) -> str:
+    """The one line with which a command refuses, and nothing else that it says."""
+    code, shown, error = run(capsys, *arguments)
+    assert (code, shown, error.count("\n")) == (1, "", 1), error
+    return error
+
+
 def documented(command: str, path: Path) -> dict:
     """The content of a JSON file, which is as the page on JSON says: no other field, none missing, no other type."""
     content = json.loads(path.read_text())

@@ -23,6 +23,7 @@ import numpy as np
 import pytest
 from bag_tools import Sent
 from hypothesis import HealthCheck, settings
+from report_pages import browser  # noqa: F401  a fixture
 from shares import shared_out
 
 import seatrial

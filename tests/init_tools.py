@@ -3,12 +3,12 @@
 
 from dataclasses import replace
 
+import cli_tools
 import msgspec
 import numpy as np
 import pytest
 
 import seatrial
-from seatrial.commands.cli import main
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 
@@ -17,10 +17,7 @@ NAMES = ("F_u", "F_v", "F_r")
 
 def refused(capsys, *arguments):
     """The one line with which it is refused."""
-    code = main(["init", *map(str, arguments), "-q"])
-    shown = capsys.readouterr()
-    assert (code, shown.out, shown.err.count("\n")) == (1, "", 1)
-    return shown.err
+    return cli_tools.refused(capsys, "init", *arguments, "-q")
 
 
 def proposed(path, **choices):

@@ -5,7 +5,6 @@ import pytest
 import waiting
 from live_states import FakeSession, shown_state
 from test_report_accessibility import LAPTOP, PHONE
-from test_report_browser import browser  # noqa: F401  a fixture
 
 from seatrial.poolside.web.server import PageServer, Place
 
@@ -13,7 +12,7 @@ from seatrial.poolside.web.server import PageServer, Place
 class Poolside:
     """A fake session, its server and one open page, with what the page asked for and complained about."""
 
-    def __init__(self, browser, state, size, token=None):  # noqa: F811
+    def __init__(self, browser, state, size, token=None):
         self.session = FakeSession(state)
         self.server = PageServer(Place(port=0, token=token))
         self.server.serve(self.session)
@@ -56,7 +55,7 @@ class Poolside:
 
 
 @pytest.fixture
-def opened_pages(browser):  # noqa: F811
+def opened_pages(browser):
     opened = []
 
     def go(state=None, size=LAPTOP, **settings):

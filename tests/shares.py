@@ -7,7 +7,7 @@ import pytest
 LONG = (
     "test_fuzz", "test_ros2_nodes", "test_demo", "test_notebooks", "test_hector", "test_many_boats",
     "test_wheels", "test_core_cpp", "test_ros2_node", "test_site", "test_docs", "test_ros1_node",
-    "test_report_browser",
+    "test_report_browser", "test_report_odd",
 )  # fmt: skip
 
 

@@ -9,11 +9,11 @@ import msgspec
 import numpy as np
 import pytest
 from changed_boats import drives_by_cause, known_model, sent
+from cli_tools import refused
 from conftest import CSE1
 from given_lines import Given
 
 import seatrial
-from seatrial.commands.cli import main
 from seatrial.evaluation.comparison.cause_candidates import BATTERY, MASS, NO_CHANGE, ONE_THRUSTER
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.onboard.boat_change import BoatChange, ChangeState
@@ -93,18 +93,16 @@ def test_live_adapts_on_request(model, drives, tmp_path):
 def test_the_command_line(model, tmp_path, capsys):
     path = tmp_path / "model.yaml"
     seatrial.save(model, path)
-    assert main(["predict", str(path), "--live", "--adapted", str(path)]) == 1
-    assert "is an input of this command" in capsys.readouterr().err
-    assert main(["predict", str(path), str(CSE1), "-o", "x.json", "--adapted", "y.yaml"]) == 1
-    assert "--adapted belongs to --live" in capsys.readouterr().err
-    assert main(["predict", str(path), "--live", "--adapted", str(tmp_path)]) == 1
-    assert "is a folder" in capsys.readouterr().err
-    assert main(["predict", str(path), "--live", "--adapt", "off", "--adapted", "y.yaml"]) == 1
-    assert "--adapt off adapts none" in capsys.readouterr().err
     still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
     seatrial.save(still, tmp_path / "still.yaml")
-    assert main(["predict", str(tmp_path / "still.yaml"), "--live", "--adapt", "auto"]) == 1
-    assert "no noise was estimated" in capsys.readouterr().err
+    for words, given in (
+        ("is an input of this command", (path, "--live", "--adapted", path)),
+        ("--adapted belongs to --live", (path, CSE1, "-o", "x.json", "--adapted", "y.yaml")),
+        ("is a folder", (path, "--live", "--adapted", tmp_path)),
+        ("--adapt off adapts none", (path, "--live", "--adapt", "off", "--adapted", "y.yaml")),
+        ("no noise was estimated", (tmp_path / "still.yaml", "--live", "--adapt", "auto")),
+    ):
+        assert words in refused(capsys, "predict", *given)
 
 
 def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives, tmp_path):

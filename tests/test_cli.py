@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from cli_tools import run
+from cli_tools import refused, run
 from conftest import CSE1
 
 import seatrial
@@ -67,9 +67,7 @@ def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):
     assert "monotonic: stamps in s? 15 Hz" in out
     assert "monotonic: stamps in s? 20 Hz" in out
     assert "vsp_speed   0 to 0.3" in out
-    code, _, err = run(capsys, "inspect", tmp_path)
-    assert (code, err.count("\n")) == (1, 1)
-    assert "is an empty folder; expected a bag" in err
+    assert "is an empty folder; expected a bag" in refused(capsys, "inspect", tmp_path)
 
 
 def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):

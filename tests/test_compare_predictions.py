@@ -7,6 +7,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from cli_tools import refused, run
 from conftest import TABLE_II
 from scipy import stats
 
@@ -116,22 +117,18 @@ def test_the_command_line(heavier, mp, af, tmp_path, capsys):
     before, after, trials = heavier
     save(before, tmp_path / "old.yaml")
     save(after, tmp_path / "new.yaml")
-    run = write_trial(trials[0], tmp_path)
+    drive = write_trial(trials[0], tmp_path)
     files = [str(tmp_path / "old.yaml"), str(tmp_path / "new.yaml")]
-    assert main(["compare", *files, str(run), "--json", str(tmp_path / "c.json")]) == 0
+    assert main(["compare", *files, str(drive), "--json", str(tmp_path / "c.json")]) == 0
     shown = capsys.readouterr().out
     content = json.loads((tmp_path / "c.json").read_text())
     a, b = (load(file) for file in files)
-    found = compare(a, b, [seatrial.read(run, a.vehicle)], labels=tuple(files))
+    found = compare(a, b, [seatrial.read(drive, a.vehicle)], labels=tuple(files))
     want = msgspec.to_builtins(found)
     assert content == json.loads(json.dumps(want))
     assert f"{100 * content['ahead'][0]['axes']['u']['a']:.3f}" in shown
     save(after.with_vehicle(af), tmp_path / "af.yaml")
-    assert main(["compare", files[0], str(tmp_path / "af.yaml"), str(run)]) == 1
-    assert "give the vehicle file of these recordings with --vehicle" in capsys.readouterr().err
-    assert (
-        main(["compare", files[0], str(tmp_path / "af.yaml"), str(run), "--vehicle", "mallard-mp"])
-        == 0
-    )
-    assert main(["compare", *files, "--json", files[0]]) == 1
-    assert "is an input of this command" in capsys.readouterr().err
+    other = ["compare", files[0], str(tmp_path / "af.yaml"), str(drive)]
+    assert "give the vehicle file of these recordings with --vehicle" in refused(capsys, *other)
+    assert run(capsys, *other, "--vehicle", "mallard-mp")[0] == 0
+    assert "is an input of this command" in refused(capsys, "compare", *files, "--json", files[0])

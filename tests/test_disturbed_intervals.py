@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from cli_tools import refused
 from conftest import TABLE_II, make_model
 from method_trials import pulses_of
 
@@ -288,11 +289,9 @@ def on_disk(paper_mp, tmp_path_factory):
     ],
 )  # fmt: skip
 def test_a_stretch_that_can_not_be_left_out_is_one_line(on_disk, capsys, text, words):
-    code = main(["inspect", str(on_disk), "--vehicle", "mallard-mp", "--without", text])
-    said = capsys.readouterr().err.strip()
-    assert code == 1
-    assert words in said
-    assert said.count("\n") == 0
+    assert words in refused(
+        capsys, "inspect", on_disk, "--vehicle", "mallard-mp", "--without", text
+    )
 
 
 def test_commands_leave_out_what_they_are_told(on_disk, capsys):
@@ -305,8 +304,7 @@ def test_commands_leave_out_what_they_are_told(on_disk, capsys):
 def test_a_recording_is_told_by_its_path_where_another_has_its_name(on_disk, tmp_path, capsys):
     copy = shutil.copytree(on_disk, tmp_path / on_disk.name)
     both = ["inspect", str(on_disk), str(copy), "--vehicle", "mallard-mp", "--without"]
-    assert main([*both, "S1-MP=80-90"]) == 1
-    assert "2 recordings are called so; give its path" in capsys.readouterr().err
+    assert "2 recordings are called so; give its path" in refused(capsys, *both, "S1-MP=80-90")
     assert main([*both, f"{copy}/=80-90"]) == 0
     first, second = capsys.readouterr().out.split("S1-MP")[1:3]
     assert "excluded (--without)" not in first

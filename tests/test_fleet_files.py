@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from cli_tools import run
+from cli_tools import refused, run
 from test_fleet_kinds import made_up
 from test_many_boats import config, rows
 
@@ -139,15 +139,14 @@ def test_simulated_seeds_are_a_fleet(tmp_path, capsys):
     assert [[r.name for r in one.recordings] for one in found.boats] == [["S1-MP"]] * 3
     paths = {(one.recordings[0] / "poses.csv").read_bytes() for one in found.boats}
     assert len(paths) == 3
-    assert run(capsys, "simulate", "--plan", plan, "--seeds", 0, "-o", out)[0] == 1
+    refused(capsys, "simulate", "--plan", plan, "--seeds", 0, "-o", out)
 
 
 def test_command_prints_the_table_and_refuses_what_it_would_spoil(boats, tmp_path, capsys):
     one = tmp_path / "small"
     one.mkdir()
     (one / "ada").symlink_to(boats / "cid")
-    code, text, _ = run(capsys, "fleet", boats, "--workers", 0, "-o", boats / "in", "--json", "-")
-    assert code == 1
+    refused(capsys, "fleet", boats, "--workers", 0, "-o", boats / "in", "--json", "-")
     code, text, _ = run(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out")
     assert code == 0 and "0 of 1 boats have a model" in text
     assert "\nada: run.csv is a link out of the fleet's folder" in text
@@ -156,5 +155,5 @@ def test_command_prints_the_table_and_refuses_what_it_would_spoil(boats, tmp_pat
         ("has the results of last time", ("--last-time", tmp_path / "out")),
     ):
         (tmp_path / "out" / "boats").mkdir(exist_ok=True)
-        code, _, error = run(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out", *wrong)
-        assert code == 1 and words in error
+        given = ("fleet", one, "--workers", 0, "-o", tmp_path / "out", *wrong)
+        assert words in refused(capsys, *given)

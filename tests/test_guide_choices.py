@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cli_tools import documented
+from cli_tools import documented, refused
 from guided_logs import LEVER, Owner, lake_log, one_drive, tables
 from survey_boat import driven
 
@@ -224,8 +224,7 @@ def test_the_command_says_what_is_assumed_and_what_is_next(drive, tmp_path, caps
     assert "tub, output-error" in said and "\nassumed: axes forward-left-up" in said
     assert said.splitlines()[-1].startswith("next: ")
     assert (tmp_path / "short log-model" / "report.html").is_file()
-    assert main(["auto", str(tmp_path / "none.csv")]) == 1
-    assert "none.csv" in capsys.readouterr().err
+    assert "none.csv" in refused(capsys, "auto", tmp_path / "none.csv")
     assert main(["auto", str(log), "--lever", "100", "0", "-o", "far"]) == 1
 
 

@@ -4,9 +4,9 @@
 import shutil
 
 import pytest
+from cli_tools import refused
 from conftest import CSE1
 
-from seatrial.commands.cli import main
 from seatrial.io.kinds import recordings_in
 
 RUN = CSE1 / "csv" / "CSE1_data_run1.csv"
@@ -33,8 +33,7 @@ def test_a_folder_of_recordings_is_named_with_what_is_in_it(
     command, folder, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    assert main([*command, "trials"]) == 1
-    said = capsys.readouterr().err
+    said = refused(capsys, *command, "trials")
     assert (
         "trials: is no recording but a folder with 2 recordings: give trials/first run and trials/second"
         in said
@@ -47,14 +46,12 @@ def test_a_note_is_not_taken_for_a_log(tmp_path, capsys):
     note.write_text(
         "My boat: a catamaran with two thrusters, 1.4 m\nsteering: one thruster, stern, each\n"
     )
-    assert main(["inspect", str(note)]) == 1
-    assert "Is it a note? A .txt file is read as a table" in capsys.readouterr().err
+    assert "Is it a note? A .txt file is read as a table" in refused(capsys, "inspect", note)
 
 
 @pytest.mark.parametrize("name", ["photo.jpg", "vehicle.yaml"])
 def test_a_file_of_another_kind_is_refused_by_its_name(name, tmp_path, capsys):
     (tmp_path / name).write_text("a: 1\n")
-    assert main(["init", str(tmp_path / name), "-o", str(tmp_path / "v.yaml")]) == 1
-    said = capsys.readouterr().err
+    said = refused(capsys, "init", tmp_path / name, "-o", tmp_path / "v.yaml")
     assert "expected a bag (.bag, .mcap" in said and f"got '.{name.rpartition('.')[2]}'" in said
     assert ("a vehicle file is given as --vehicle" in said) == name.endswith(".yaml")

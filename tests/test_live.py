@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cli_tools import refused
 from given_lines import Given
 from test_model import frd
 from waiting import PATIENCE, free_port, until
@@ -322,10 +323,7 @@ def test_along_a_recording(path, recording, tmp_path, capsys):
     ],
 )
 def test_a_mistake_is_one_line(path, arguments, words, capsys):
-    assert main(["predict", str(path), *arguments]) == 1
-    said = capsys.readouterr().err
-    assert words in said
-    assert said.count("\n") == 1
+    assert words in refused(capsys, "predict", path, *arguments)
 
 
 def test_a_reader_takes_names_in_any_order(known):

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import export_names
 import pytest
+from cli_tools import refused
 from waiting import PATIENCE, until
 
 import seatrial
@@ -282,5 +283,4 @@ def test_escape_sequences_of_files_do_not_reach_the_terminal(tmp_path, capsys):
 def test_a_name_that_is_no_unicode_can_be_printed(tmp_path, capsys):
     folder = tmp_path / os.fsdecode(b"run\xff")
     folder.mkdir()
-    assert main(["inspect", str(folder)]) == 1
-    assert "run : is an empty folder" in capsys.readouterr().err
+    assert "run : is an empty folder" in refused(capsys, "inspect", folder)

@@ -8,7 +8,6 @@ import pytest
 from live_pages import opened_pages
 from msgspec.structs import replace
 from test_report_accessibility import LAPTOP, PHONE, needed, violations
-from test_report_browser import browser  # noqa: F401  a fixture
 
 from seatrial.poolside.state import ParameterState, SignalState, UseState
 

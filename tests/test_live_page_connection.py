@@ -3,7 +3,6 @@
 
 from live_pages import opened_pages
 from test_report_accessibility import needed
-from test_report_browser import browser  # noqa: F401  a fixture
 
 from seatrial.poolside.web.server import PageServer, Place
 

@@ -6,21 +6,18 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
+from cli_tools import refused
 from conftest import TABLE_II, make_model
 
 import seatrial
-from seatrial.boat.findings import FindingKind, finding_of, finding_text, of_kinds
+from seatrial.boat.findings import FindingKind, finding_of, finding_text
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, RecordingEntry
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
 from seatrial.identification.methods import identify
 from seatrial.identification.prior import (
-    PriorShift,
     check_prior,
-    common_factors,
-    conflicts,
-    prior_findings,
     widened,
 )
 from seatrial.identification.provenance import recording_entry
@@ -46,6 +43,12 @@ def known(model, relative=0.01):
     )  # fmt: skip
 
 
+def minute(plan, vehicle):
+    """S7 of a plan, a minute of it."""
+    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
+    return next(iter(simulate(msgspec.structs.replace(plan, trials=trials), vehicle)))
+
+
 @pytest.fixture(scope="module")
 def before(mp):
     return known(plant_model(load_plan("hard"), mp))
@@ -60,9 +63,14 @@ def after(mp):
     plant = msgspec.structs.replace(
         plan.plant, coefficients=values, unmodelled=DisturbanceForce(0.04, 2.0)
     )
-    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
-    plan = msgspec.structs.replace(plan, plant=plant, trials=trials)
-    return values, [next(iter(simulate(with_seed(plan, seed), mp))) for seed in (1, 2, 3)]
+    plan = msgspec.structs.replace(plan, plant=plant)
+    return values, [minute(with_seed(plan, seed), mp) for seed in (1, 2, 3)]
+
+
+@pytest.fixture
+def recording(after):
+    """The first of those minutes."""
+    return after[1][0].recording
 
 
 def test_a_prior_is_widened_by_a_share_of_every_parameter(before):
@@ -97,79 +105,6 @@ def test_a_spread_that_is_none_is_refused(before, spread):
         widened(before, spread)
 
 
-def test_the_pull_away_from_a_right_prior_is_a_standard_normal():
-    """Prior N(0, 1), one datum of variance s^2: the mean of what comes after has variance 1 - error^2."""
-    rng = np.random.default_rng(2)
-    truth, s = rng.normal(size=4000), 0.5
-    error = np.sqrt(1 / (1 + 1 / s**2))
-    found = (truth + s * rng.normal(size=4000)) * error**2 / s**2
-    pulls = np.array([PriorShift("X_u", 0.0, 1.0, f, error).normalised for f in found])
-    assert np.std(pulls) == pytest.approx(1.0, abs=0.04)
-    assert PriorShift("X_u", 0.0, 1.0, 0.1, 0.95).dominated
-
-
-def test_a_right_prior_is_contradicted_by_chance_in_one_refit_out_of_twenty():
-    rng = np.random.default_rng(3)
-    alarms = sum(
-        bool(conflicts([PriorShift("", 0.0, 1.0, z, 0.1) for z in rng.normal(size=15)]))
-        for _ in range(400)
-    )
-    assert 8 <= alarms <= 34  # 20 +- 3.2 standard deviations
-    assert (
-        conflicts([PriorShift("X_u", 0.0, 1.0, 5.0, 0.95)]) == []
-    )  # hardly seen: no contradiction
-    (one,) = conflicts(
-        [PriorShift("X_u", 0.0, 1.0, 1.2, 0.1), PriorShift("X_F", 0.0, 1.0, 4.0, 0.1)]
-    )
-    assert one.name == "X_F"
-
-
-def test_what_became_of_the_prior_is_told():
-    used, conflict, dominated = prior_findings(
-        [PriorShift("X_u", -0.2, 0.04, -0.4, 0.01), PriorShift("Y_v", -0.2, 0.04, -0.21, 0.039)],
-        0.2,
-    )
-    assert used == finding_of(FindingKind.PRIOR_USED, spread=0.2)
-    assert "widened by 20 % of every parameter" in finding_text(used)
-    assert conflict.subject == ("X_u",)
-    assert "X_u changed from -0.2 ± 0.04 to -0.4 ± 0.01" in finding_text(conflict)
-    assert dominated == finding_of(FindingKind.PRIOR_DOMINATES, "Y_v")
-
-
-@pytest.mark.parametrize(
-    ("what", "factor"), [("thrust", 0.5), ("thrust and drag", 0.5), ("drag", 2.2)]
-)
-def test_a_change_of_all_axes_is_no_change_of_each(before, what, factor):
-    """Twice the mass: each coefficient may be half of what it was by chance, all together not."""
-    wide = widened(before, 0.2)
-    thrust = {"X_F", "Y_F", "N_F", "N_uu"}
-    ways = {"thrust": thrust, "drag": set(before.values) - thrust - {"N_ud"}}
-    moved = ways.get(what, ways["thrust"] | ways["drag"])
-    values = [v * (factor if n in moved else 1.0) for n, v in before.values.items()]
-    found = replace(before, coefficients=np.array(values), covariance=0.1 * before.covariance)
-    best = min(common_factors(wide, found), key=lambda c: c.p)
-    assert best.what == what
-    assert best.p < 0.01
-    for axis in ("surge", "sway", "yaw"):
-        assert best.factors[axis] == pytest.approx(factor, abs=0.15)
-    _, *told = prior_findings([], 0.2, [best])
-    assert {f.values["quantity"] for f in told} == {what}
-    assert {f.part("axis"): f.number("factor") for f in told} == best.factors
-
-
-def test_factors_of_a_right_prior_are_contradicted_by_chance_only(before):
-    rng, alarms = np.random.default_rng(4), 0
-    wide = widened(before, 0.2)
-    root = np.linalg.cholesky(wide.covariance + 1e-18 * np.eye(len(wide.covariance)))
-    for _ in range(400):
-        drawn = (root @ rng.normal(size=len(root)))[: len(before.coefficients)]
-        found = replace(
-            before, coefficients=before.coefficients + drawn, covariance=1e-4 * before.covariance
-        )
-        alarms += bool(of_kinds(prior_findings([], 0.2, common_factors(wide, found)), *CONFLICTS))
-    assert 3 <= alarms <= 34  # three tests that are correlated at 5 % in all
-
-
 @pytest.mark.system
 def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, before, after):
     """Three of them: errors in units of those of a minute alone."""
@@ -192,9 +127,8 @@ def test_a_minute_with_the_old_model_is_worth_more_than_a_minute_alone(mp, befor
     assert np.sum(np.square(errors)) < 0.8 * np.sum(np.square(others))
 
 
-def test_a_prior_that_is_too_sure_is_contradicted(mp, before, after):
-    _, (trial, *_) = after
-    model = identify([trial.recording], mp, method="output-error", prior=before, prior_spread=0.02)
+def test_a_prior_that_is_too_sure_is_contradicted(mp, before, recording):
+    model = identify([recording], mp, method="output-error", prior=before, prior_spread=0.02)
     texts = {f.subject[0]: finding_text(f) for f in model.findings_of(FindingKind.PRIOR_CONFLICT)}
     assert "X_F changed from 0.14 ± 0.0031 to 0.1" in texts["X_F"]
     assert "larger --prior-spread" in texts["X_F"]
@@ -202,9 +136,7 @@ def test_a_prior_that_is_too_sure_is_contradicted(mp, before, after):
 
 def test_what_always_forward_does_not_show_stays_the_priors(before):
     af = seatrial.load_vehicle("mallard-af")
-    plan = load_plan("paper-like")
-    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
-    (trial,) = simulate(msgspec.structs.replace(plan, trials=trials), af)
+    trial = minute(load_plan("paper-like"), af)
     model = identify([trial.recording], af, method="output-error", prior=before)
     constants = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
     assert constants["edge_reverse"] == pytest.approx(0.08, abs=1e-6)
@@ -212,7 +144,7 @@ def test_what_always_forward_does_not_show_stays_the_priors(before):
     assert "edge_reverse" in dominated.subject
 
 
-def test_a_prior_of_other_terms_is_refused(mp, before, after):
+def test_a_prior_of_other_terms_is_refused(mp, before, recording):
     lines = mp.structure.lines()
     lines["surge"] = ["X_u * |u| * u", "X_F * F_u"]
     other = vehicle_from(mp.to_mapping() | {"structure": lines}, "other")
@@ -229,16 +161,15 @@ def test_a_prior_of_other_terms_is_refused(mp, before, after):
         IdentificationError, match="actuators are F_1, F_2, F_3, F_4, the vehicle file's F_u"
     ):
         check_prior(before, vehicle_from(plain, "plain"))
-    silent = after[1][0].recording
-    rest = np.zeros_like(silent.commands.values)
-    silent = replace(silent, commands=replace(silent.commands, values=rest))
+    still = replace(recording.commands, values=np.zeros_like(recording.commands.values))
+    silent = replace(recording, commands=still)
     with pytest.raises(IdentificationError, match="nothing is commanded; drive"):
         identify([silent], mp, prior=before)
     lines["surge"] = ["X_uu * u * |u|", "X_u * u", "X_F * F_u"]
     check_prior(before, vehicle_from(mp.to_mapping() | {"structure": lines}, "same"))
     with pytest.raises(IdentificationError, match="belongs to output-error"):
         identify(
-            [after[1][0].recording],
+            [recording],
             mp,
             method="equation-error",
             prior=make_model(mp, TABLE_II["MP"]),
@@ -261,8 +192,8 @@ def test_the_command_line(before, after, tmp_path, capsys):
     assert "warning: B was identified from S7-MP" in out
     assert main([*line, "--bootstrap", "50"]) == 1
     assert "leave --prior out" in capsys.readouterr().err
-    assert main([*line[:-4], "-o", str(tmp_path / "old.yaml"), *line[-2:]]) == 1
-    assert "is an input of this command" in capsys.readouterr().err
+    over = [*line[:-4], "-o", tmp_path / "old.yaml", *line[-2:]]
+    assert "is an input of this command" in refused(capsys, *over)
 
 
 def with_covariance(model, errors):
@@ -275,12 +206,11 @@ def with_covariance(model, errors):
     return replace(model, covariance=covariance)
 
 
-def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, after):
+def test_what_the_prior_never_knew_takes_nothing_from_what_it_knew(mp, before, recording):
     """A thruster that was never used has an error without end: the others are known as before."""
-    _, (trial, *_) = after
     unknown = with_covariance(before, {"N_F": 1e10})
-    found = identify([trial.recording], mp, prior=unknown)
-    whole = identify([trial.recording], mp, prior=before)
+    found = identify([recording], mp, prior=unknown)
+    whole = identify([recording], mp, prior=before)
     for name in ("X_u", "Y_vv", "Y_F", "lag"):
         assert found.standard_errors[name] == pytest.approx(whole.standard_errors[name], rel=0.1)
         assert found.standard_errors[name] < 1.2 * widened(before).standard_errors[name]
@@ -302,9 +232,8 @@ def test_a_prior_counts_where_the_data_ask_for_a_stage_that_it_has_not():
     assert "power" not in found.problem.names
 
 
-def test_a_bound_is_no_knowledge(mp, before, after):
+def test_a_bound_is_no_knowledge(mp, before, recording):
     """At a bound it is not known how well a parameter is known: the recording alone says what it is."""
-    _, (trial, *_) = after
     k = before.structure.coefficients.index("Y_vv")
     stuck = with_covariance(before, {"Y_vv": 0.0})
     coefficients = stuck.coefficients.copy()
@@ -315,17 +244,14 @@ def test_a_bound_is_no_knowledge(mp, before, after):
     stuck = replace(stuck, coefficients=coefficients, estimator=estimator)
     assert stuck.at_bounds == {"Y_vv"}
     assert widened(stuck).standard_errors["Y_vv"] == 0.0
-    found = identify([trial.recording], mp, prior=stuck)
+    found = identify([recording], mp, prior=stuck)
     right = load_plan("hard").plant.coefficients["Y_vv"] / MORE
     assert found.values["Y_vv"] == pytest.approx(right, abs=4 * found.standard_errors["Y_vv"])
     assert found.values["Y_vv"] < 0.5 * right
 
 
 def test_a_prior_that_has_seen_the_recording_is_said(before, mp, tmp_path):
-    plan = load_plan("hard")
-    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
-    (trial,) = simulate(msgspec.structs.replace(plan, trials=trials), mp)
-    recording = seatrial.read(write_trial(trial, tmp_path), mp)
+    recording = seatrial.read(write_trial(minute(load_plan("hard"), mp), tmp_path), mp)
     seen = replace(before, recordings=(recording_entry(recording),))
     twice = FindingKind.PRIOR_COUNTED_TWICE
     (finding,) = identify([recording], mp, prior=seen).findings_of(twice)
@@ -333,7 +259,7 @@ def test_a_prior_that_has_seen_the_recording_is_said(before, mp, tmp_path):
     assert identify([recording], mp, prior=before).findings_of(twice) == ()
 
 
-def test_what_was_said_of_older_recordings_is_not_said_of_the_new_one(mp, before, after):
+def test_what_was_said_of_older_recordings_is_not_said_of_the_new_one(mp, before, recording):
     stays = [
         finding_of(FindingKind.CURVE_STAGE_SELECTED, stage="reverse_ratio"),
         finding_of(FindingKind.DEAD_ZONE_ONE_EDGE, "t1", side="astern"),
@@ -347,7 +273,7 @@ def test_what_was_said_of_older_recordings_is_not_said_of_the_new_one(mp, before
         finding_of(FindingKind.OTHER, text="dead zone of bow: as an older version said"),
     ]
     entry = EstimatorEntry("output-error", findings=[goes[0], stays[0], *goes[1:], stays[1]])
-    found = identify([after[1][0].recording], mp, prior=replace(before, estimator=entry))
+    found = identify([recording], mp, prior=replace(before, estimator=entry))
     assert [f for f in found.estimator.findings if f in stays] == stays
     assert not [f for f in found.estimator.findings if f in goes]
     assert len(found.findings_of(FindingKind.PRIOR_USED)) <= 1

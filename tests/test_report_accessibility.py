@@ -8,9 +8,9 @@ from importlib.util import find_spec
 
 import msgspec
 import pytest
+from report_pages import Visit
+from report_pages import needed as in_a_browser
 from test_guide import CURRENT, LEVER, one_drive, tables
-from test_report_browser import Visit, browser  # noqa: F401  a fixture
-from test_report_browser import needed as in_a_browser
 
 import seatrial
 from seatrial.evaluation.comparison.compare import compare
@@ -69,7 +69,7 @@ def pages(cse1, cse1_paper_model, tmp_path_factory):
 
 
 @contextmanager
-def visits(browser, pages):  # noqa: F811
+def visits(browser, pages):
     """Opens pages, which ask for nothing."""
     opened = []
 
@@ -86,13 +86,13 @@ def visits(browser, pages):  # noqa: F811
 
 
 @pytest.fixture
-def visit(browser, pages):  # noqa: F811
+def visit(browser, pages):
     with visits(browser, pages) as go:
         yield go
 
 
 @pytest.fixture(scope="module")
-def drawn(browser, pages):  # noqa: F811
+def drawn(browser, pages):
     """Opens a page, all unfolded and every plot drawn, once."""
     with visits(browser, pages) as go:
 

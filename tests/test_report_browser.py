@@ -2,41 +2,16 @@
 """The report in a real browser: it draws, zooms, fits a phone, prints, and asks for nothing."""
 
 import re
-import shutil
-from dataclasses import replace
-from importlib.util import find_spec
 
-import numpy as np
 import pytest
-import waiting
-from conftest import TABLE_II, make_model
+from report_pages import RANGE, WIDE, Visit, needed
 
-import seatrial
-from seatrial.evaluation.comparison.compare import compare
-from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
 from seatrial.report import write_report
-from seatrial.report.comparison import write_comparison
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-pytestmark = needed = [
-    pytest.mark.system,
-    pytest.mark.skipif(find_spec("playwright") is None, reason="playwright is not installed"),
-    pytest.mark.skipif(CHROMIUM is None, reason="chromium is not installed"),
-]
-DRAWN = """() => [...document.querySelectorAll('.plot')].filter(d => !d.closest('details:not([open])'))
-    .every(d => d.querySelector('.main-svg'))"""
-UNFOLD = "() => document.querySelectorAll('details.fold').forEach((part) => { part.open = true; })"
-ARGUMENTS = (
-    "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
-    "--disable-background-networking", "--disable-component-update", "--disable-sync",
-)  # fmt: skip
+pytestmark = needed
 PLOTS = 19  # of a recording: its track, and six for each axis
 OVERALL = 18  # of all together: 1 picture, 1 of what is known, 2 of actuators, 2 + 3 of what was recorded,
 # 3 horizons, 2 of whether recordings agree, 3 of the boat, 1 of the next drive
-WIDE = '.plot.wide[data-figure="velocity-u"]'
-PATIENCE = 120_000  # [ms] a machine that tests other things beside is slow
-RANGE = "div => div.layout.xaxis.range"
 
 
 @pytest.fixture(scope="module")
@@ -44,50 +19,6 @@ def path(cse1, cse1_paper_model, tmp_path_factory):
     path = tmp_path_factory.mktemp("report") / "report.html"
     write_report(cse1_paper_model, [cse1["random_run3"], cse1["run1"]], path)
     return path
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
-        yield chromium
-        chromium.close()
-
-
-class Visit:
-    """One open report, and everything that it asked for or complained about."""
-
-    def __init__(self, browser, path, *, width=1280, height=900, scheme="light", touch=False):
-        self.context = browser.new_context(
-            viewport={"width": width, "height": height}, color_scheme=scheme, has_touch=touch
-        )
-        self.page = self.context.new_page()
-        self.page.set_default_timeout(PATIENCE)
-        self.requests, self.complaints = [], []
-        self.page.on("console", lambda message: self.complaints.append(message.text))
-        self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
-        self.page.route("**/*", self._handle)
-        self.page.goto(path.as_uri())
-
-    def _handle(self, route):
-        if route.request.url.startswith("file:"):
-            route.continue_()
-        else:
-            self.requests.append(route.request.url)
-            route.abort()
-
-    def until(self, script, argument=None):
-        """Wait until a script's value is true (the page's policy forbids wait_for_function)."""
-        waiting.until(lambda: self.page.evaluate(script, argument), script)
-
-    def wide(self):
-        """The open recording's plot of surge velocity, drawn."""
-        plot = self.page.locator(f"details[open] {WIDE}")
-        plot.scroll_into_view_if_needed()
-        plot.locator(".drag").first.wait_for(state="attached")
-        return plot
 
 
 @pytest.fixture
@@ -256,121 +187,6 @@ def test_printing_draws_every_plot_in_light_colours_and_restores_the_page(visit,
     assert seen["colour"] == "rgb(0, 0, 0)"
     assert page.locator("details.run[open]").count() == 3
     assert page.locator("body.printing").count() == 0
-
-
-@pytest.fixture(scope="module")
-def mallard(mp, paper_mp, paper_mp_model):
-    """A boat with trials, and a model of it by the default method."""
-    return mp, [trial.recording for trial in paper_mp.values()], paper_mp_model
-
-
-def one_recording(boat):
-    _, runs, model = boat
-    return model, runs[-1:]
-
-
-def twelve_recordings(boat):
-    _, runs, model = boat
-    cuts = [(r, start) for r in runs[:6] for start in (0.0, 95.0)]
-    return model, [
-        replace(r.cut(start, start + 60.0), name=f"{r.name}-{start:g}-and-a-long-name")
-        for r, start in cuts
-    ]
-
-
-def bad_model(boat):
-    vehicle, runs, _ = boat
-    return make_model(vehicle, TABLE_II["MP"] | {"X_u": 5.0, "X_uu": 20.0}), runs[3:5]
-
-
-def wrong_sign(boat):
-    vehicle, runs, _ = boat
-    return make_model(vehicle, TABLE_II["MP"] | {"Y_F": -0.26}, step=1 / 20), runs[3:5]
-
-
-def nothing_estimated(boat):
-    vehicle, runs, _ = boat
-    model = make_model(vehicle, TABLE_II["MP"], step=1 / 20)
-    return replace(model, covariance=np.zeros_like(model.covariance)), runs[-1:]
-
-
-def papers_method(boat):
-    vehicle, runs, _ = boat
-    return seatrial.identify(runs[:3], vehicle, method="equation-error"), runs[2:4]
-
-
-def commands_missing(boat):
-    _, runs, model = boat
-    whole = runs[-1]
-    stamps = whole.commands.stamps
-    keep = (stamps < whole.origin + 60e9) | (stamps > whole.origin + 90e9)
-    commands = Signal(whole.commands.names, stamps[keep], whole.commands.values[keep])
-    silent = make_recording("silent", whole.stamps, whole.eta, commands, timeout=1.0)
-    return model, [silent, runs[3].cut(0.0, 0.9)]  # and one that is too short
-
-
-ODD = (
-    one_recording, twelve_recordings, bad_model, wrong_sign, nothing_estimated, papers_method,
-    commands_missing,
-)  # fmt: skip
-
-
-@pytest.mark.parametrize("case", ODD, ids=lambda case: case.__name__)
-def test_whatever_is_missing_the_page_is_whole(browser, mallard, tmp_path, case):
-    path = tmp_path / "report.html"
-    model, recordings = case(mallard)
-    write_report(model, recordings, path)
-    assert path.stat().st_size < 3e6
-    whole_and_quiet(browser, path)
-
-
-def test_two_models_side_by_side_are_drawn_and_zoom(browser, mallard, tmp_path):
-    _, runs, model = mallard
-    other, _ = papers_method(mallard)
-    path = tmp_path / "compare.html"
-    recordings = runs[3:5]
-    write_comparison(model, other, recordings, compare(model, other, recordings), path)
-    one = whole_and_quiet(browser, path, close=False)
-    plot = one.wide()
-    names = plot.locator(".legendtext").all_text_contents()
-    assert names[:3] == ["measured", "A", "B"]
-    bar = one.page.locator("details[open] .bar").first
-    bar.get_by_role("button", name="whole run").click()
-    end = recordings[0].duration
-    assert plot.evaluate(RANGE) == pytest.approx([0.0, end], abs=0.01)
-    one.context.close()
-    assert one.complaints == []
-
-
-def whole_and_quiet(browser, path, *, close=True):
-    """Visit a page on a narrow and on a wide screen: all that is open is drawn, nothing sticks out."""
-    for width in (390, 1280):
-        one = Visit(browser, path, width=width)
-        one.page.evaluate(UNFOLD)
-        tall = one.page.evaluate("document.documentElement.scrollHeight")
-        one.page.set_viewport_size({"width": width, "height": int(tall)})  # all in view
-        one.until(DRAWN)
-        assert one.page.locator(".plot[data-drawn]").count() > 5
-        assert one.page.evaluate("document.documentElement.scrollWidth") == width
-        if close or width == 390:
-            one.context.close()
-        assert one.requests == []
-        assert one.complaints == []
-    return one
-
-
-def test_a_hostile_name_stays_text(browser, cse1, cse1_paper_model, tmp_path):
-    name = '</script><img src="https://example.org/x.png" onerror="window.hit = 1"><b>x'
-    path = tmp_path / "report.html"
-    write_report(cse1_paper_model, [replace(cse1["run1"], name=name)], path)
-    one = Visit(browser, path)
-    one.wide()
-    assert one.page.locator("#prediction summary b").first.inner_text() == name
-    assert one.page.locator("img").count() == 0
-    assert one.page.evaluate("window.hit") is None
-    one.context.close()
-    assert one.requests == []
-    assert one.complaints == []
 
 
 def test_the_policy_stops_requests_that_a_script_would_make(visit):
