@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Drives of a boat that changed after its model was identified, for the tests of a change."""
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ from seatrial.identification.estimator import output_error
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.onboard.boat_change import BoatChange
 from seatrial.simulation.plan import PlanFile
+from tests.boats.plans import planned
 from tests.boats.scenes import TRAINING, driven, pushed, vehicle_of
 
 PLAN = pushed("hard")  # a disturbance force of 4 % of full thrust
@@ -34,8 +34,7 @@ def changed(cause: str) -> PlanFile:
         gains = {f"F_{i}": (WEAK if i == 2 else 1.0) / mean for i in range(1, 5)}
         chain.append(ChainGroup(name="weak", gains=gains))
         values = {n: v * (mean if n.endswith("_F") else 1.0) for n, v in values.items()}
-    plant = msgspec.structs.replace(PLAN.plant, coefficients=values, chain=chain)
-    return msgspec.structs.replace(PLAN, plant=plant)
+    return planned(PLAN, plant={"coefficients": values, "chain": chain})
 
 
 def sent(recording, shift: int = 0) -> list[tuple[int, str, np.ndarray]]:

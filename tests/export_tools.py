@@ -6,7 +6,6 @@ import subprocess
 from dataclasses import dataclass
 from functools import cache
 
-import msgspec
 import numpy as np
 import pytest
 import yaml
@@ -16,9 +15,8 @@ from steered_boat import COEFFICIENTS, OUTBOARD, known, outboard
 import seatrial
 from seatrial import _core
 from seatrial.boat.vehicle import vehicle_from
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import simulate
 from seatrial.util.frames import Axes
+from tests.boats.plans import driven_by, planned
 
 STATE_SIGNS = np.array([1.0, -1.0, -1.0, 1.0, -1.0, -1.0])  # forward-right-down
 
@@ -56,9 +54,7 @@ def run(*command, cwd=None, stdin=None) -> str:
 @cache
 def sticks() -> seatrial.Recording:
     """S7 of the paper, without noise: 400 s of joypad at 100 Hz."""
-    plan = load_plan("clean")
-    plan = msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]})
-    return next(simulate(plan, seatrial.load_vehicle("mallard-mp"))).recording
+    return driven_by(planned("clean", "S7"), seatrial.load_vehicle("mallard-mp"))[0]
 
 
 def _mallard(base: str, chain: list, **changes) -> seatrial.Model:

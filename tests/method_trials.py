@@ -3,23 +3,21 @@
 
 from functools import cache
 
-import msgspec
 import numpy as np
 
 import seatrial
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import PlanFile, load_plan, with_seed
-from seatrial.simulation.trials import plant_model, simulate
+from seatrial.simulation.trials import plant_model
+from tests.boats.plans import driven_by, planned
 
 PULSES = ("S1", "S2", "S3")
 
 
 def pulses_of(plan: PlanFile, vehicle: seatrial.Vehicle, seconds: float = 200.0) -> list[Recording]:
     """S1-S3 of a plan."""
-    chosen = {k: msgspec.structs.replace(plan.trials[k], duration=seconds) for k in PULSES}
-    plan = msgspec.structs.replace(plan, trials=chosen)
-    return [trial.recording for trial in simulate(plan, vehicle)]
+    return driven_by(planned(plan, *PULSES, seconds=seconds), vehicle)
 
 
 @cache

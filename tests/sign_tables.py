@@ -17,8 +17,7 @@ from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Repair, appl
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import simulate
+from tests.boats.plans import driven_by, planned
 
 UNITS = {**LENGTHS, **ANGLES, None: 1.0}
 OTHER = {"mm": "m", "deg": "rad", None: None}
@@ -151,7 +150,6 @@ def direct(table: Table, mp: Vehicle) -> tuple[Table, Vehicle]:
 @cache
 def simulated(plan: str, trial: str, name: str) -> tuple[Table, Vehicle]:
     """One trial of a plan, and the vehicle that drove it."""
-    whole, vehicle = load_plan(plan), seatrial.load_vehicle(name)
-    alone = msgspec.structs.replace(whole, trials={trial: whole.trials[trial]})
-    (found,) = simulate(alone, vehicle)
-    return tabulated(found.recording, vehicle), vehicle
+    vehicle = seatrial.load_vehicle(name)
+    (recording,) = driven_by(planned(plan, trial), vehicle)
+    return tabulated(recording, vehicle), vehicle

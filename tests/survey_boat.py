@@ -42,6 +42,16 @@ def boat(chain=(), *, bow=False):
     return vehicle_from(content, "survey")
 
 
+def both(rng):
+    """A size to either side."""
+    return rng.uniform(-1.0, 1.0)
+
+
+def past_idle(rng):
+    """A size to either side, none of them small."""
+    return rng.uniform(0.2, 1.0) * rng.choice([-1.0, 1.0])
+
+
 def pulses(rng, seconds, size, idle):
     """Commands (n,) at 20 Hz, held for half a second to three; size(rng): of one that is not idle."""
     out = np.zeros(round(20 * seconds))

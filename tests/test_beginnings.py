@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import at_length, on_request
-from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, even
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, both, driven, even
 
 import seatrial
 from seatrial.evaluation.filtering import run_filter
@@ -16,10 +16,6 @@ from seatrial.recording.signal import Signal
 
 KNOWN = {n: x for n, x in TRUTH.items() if n not in ("Y_F", "N_b")}
 CHAIN = {"lag": LAG, "latency": LATENCY}
-
-
-def both(rng):
-    return rng.uniform(-1.0, 1.0)
 
 
 @pytest.mark.parametrize("seed", [1, on_request(2), on_request(3)])

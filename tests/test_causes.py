@@ -36,8 +36,7 @@ from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import pairs, views
 from seatrial.identification.estimator import output_error
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import simulate
+from tests.boats.plans import driven_by, planned
 
 TRUTH = TABLE_II["MP"]
 MORE = 1.2  # times mass and inertia
@@ -236,11 +235,9 @@ def pushes(rng):
 @pytest.mark.system
 def test_a_payload_on_board_is_found_end_to_end(mp):
     """Simulated trials before and after: `compare` names mass off centre, with its size."""
-    plan, models = load_plan("clean"), []
-    driven = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
-    plan = msgspec.structs.replace(plan, trials=driven)
+    plan, models = planned("clean", "S1", "S2", "S3"), []
     for one in (plan, loaded(plan)):
-        trials = [t.recording.cut(0.0, 100.0) for t in simulate(one, mp)]
+        trials = [r.cut(0.0, 100.0) for r in driven_by(one, mp)]
         models.append(seatrial.identify(trials, mp))
     after = [msgspec.structs.replace(r, name=f"{r.name}-loaded") for r in models[1].recordings]
     models[1] = replace(

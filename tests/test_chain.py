@@ -3,7 +3,6 @@
 
 import csv
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import CSE1, TABLE_II, make_model
@@ -21,12 +20,12 @@ from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_stages import with_estimated_stages, with_room
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.util.files import convert
 from seatrial.util.frames import AXES
 from tests.boats.hulls import MIDDLE, driven
+from tests.boats.plans import planned
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
 PAIR = {
@@ -177,10 +176,8 @@ def test_equation_error_and_simulated_truths_take_numbers_only(mp, cse1, cse1_ve
         match=r"'estimate' is given for .*scale_power\.propellers; equation-error",
     ):
         seatrial.identify([cse1["run1"]], ship(cse1_vehicle), method="equation-error")
-    plan = load_plan("clean")
     open_latency = convert({"latency": "estimate"}, ChainGroup, "chain")
-    plant = msgspec.structs.replace(plan.plant, chain=[open_latency])
-    unknown = msgspec.structs.replace(plan, plant=plant)
+    unknown = planned("clean", plant={"chain": [open_latency]})
     with pytest.raises(VehicleError, match="leaves latency to be estimated; give numbers"):
         plant_model(unknown, mp)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from survey_boat import TRUTH, driven
+from survey_boat import TRUTH, both, driven
 
 import seatrial
 from seatrial.boat.schema import PoseSource
@@ -18,10 +18,6 @@ from seatrial.recording.timing import Clock, describe
 
 SECONDS = 100.0
 BACK = 5.0  # [s] the second drive begins before the first one began
-
-
-def both(rng):
-    return rng.uniform(-1.0, 1.0)
 
 
 def drives():

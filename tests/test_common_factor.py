@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, at_length, make_model, on_request
@@ -17,6 +16,7 @@ from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import factors, pairs, views
 from seatrial.evaluation.comparison.thrust_curves import straight_gain
+from tests.boats.plans import planned
 from tests.boats.scenes import driven, pushed
 
 # factors of +20 % mass on all rows, of -25 % thrust on those with a force
@@ -236,9 +236,7 @@ def test_a_fifth_more_mass_after_two_short_drives(rows, seed):
     """Simulated, pushed, identified: every axis says +20 % within three of its standard errors."""
     models = []
     for k, mass in enumerate((1.0, LOADED)):
-        plan = pushed("hard")
-        plant = msgspec.structs.replace(plan.plant, coefficients=changed(TRUTH, mass, 1.0))
-        plan = msgspec.structs.replace(plan, plant=plant)
+        plan = planned(pushed("hard"), plant={"coefficients": changed(TRUTH, mass, 1.0)})
         trials = driven(plan, rows, 10 * seed + k, ("S1", "S2", "S3"))
         models.append(
             seatrial.identify([t.recording.cut(10.0, 110.0) for t in trials.values()], rows)

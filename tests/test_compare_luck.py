@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
@@ -19,8 +18,8 @@ from seatrial.evaluation.comparison.prediction import beyond_same_boat
 from seatrial.evaluation.comparison.significance import same_boat_errors
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import plant_model, simulate
+from seatrial.simulation.trials import plant_model
+from tests.boats.plans import driven_by, planned
 
 TRUTH = TABLE_II["AF"]
 
@@ -62,16 +61,12 @@ def test_given_models_leave_nothing_to_luck(mp):
 @pytest.fixture(scope="module")
 def drive(mp):
     """A boat, and one with a tenth less drag and thrust; a recording of the latter."""
-    plan = load_plan("paper-like")
-    plan = msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]})
-    values = {n: 0.9 * v for n, v in plan.plant.coefficients.items()}
-    other = msgspec.structs.replace(
-        plan, plant=msgspec.structs.replace(plan.plant, coefficients=values)
-    )
-    (trial,) = simulate(other, mp)
+    plan = planned("paper-like", "S7")
+    other = planned(plan, coefficients={n: 0.9 * v for n, v in plan.plant.coefficients.items()})
+    (recording,) = driven_by(other, mp)
     step = Integration("runge-kutta", 1 / 30)
     a, b = (replace(plant_model(one, mp), integration=step) for one in (plan, other))
-    return a, b, trial.recording
+    return a, b, recording
 
 
 def unsure(model, size):

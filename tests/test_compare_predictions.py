@@ -20,8 +20,8 @@ from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import Joint
 from seatrial.evaluation.comparison.prediction import rms_difference
 from seatrial.io.trial_files import write_trial
-from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
+from tests.boats.plans import planned
 
 LOADED = {name: value / 1.2 for name, value in TABLE_II["AF"].items()}  # of more mass
 
@@ -57,9 +57,7 @@ def loaded_plan(plan):
 @pytest.fixture(scope="module")
 def heavier(mp):
     """Trials of the boat with its payload; the models of both, at a step that models come with."""
-    plan = load_plan("paper-like")
-    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=120.0) for n in ("S4", "S7")}
-    plan = msgspec.structs.replace(plan, trials=chosen)
+    plan = planned("paper-like", "S4", "S7", seconds=120.0)
     after = loaded_plan(plan)
     trials = list(simulate(after, mp))
     step = Integration("runge-kutta", 1 / 30)

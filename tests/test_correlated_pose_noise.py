@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from conftest import at_length, make_model, on_request
-from survey_boat import driven, pulses
+from survey_boat import both, driven, pulses
 
 from seatrial import _core
 from seatrial.boat.findings import FindingKind
@@ -49,7 +49,6 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     """Poses at 10 Hz whose position errs by `sd` [m] for `memory` [s], and by 1 cm from pose to pose."""
     rng = np.random.default_rng(seed)
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
-    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, t = np.arange(len(values)) / 20.0, np.arange(0.0, seconds, 0.1)
     trace = _core.ThrustTrace(
@@ -232,7 +231,6 @@ def _pushed_tug():
 @pytest.mark.system
 def test_metres_of_pose_noise_are_as_centimetres_of_a_smaller_boat():
     """Lengths times 40: the same poses, the same numbers."""
-    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     noise = np.array([0.05, 0.05, 0.02])
     vehicle, drive = driven({}, [both, both, both], bow=True, seconds=600.0, noise=noise)
     eta = drive.raw.copy()
@@ -248,7 +246,6 @@ def test_metres_of_pose_noise_are_as_centimetres_of_a_smaller_boat():
 
 def test_a_start_outside_the_bounds_is_moved_into_them_with_the_others():
     """Quadratic drag that drives, and linear drag that makes up for it: none of both is where it is."""
-    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     vehicle, drive = driven({}, [both, both, both], bow=True, seconds=200.0)
     found = fit([drive], vehicle)
     theta = found.theta.copy()

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import at_length, make_model, on_request
-from survey_boat import TRUTH, as_stated
+from survey_boat import TRUTH, as_stated, both
 from survey_boat import driven as surveyed
 
 import seatrial
@@ -128,7 +128,7 @@ def gnss(seed, late=(0.25, 0.0)):
     """5 Hz positions good to 2 cm, headings to 5 mrad."""
     return surveyed(
         {"dead_zone": {"forward": 0.0, "reverse": 0.0}},
-        [lambda rng: rng.uniform(-1.0, 1.0)] * 3,
+        [both] * 3,
         bow=True,
         seconds=300.0,
         seed=seed,

@@ -24,27 +24,20 @@ from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.solution import with_lever
 from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.origin import poses_of_origin
-from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import SeatrialError
 from seatrial.util.frames import Axes
+from tests.boats.plans import driven_by, planned
 
 LEVER = np.array([0.25, -0.08])  # [m]
 FAR = np.array([-8.0, 6.0])  # [m]
 CURRENTS = {"S1": (0.03, -0.02), "S2": (-0.01, 0.015), "S3": (0.0, 0.02)}  # [m/s]
 
 
-def only(plan, names):
-    """The plan with these trials alone: no other one is simulated."""
-    return msgspec.structs.replace(plan, trials={name: plan.trials[name] for name in names})
-
-
 @pytest.fixture(scope="module")
 def known():
-    plan = only(with_seed(load_plan("paper-like"), 11), CURRENTS)
-    vehicle = seatrial.load_vehicle("mallard-mp")
-    found = [t.recording for t in simulate(plan, vehicle)]
-    return plan, vehicle, found
+    plan, vehicle = planned("paper-like", *CURRENTS, seed=11), seatrial.load_vehicle("mallard-mp")
+    return plan, vehicle, driven_by(plan, vehicle)
 
 
 def within(found, name, truth, sigmas=4.5):
@@ -129,7 +122,7 @@ def test_a_file_whose_lever_arm_was_corrected_does_not_bring_it_back(known, axes
 @pytest.mark.system
 def test_short_recordings_in_fast_water_each_find_their_own_current():
     """Every one begins at the velocity over ground, which is not that through the water."""
-    plan = only(with_seed(load_plan("hard"), 8), ("S1", "S2", "S3", "S5"))
+    plan = planned("hard", "S1", "S2", "S3", "S5", seed=8)
     vehicle, rng = seatrial.load_vehicle("mallard-mp"), np.random.default_rng(8)
     parts, flows = [], {}
     for trial in simulate(plan, vehicle):
@@ -154,9 +147,7 @@ def test_trim_is_found_in_every_recording(known):
     lines = {**vehicle.structure.lines()}
     lines["sway"] = [*lines["sway"], "Y_0"]
     leaning = replace(vehicle, file=msgspec.structs.replace(vehicle.file, structure=lines))
-    pushed = {**plan.plant.coefficients, "Y_0": 0.01}
-    given = msgspec.structs.replace(plan.plant, coefficients=pushed)
-    truth = plant_model(msgspec.structs.replace(plan, plant=given), leaning)
+    truth = plant_model(planned(plan, coefficients={"Y_0": 0.01}), leaning)
     trials = simulate(plan, leaning, truth)
     found = fit(
         [t.recording for t in trials], vehicle, settings=OutputErrorSettings(effects=("trim",))

@@ -21,8 +21,9 @@ from seatrial.evaluation.filtering import filter_pass, filter_series, run_filter
 from seatrial.evaluation.prediction import Lookahead
 from seatrial.evaluation.unexpected_error import unexpected_errors
 from seatrial.evaluation.validation import validate
-from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, PlanFile
 from seatrial.simulation.trials import plant_model, simulate
+from tests.boats.plans import driven_by, planned
 
 SEEDS = (23, 24)
 FORCE = DisturbanceForce(share=0.04, correlation=2.0)
@@ -31,15 +32,10 @@ BEYOND = FindingKind.EXCEEDS_EXPECTED_ERROR
 
 
 def plan_of(force: DisturbanceForce | None = FORCE, trial: str = "S7", seed: int = 5) -> PlanFile:
-    plan = with_seed(load_plan("paper-like"), seed)
-    pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
-    return msgspec.structs.replace(
-        plan,
-        pose=pose,
-        plant=msgspec.structs.replace(plan.plant, unmodelled=force),
-        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
-        trials={trial: plan.trials[trial]},
-    )
+    return planned(
+        "paper-like", trial, seed=seed, pose={"stamp_jitter": 0.0}, plant={"unmodelled": force},
+        joypad={"clock_offset": 0.0},
+    )  # fmt: skip
 
 
 def believing(model: Model, plan: PlanFile, process: ProcessEntry) -> Model:
@@ -160,10 +156,8 @@ def test_odometry_scores_what_the_model_foresees_and_less_than_the_model_alone(d
 def test_a_boat_that_has_changed_scores_more_and_is_told(af, drive):
     model, _ = drive
     plan = plan_of(seed=6)
-    heavy = {**plan.plant.coefficients, "X_F": 0.7 * plan.plant.coefficients["X_F"]}
-    plant = msgspec.structs.replace(plan.plant, coefficients=heavy)
-    (trial,) = simulate(msgspec.structs.replace(plan, plant=plant), af)
-    recording = trial.recording.cut(0.0, 150.0)
+    heavy = planned(plan, coefficients={"X_F": 0.7 * plan.plant.coefficients["X_F"]})
+    recording = driven_by(heavy, af)[0].cut(0.0, 150.0)
     found = of_kinds(validate(model, [recording]).recordings[0].findings, BEYOND)
     axes = [finding.part("axis") for finding in found]
     assert "surge" in axes
@@ -219,9 +213,9 @@ def test_a_model_without_process_noise_expects_no_error(af, drive):
 def test_what_stencils_miss_between_rare_poses_is_in_the_floor(af, seconds):
     """Two poses a second, as slow SLAM has them, and hardly any noise: a right model's errors are these."""
     plan = plan_of(None)
-    pose = msgspec.structs.replace(plan.pose, rate=2.0, position_noise=2e-4, heading_noise=2e-4)
-    (trial,) = simulate(msgspec.structs.replace(plan, pose=pose), af)
-    found = Lookahead(plant_model(plan, af), trial.recording).predict(seconds)
+    rare = {"rate": 2.0, "position_noise": 2e-4, "heading_noise": 2e-4}
+    (recording,) = driven_by(planned(plan, pose=rare), af)
+    found = Lookahead(plant_model(plan, af), recording).predict(seconds)
     rms = np.sqrt(np.mean(found.errors**2, axis=0))
     assert found.floor == pytest.approx(rms, rel=0.15)
     assert rms[2] > 3e-3  # noise alone would make a tenth of it
@@ -230,9 +224,8 @@ def test_what_stencils_miss_between_rare_poses_is_in_the_floor(af, seconds):
 @pytest.mark.system
 def test_a_filter_that_has_seen_the_references_poses_is_not_held_against_the_boat(af):
     """One pose ahead, half a second, errors of filter and reference are in part the same."""
-    plan = plan_of(seed=3)
-    pose = msgspec.structs.replace(plan.pose, rate=2.0, position_noise=5e-3, heading_noise=5e-3)
-    plan = msgspec.structs.replace(plan, pose=pose)
+    rare = {"rate": 2.0, "position_noise": 5e-3, "heading_noise": 5e-3}
+    plan = planned(plan_of(seed=3), pose=rare)
     (trial,) = simulate(plan, af)
     model = believing(plant_model(plan, af), plan, true_process(plan))
     (scores,) = validate(model, [trial.recording]).recordings

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from conftest import at_length
-from survey_boat import TRUTH, as_stated, driven
+from survey_boat import TRUTH, as_stated, driven, past_idle
 
 from seatrial.boat.noise_parameters import noise_vector
 from seatrial.evaluation.filtering import filter_pass, filter_series
@@ -14,13 +14,9 @@ from seatrial.recording.from_poses import make_recording
 UTM = np.array([500_000.0, 5_800_000.0])  # [m]
 
 
-def half(rng):
-    return rng.uniform(0.2, 1.0) * rng.choice([-1.0, 1.0])
-
-
 @pytest.fixture(scope="module")
 def drive():
-    return driven({}, [half] * 3, seconds=200.0, bow=True)
+    return driven({}, [past_idle] * 3, seconds=200.0, bow=True)
 
 
 def moved(recording, poses, by):

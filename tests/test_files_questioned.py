@@ -4,7 +4,7 @@
 from dataclasses import replace
 
 import pytest
-from survey_boat import driven
+from survey_boat import both, driven
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -51,14 +51,14 @@ def test_a_command_that_passes_full_one_way_only_has_another_neutral(least, most
 
 
 def test_a_boat_without_side_thrust_is_not_told_to_drive_sideways():
-    vehicle, recording = driven({}, [lambda rng: rng.uniform(-1.0, 1.0)] * 2, seconds=60.0)
+    vehicle, recording = driven({}, [both] * 2, seconds=60.0)
     text = inspection_text(inspect([recording], vehicle))
     assert "sway is not excited" not in text
     assert "surge" in text
 
 
 def test_the_lever_of_a_file_with_y_to_starboard_is_said_as_it_is():
-    vehicle, recording = driven({}, [lambda rng: rng.uniform(-1.0, 1.0)] * 2, seconds=60.0)
+    vehicle, recording = driven({}, [both] * 2, seconds=60.0)
     model = output_error([recording], vehicle)
     content = model.vehicle.to_mapping()
     content["axes"] = "forward-right-down"

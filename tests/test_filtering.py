@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -15,17 +14,13 @@ from seatrial.recording.velocity import motion
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError
+from tests.boats.plans import planned
 
 
 def one_trial(preset, vehicle, duration):
     """S7 with exact clocks: the plan's plant is the whole truth."""
-    plan = load_plan(preset)
-    plan = msgspec.structs.replace(
-        plan, pose=msgspec.structs.replace(plan.pose, stamp_jitter=0.0),
-        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
-        trials={"S7": msgspec.structs.replace(plan.trials["S7"], duration=duration)},
-    )  # fmt: skip
-    return next(iter(simulate(plan, vehicle)))
+    exact = {"pose": {"stamp_jitter": 0.0}, "joypad": {"clock_offset": 0.0}}
+    return next(iter(simulate(planned(preset, "S7", seconds=duration, **exact), vehicle)))
 
 
 @pytest.fixture(scope="module")

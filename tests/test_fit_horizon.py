@@ -4,14 +4,10 @@
 from dataclasses import replace
 
 import numpy as np
-from survey_boat import driven
+from survey_boat import both, driven
 
 from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.likelihood.fit_horizon import held_out_errors
-
-
-def both(rng):
-    return rng.uniform(-1.0, 1.0)
 
 
 def test_a_candidate_that_diverges_has_no_errors_and_ends_no_identification():

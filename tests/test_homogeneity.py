@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import pytest
 from conftest import at_length, on_request
 
@@ -11,24 +10,20 @@ from seatrial.boat.findings import Finding, FindingKind, finding_text
 from seatrial.identification.diagnostics.boat_changes import DISAGREEMENTS
 from seatrial.identification.estimator import output_error
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
-from seatrial.simulation.trials import simulate
+from seatrial.simulation.plan import DisturbanceForce, PlanFile
 from tests.boats.hulls import MIDDLE, SMALL, driven
+from tests.boats.plans import driven_by, planned
 
 PUSH = DisturbanceForce(0.04, 2.0)
 THRUST = ("X_F", "Y_F", "N_F", "N_ud", "N_uu")
 
 
 def plan_of(preset: str, seed: int, force: DisturbanceForce | None = None) -> PlanFile:
-    plan = with_seed(load_plan(preset), seed)
-    return msgspec.structs.replace(
-        plan, plant=msgspec.structs.replace(plan.plant, unmodelled=force)
-    )
+    return planned(preset, seed=seed, plant={"unmodelled": force})
 
 
 def recordings(plan, vehicle, names):
-    trials = {n: msgspec.structs.replace(plan.trials[n], duration=100.0) for n in names}
-    return [t.recording for t in simulate(msgspec.structs.replace(plan, trials=trials), vehicle)]
+    return driven_by(planned(plan, *names, seconds=100.0), vehicle)
 
 
 def findings_after(plan, vehicle, what: str, factor: float) -> tuple[Finding, ...]:
@@ -37,8 +32,7 @@ def findings_after(plan, vehicle, what: str, factor: float) -> tuple[Finding, ..
         name: value * factor if ("thrust" if name in THRUST else "drag") in what else value
         for name, value in plan.plant.coefficients.items()
     }
-    plant = msgspec.structs.replace(plan.plant, coefficients=changed)
-    other = msgspec.structs.replace(plan, plant=plant)
+    other = planned(plan, coefficients=changed)
     before = recordings(plan, vehicle, ("S1", "S2", "S3"))
     after = recordings(other, vehicle, ("S4", "S5", "S6"))
     found = output_error([*before, *after], vehicle)

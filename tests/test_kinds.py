@@ -3,17 +3,13 @@
 
 import pytest
 from conftest import on_request
-from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, past_idle
 
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_stages import STAGES_SELECTED
 
 STERN, BOW = ["left", "right"], ["bow"]
-
-
-def half(rng):
-    return rng.uniform(0.2, 1.0) * rng.choice([-1.0, 1.0])
 
 
 def edges(forward):
@@ -26,7 +22,7 @@ def test_a_power_of_its_own(seed):
         {"name": "s", "actuators": STERN, **edges(0.06)},
         {"name": "b", "actuators": BOW, "power": 2.0, **edges(0.1)},
     ]
-    vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True, seconds=200.0)
+    vehicle, recording = driven(curves, [past_idle] * 3, seed=seed, bow=True, seconds=200.0)
     model = output_error([recording], vehicle)
     selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage="power")
     assert selected in model.estimator.findings
@@ -44,7 +40,7 @@ def test_a_lag_of_its_own(seed):
         {"name": "s", "actuators": STERN, "lag": LAG, **edges(0.06)},
         {"name": "b", "actuators": BOW, "lag": 0.5, **edges(0.06)},
     ]
-    vehicle, recording = driven(curves, [half] * 3, seed=seed, bow=True, seconds=200.0)
+    vehicle, recording = driven(curves, [past_idle] * 3, seed=seed, bow=True, seconds=200.0)
     model = output_error([recording], vehicle)
     selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage="lag")
     assert selected in model.estimator.findings
@@ -59,13 +55,15 @@ def test_reverse_thrust_of_its_own():
         {"name": "s", "actuators": STERN, **edges(0.06)},
         {"name": "b", "actuators": BOW, "reverse_ratio": 0.6, **edges(0.06)},
     ]
-    vehicle, recording = driven(curves, [half] * 3, bow=True, seconds=200.0)
+    vehicle, recording = driven(curves, [past_idle] * 3, bow=True, seconds=200.0)
     model = output_error([recording], vehicle)
     found = {"reverse_ratio.reverse_ratio_F_u": 1.0, "reverse_ratio.reverse_ratio_F_b": 0.6}
     assert as_stated(model, {**TRUTH, **found}) == {}
 
 
 def test_one_kind_has_one_curve():
-    vehicle, recording = driven({"power": 1.5, **edges(0.1)}, [half] * 3, bow=True, seconds=200.0)
+    vehicle, recording = driven(
+        {"power": 1.5, **edges(0.1)}, [past_idle] * 3, bow=True, seconds=200.0
+    )
     found = output_error([recording], vehicle).findings_of(*STAGES_SELECTED)
     assert found == (finding_of(FindingKind.CURVE_STAGE_SELECTED, stage="power"),)

@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -12,21 +11,16 @@ from seatrial.evaluation.prediction import Lookahead
 from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import load_plan, with_seed
-from seatrial.simulation.trials import plant_model, simulate
+from seatrial.simulation.trials import plant_model
+from tests.boats.plans import driven_by, planned
 
 
 @pytest.fixture(scope="module")
 def tracked(af):
     """A plan under motion capture, its recordings, and when each has just got a large command [s]."""
-    plan = with_seed(load_plan("paper-like"), 3)
-    pose = msgspec.structs.replace(
-        plan.pose, rate=100.0, position_noise=2e-4, heading_noise=5e-4, stamp_jitter=0.0
-    )
-    trials = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
-    plan = msgspec.structs.replace(plan, pose=pose, trials=trials)
-    recordings = [trial.recording for trial in simulate(plan, af)]
-    return plan, [(r, changed(r)) for r in recordings]
+    pose = {"rate": 100.0, "position_noise": 2e-4, "heading_noise": 5e-4, "stamp_jitter": 0.0}
+    plan = planned("paper-like", "S1", "S2", "S3", seed=3, pose=pose)
+    return plan, [(r, changed(r)) for r in driven_by(plan, af)]
 
 
 def changed(recording: Recording) -> float:

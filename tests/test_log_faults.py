@@ -18,6 +18,7 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import RecordingError
 from tests.boats.log_faults import FAULTS, vehicle_for, written
+from tests.boats.plans import planned
 
 NAMES = ("S1", "S2", "S3")
 HONEST = 3.0  # standard errors
@@ -26,9 +27,8 @@ HONEST = 3.0  # standard errors
 @pytest.fixture(scope="module")
 def trials(mp):
     """Poses and commands of three clean trials."""
-    plan = load_plan("paper-like")
-    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=100.0) for n in NAMES}
-    made = {t.name[:2]: t for t in simulate(msgspec.structs.replace(plan, trials=chosen), mp)}
+    plan = planned("paper-like", *NAMES, seconds=100.0)
+    made = {t.name[:2]: t for t in simulate(plan, mp)}
     found = {}
     for name in NAMES:
         trial = made[name]

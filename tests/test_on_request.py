@@ -4,10 +4,10 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-import msgspec
 import numpy as np
 import pytest
 import survey_boat
+from survey_boat import both
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
@@ -21,9 +21,8 @@ from seatrial.identification.uncertainty.bootstrap import bootstrap, intervals
 from seatrial.identification.uncertainty.covariance import at_bounds, sandwich_covariance
 from seatrial.identification.uncertainty.profile import profile
 from seatrial.identification.uncertainty.record_length import accuracy_by_length, record_length_text
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import simulate
 from seatrial.util.errors import IdentificationError
+from tests.boats.plans import driven_by, planned
 
 SETTINGS = OutputErrorSettings(block=5.0, select_stages=False)  # 48 blocks
 
@@ -31,9 +30,7 @@ SETTINGS = OutputErrorSettings(block=5.0, select_stages=False)  # 48 blocks
 @pytest.fixture(scope="module")
 def boat():
     vehicle = seatrial.load_vehicle("mallard-af")
-    plan = load_plan("hard")
-    (trial,) = simulate(msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]}), vehicle)
-    return vehicle, trial.recording.cut(None, 240.0)
+    return vehicle, driven_by(planned("hard", "S7"), vehicle)[0].cut(None, 240.0)
 
 
 @pytest.fixture(scope="module")
@@ -150,7 +147,6 @@ NO_EDGES = [{"dead_zone": {"forward": 0.0, "reverse": 0.0}}]
 
 
 def without_lag(seed):
-    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(survey_boat, "LAG", 0.002)
         return survey_boat.driven({}, [both, both, both], bow=True, seconds=120.0, seed=seed)[1]

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from conftest import make_model
-from survey_boat import LAG, LATENCY, NOISE, TRUTH, boat, pulses
+from survey_boat import LAG, LATENCY, NOISE, TRUTH, boat, both, pulses
 
 from seatrial import _core
 from seatrial.inspection.consistency.check import check_consistency
@@ -19,7 +19,7 @@ def checked(degrees, turning, *, exchanged=True, seconds=120.0):
     """The report on pulses ahead and astern from this heading on, with some turning, x and y exchanged."""
     rng = np.random.default_rng(1)
     truth = make_model(boat([{"latency": LATENCY, "lag": LAG}]), TRUTH)
-    ahead, turn = (pulses(rng, seconds, lambda g: g.uniform(-1.0, 1.0), 0.3) for _ in range(2))
+    ahead, turn = (pulses(rng, seconds, both, 0.3) for _ in range(2))
     values = np.column_stack([ahead - turning * turn, ahead + turning * turn])
     begin = np.arange(len(values)) / 20.0
     trace = _core.ThrustTrace(

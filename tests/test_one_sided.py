@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
+from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, both, driven
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_of
@@ -38,7 +38,6 @@ def test_thrusters_that_only_push_ahead_show_their_edge():
 @pytest.mark.parametrize("power", [1.6, "estimate"])
 def test_an_edge_is_sought_beside_a_power_that_the_file_has(power):
     """Without one the power stood for it: 1.85 instead of 1.6, and 1.27 of thrusters that are linear."""
-    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     true = {"power": 1.6, "dead_zone": {"forward": 0.06, "reverse": 0.1}}
     _, recording = driven(true, [both, both], seconds=200.0)
     model = output_error([recording], boat([{"power": power}]))
@@ -50,7 +49,6 @@ def test_an_edge_is_sought_beside_a_power_that_the_file_has(power):
 @pytest.mark.parametrize("seed", [4, 7, 8])
 def test_a_curve_is_found_in_two_minutes(seed):
     """Of so few blocks no score is manifest; the likelihood promises hundreds."""
-    both = lambda rng: rng.uniform(-1.0, 1.0)  # noqa: E731
     true = {"power": 1.6, "reverse_ratio": 0.75, "dead_zone": {"forward": 0.06, "reverse": 0.1}}
     vehicle, recording = driven(true, [both, both], seconds=120.0, seed=seed)
     model = output_error([recording], vehicle)
@@ -121,7 +119,7 @@ def test_the_curves_power_is_found_though_thrusters_push_to_one_side_only():
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_stage_is_told_in_a_short_recording_too(seed):
     """16 blocks: a statistic of scores that are not centred can't exceed their number."""
-    sizes = [lambda rng: rng.uniform(-1.0, 1.0)] * 2
+    sizes = [both] * 2
     vehicle, recording = driven({**ZONE, "power": 2.0}, sizes, seconds=150.0, seed=seed)
     model = output_error([recording], vehicle)
     found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import at_length, make_model
-from survey_boat import pulses
+from survey_boat import both, pulses
 from test_correlated_pose_noise import SURGE, tug
 
 from seatrial import _core
@@ -45,9 +45,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
     """
     rng = np.random.default_rng(seed)
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
-    values = np.column_stack(
-        [pulses(rng, seconds, lambda r: r.uniform(-1.0, 1.0), 0.3) for _ in range(3)]
-    )
+    values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, step = np.arange(len(values)) / 20.0, 0.01
     trace = _core.ThrustTrace(
         truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))

@@ -4,7 +4,6 @@
 from dataclasses import replace
 from itertools import pairwise
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import at_length
@@ -23,9 +22,9 @@ from seatrial.identification.likelihood.problem import Problem
 from seatrial.identification.uncertainty.covariance import SHORTEST_BLOCK
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import load_plan, with_seed
-from seatrial.simulation.trials import simulate
+from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import SeatrialError
+from tests.boats.plans import driven_by, planned
 
 DRAG = -0.7  # [1/s]
 # position, heading, walks, disturbances, memory; correlated errors, their memory
@@ -128,14 +127,10 @@ def test_boat_and_thrusters_of_a_simulated_trial_are_found_whatever_the_noise(pl
 @pytest.mark.system
 @pytest.mark.parametrize("sigma", [0.5e-3, 8e-3])
 def test_errors_of_the_poses_that_hang_together_are_not_taken_for_motion(sigma):
-    vehicle, plan = seatrial.load_vehicle("mallard-mp"), load_plan("paper-like")
-    pose = msgspec.structs.replace(
-        plan.pose, position_noise=sigma, heading_noise=sigma, noise_correlation=0.3
-    )
-    plan = with_seed(msgspec.structs.replace(plan, pose=pose), 5)
-    chosen = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
-    found = simulate(msgspec.structs.replace(plan, trials=chosen), vehicle)
-    model = output_error([t.recording for t in found], vehicle)
+    vehicle = seatrial.load_vehicle("mallard-mp")
+    noise = {"position_noise": sigma, "heading_noise": sigma, "noise_correlation": 0.3}
+    plan = planned("paper-like", "S1", "S2", "S3", seed=5, pose=noise)
+    model = output_error(driven_by(plan, vehicle), vehicle)
     for name, value in model.values.items():
         error = model.standard_errors[name]
         assert value == pytest.approx(plan.plant.coefficients[name], abs=4.5 * error), name
@@ -223,10 +218,9 @@ def test_a_model_of_this_method_is_saved_loaded_and_better_on_trials_it_has_not_
     seatrial.save(found["output-error"], tmp_path / "m.yaml")
     loaded = seatrial.load(tmp_path / "m.yaml")
     np.testing.assert_allclose(loaded.constants, found["output-error"].constants, rtol=1e-8)
-    plan = with_seed(load_plan("paper-like"), 5)
-    (unseen,) = simulate(msgspec.structs.replace(plan, trials={"S7": plan.trials["S7"]}), vehicle)
+    (unseen,) = driven_by(planned("paper-like", "S7", seed=5), vehicle)
     scores = {
-        m: seatrial.validate(model, [unseen.recording], reference="stencil").recordings[0].scores
+        m: seatrial.validate(model, [unseen], reference="stencil").recordings[0].scores
         for m, model in found.items()
     }
     for symbol in "uvr":

@@ -13,7 +13,7 @@ from seatrial.identification.estimator import output_error
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
-from seatrial.simulation.trials import simulate
+from tests.boats.plans import driven_by, planned
 
 PUSH = DisturbanceForce(0.04, 2.0)
 
@@ -36,11 +36,12 @@ def slower(recording: Recording, rate: float) -> Recording:
 
 def drift_of(vehicle, plan, force, names, *, thrust=(1.0, 1.0), rate=0.0) -> tuple[Finding, ...]:
     chain = [msgspec.structs.replace(group, dead_zone=None) for group in plan.plant.chain]
-    plant = msgspec.structs.replace(plan.plant, unmodelled=force, chain=chain)
-    trials = {n: plan.trials[n] for n in names}
-    trials = {n: msgspec.structs.replace(t, duration=0.75 * t.duration) for n, t in trials.items()}
-    driven = simulate(msgspec.structs.replace(plan, plant=plant, trials=trials), vehicle)
-    found = output_error([slower(fading(t.recording, *thrust), rate) for t in driven], vehicle)
+    plan = planned(plan, *names, plant={"unmodelled": force, "chain": chain})
+    trials = {
+        n: msgspec.structs.replace(t, duration=0.75 * t.duration) for n, t in plan.trials.items()
+    }
+    driven = driven_by(msgspec.structs.replace(plan, trials=trials), vehicle)
+    found = output_error([slower(fading(r, *thrust), rate) for r in driven], vehicle)
     return found.findings_of(FindingKind.PARAMETER_DRIFT, FindingKind.CLOCK_DRIFT)
 
 
@@ -90,9 +91,7 @@ def test_a_boat_that_stays_what_it_is_has_no_note(mp, preset, force, names):
 @pytest.mark.system
 def test_what_a_structure_lacks_is_no_change_of_the_boat(mp):
     """Quadratic drag, that the plant has: what is left follows speed, which comes and goes."""
-    plan = with_seed(load_plan("hard"), 741)
-    trials = {name: plan.trials[name] for name in ("S1", "S2", "S3")}
-    driven = simulate(msgspec.structs.replace(plan, trials=trials), mp)
+    driven = driven_by(planned("hard", "S1", "S2", "S3", seed=741), mp)
     kept = [t for t in mp.structure.terms if t.coefficient not in {"X_uu", "Y_vv", "N_rr"}]
-    found = output_error([t.recording for t in driven], mp.with_terms(kept))
+    found = output_error(driven, mp.with_terms(kept))
     assert found.findings_of(FindingKind.PARAMETER_DRIFT) == ()

@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 
@@ -13,19 +12,14 @@ from seatrial.identification.estimator import OutputErrorSettings, fit
 from seatrial.identification.guided import identify_guided
 from seatrial.identification.likelihood import optimiser
 from seatrial.identification.likelihood.fit_horizon import noise_floor
-from seatrial.simulation.plan import load_plan
-from seatrial.simulation.trials import simulate
+from tests.boats.plans import driven_by, planned
 
 RATE = 40.0  # [Hz] of a motion capture
 
 
 @pytest.fixture(scope="module")
 def dense(mp) -> list[seatrial.Recording]:
-    plan = load_plan("paper-like")
-    pose = msgspec.structs.replace(plan.pose, rate=RATE)
-    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=60.0) for n in ("S1", "S2", "S3")}
-    plan = msgspec.structs.replace(plan, pose=pose, trials=chosen)
-    return [t.recording for t in simulate(plan, mp)]
+    return driven_by(planned("paper-like", "S1", "S2", "S3", seconds=60.0, pose={"rate": RATE}), mp)
 
 
 def test_a_thinned_recording_keeps_its_time_and_commands(dense):

@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 from cli_tools import refused
@@ -26,6 +25,7 @@ from seatrial.simulation.plan import DisturbanceForce, load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError
 from tests.boats.hulls import MIDDLE, driven
+from tests.boats.plans import planned
 
 CONFLICTS = (FindingKind.PRIOR_CONFLICT, FindingKind.PRIOR_FACTOR)
 SPEEDS = {"u": (-0.2, 0.25), "v": (-0.3, 0.4), "r": (-1.0, 0.8)}
@@ -45,8 +45,7 @@ def known(model, relative=0.01):
 
 def minute(plan, vehicle):
     """S7 of a plan, a minute of it."""
-    trials = {"S7": msgspec.structs.replace(plan.trials["S7"], duration=60.0)}
-    return next(iter(simulate(msgspec.structs.replace(plan, trials=trials), vehicle)))
+    return next(iter(simulate(planned(plan, "S7", seconds=60.0), vehicle)))
 
 
 @pytest.fixture(scope="module")
@@ -60,10 +59,7 @@ def after(mp):
     plan = load_plan("hard")
     values = {name: value / MORE for name, value in plan.plant.coefficients.items()}
     values["N_ud"] += 0.1
-    plant = msgspec.structs.replace(
-        plan.plant, coefficients=values, unmodelled=DisturbanceForce(0.04, 2.0)
-    )
-    plan = msgspec.structs.replace(plan, plant=plant)
+    plan = planned(plan, coefficients=values, plant={"unmodelled": DisturbanceForce(0.04, 2.0)})
     return values, [minute(with_seed(plan, seed), mp) for seed in (1, 2, 3)]
 
 

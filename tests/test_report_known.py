@@ -4,7 +4,6 @@
 import re
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import in_coarse_steps
@@ -20,6 +19,7 @@ from seatrial.report.model_report import write_evidence
 from seatrial.report.sections import known
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
+from tests.boats.plans import driven_by, planned
 
 
 @pytest.fixture(scope="module")
@@ -107,11 +107,8 @@ def test_a_boat_that_changed_is_no_reason_to_drive_more(mp, paper_mp, paper_mp_m
         n: x * (0.2 if n in ("X_F", "Y_F", "N_F") else 1.0)
         for n, x in plan.plant.coefficients.items()
     }
-    plant = msgspec.structs.replace(plan.plant, coefficients=slow)
-    (drive,) = simulate(
-        msgspec.structs.replace(plan, plant=plant, trials={"S7": plan.trials["S7"]}), mp
-    )
-    weak = replace(drive.recording, name="weak")
+    (drive,) = driven_by(planned(plan, "S7", coefficients=slow), mp)
+    weak = replace(drive, name="weak")
     trained = [paper_mp[name].recording for name in ("S1", "S2", "S3")]
     both = gather(paper_mp_model, assess(paper_mp_model, [same, weak, *trained], 1.0))
     for other, told in ((both[0], []), (both[1], ["weak: surge, sway and yaw predictions"])):

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import TABLE_II, at_length, make_model
-from survey_boat import TRUTH, boat, driven, even
+from survey_boat import TRUTH, boat, both, driven, even
 
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
@@ -16,10 +16,6 @@ from seatrial.evaluation.validation import validate
 from seatrial.inspection.overview import implausible_values
 from seatrial.recording.signal import Signal
 from seatrial.util.errors import SeatrialError
-
-
-def both(rng):
-    return rng.uniform(-1.0, 1.0)
 
 
 def test_noisy_fast_poses_are_not_in_other_units():

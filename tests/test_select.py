@@ -5,7 +5,6 @@ import pickle
 from dataclasses import replace
 from functools import partial
 
-import msgspec
 import numpy as np
 import pytest
 from cli_tools import documented, refused
@@ -45,10 +44,10 @@ from seatrial.identification.selection.terms.stepwise import (
 )
 from seatrial.identification.selection.terms.term_fit import term_fit
 from seatrial.io.trial_files import write_setting, write_trial
-from seatrial.simulation.plan import load_plan, with_seed
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import IdentificationError, SeatrialError
 from seatrial.util.parallel import Farm, working_on
+from tests.boats.plans import planned
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 COUPLED = {"Y_r": 0.02}  # [m/s / rad] a term that the bundled structure lacks
@@ -66,11 +65,7 @@ TRIED = (
 
 def trials(vehicle, seed, names=SIX, extra=None):
     """Recordings of a boat that has `extra` terms besides its vehicle's."""
-    plan = with_seed(load_plan("paper-like"), seed)
-    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=60.0) for n in names}
-    coefficients = {**plan.plant.coefficients, **(extra or {})}
-    plant = msgspec.structs.replace(plan.plant, coefficients=coefficients)
-    plan = msgspec.structs.replace(plan, trials=chosen, plant=plant)
+    plan = planned("paper-like", *names, seconds=60.0, seed=seed, coefficients=extra)
     more = [t for t in given_candidates(vehicle, TRIED) if t.coefficient in (extra or {})]
     driven = vehicle.with_terms((*vehicle.structure.terms, *more))
     return [t.recording for t in simulate(plan, driven, plant_model(plan, driven))]
@@ -294,9 +289,7 @@ def test_too_little_data_for_the_terms_is_refused(six, mp):
 
 
 def test_the_command_writes_a_vehicle_that_identifies(tmp_path, capsys, mp):
-    plan = load_plan("paper-like")
-    chosen = {n: msgspec.structs.replace(plan.trials[n], duration=60.0) for n in SIX}
-    plan = msgspec.structs.replace(plan, trials=chosen)
+    plan = planned("paper-like", *SIX, seconds=60.0)
     write_setting(plan, mp, plant_model(plan, mp), tmp_path)
     records = [str(write_trial(t, tmp_path)) for t in simulate(plan, mp)]
     vehicle, out, scores = tmp_path / "vehicle-MP.yaml", tmp_path / "new.yaml", tmp_path / "s.json"

@@ -22,32 +22,24 @@ from seatrial.identification.selection.terms.decisions import (
 )
 from seatrial.identification.selection.terms.held_out import PredictionChange
 from seatrial.identification.selection.terms.stepwise import TermSearch
-from seatrial.simulation.plan import DisturbanceForce, PlanFile, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, PlanFile
 from seatrial.simulation.trials import plant_model, simulate
+from tests.boats.plans import planned
 
 FIRST, SECOND = ("S1", "S2", "S3"), ("S4", "S5", "S6")
 
 
 def plan_of(preset: str, seed: int, length: float, **coefficients: float) -> PlanFile:
     """Trials of a boat of which some coefficients are others."""
-    plan = with_seed(load_plan(preset), seed)
-    trials = {
-        n: msgspec.structs.replace(plan.trials[n], duration=length) for n in (*FIRST, *SECOND)
-    }
-    plant = msgspec.structs.replace(
-        plan.plant, coefficients={**plan.plant.coefficients, **coefficients}
-    )
-    return msgspec.structs.replace(plan, trials=trials, plant=plant)
+    return planned(preset, *FIRST, *SECOND, seconds=length, seed=seed, coefficients=coefficients)
 
 
 def pushed(plan: PlanFile) -> PlanFile:
-    plant = msgspec.structs.replace(plan.plant, unmodelled=DisturbanceForce(0.04, 2.0))
-    return msgspec.structs.replace(plan, plant=plant)
+    return planned(plan, plant={"unmodelled": DisturbanceForce(0.04, 2.0)})
 
 
 def recordings(plan, vehicle, names=(*FIRST, *SECOND)):
-    trials = {name: plan.trials[name] for name in names}
-    plan = msgspec.structs.replace(plan, trials=trials)
+    plan = planned(plan, *names)
     return [t.recording for t in simulate(plan, vehicle, plant_model(plan, vehicle))]
 
 
@@ -107,12 +99,10 @@ def test_a_boat_that_changed_does_not_lose_its_drag_for_it(mp):
 @pytest.mark.system
 def test_a_term_that_the_file_lacks_is_no_boat_that_changed(mp):
     """|v| r and u u u are among the usual candidates; without them drag differs from drive to drive."""
-    plan = plan_of("hard", 21, 60.0)
-    extra = {"N_a": -0.8, "X_a": -3.0}
+    plan = plan_of("hard", 21, 60.0, N_a=-0.8, X_a=-3.0)
     more = given_candidates(mp, ["N_a * |v| * r", "X_a * u * u * u"])
     driven = mp.with_terms((*mp.structure.terms, *more))
-    plant = msgspec.structs.replace(plan.plant, coefficients={**plan.plant.coefficients, **extra})
-    found = select(recordings(msgspec.structs.replace(plan, plant=plant), driven), mp)
+    found = select(recordings(plan, driven), mp)
     came = [row.term.partition(" * ")[2] for row in found.rows if row.verdict is TermVerdict.COMES]
     assert came == ["u * u * u", "|v| * r"]
     assert found.asked == ()

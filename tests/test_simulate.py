@@ -15,6 +15,7 @@ from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.simulation.plan import DisturbanceForce, TrialEntry, load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import ModelError, VehicleError
+from tests.boats.plans import planned
 
 
 def test_the_same_seed_gives_the_same_trials_and_another_seed_others(mp):
@@ -95,11 +96,8 @@ def autocorrelation(x, lag):
 
 
 def test_correlated_pose_noise_has_the_variance_and_the_memory_it_is_asked_for(mp):
-    plan = load_plan("clean")
-    pose = msgspec.structs.replace(
-        plan.pose, position_noise=0.002, heading_noise=0.004, noise_correlation=0.3
-    )
-    for trial in simulate(msgspec.structs.replace(plan, pose=pose), mp):
+    noise = {"position_noise": 0.002, "heading_noise": 0.004, "noise_correlation": 0.3}
+    for trial in simulate(planned("clean", pose=noise), mp):
         if trial.name != "S7-MP":
             continue
         error = trial.pose - trial.truth[:, :3]
@@ -114,9 +112,8 @@ def test_correlated_pose_noise_has_the_variance_and_the_memory_it_is_asked_for(m
 def test_an_unmodelled_force_pushes_as_hard_and_as_long_as_it_is_asked_to(mp):
     """What the true model misses from pose to pose is the force's acceleration times the period."""
     plan = load_plan("clean")
-    plant = msgspec.structs.replace(plan.plant, unmodelled=DisturbanceForce(0.04, 2.0))
     truth, missed = plant_model(plan, mp), []
-    for trial in simulate(msgspec.structs.replace(plan, plant=plant), mp):
+    for trial in simulate(planned(plan, plant={"unmodelled": DisturbanceForce(0.04, 2.0)}), mp):
         ahead = seatrial.predict(truth, trial.recording, 1 / 15, velocities=trial.true_motion)
         missed.append(ahead.errors * 15)
     assert len(missed) == 7
@@ -129,18 +126,15 @@ def test_an_unmodelled_force_pushes_as_hard_and_as_long_as_it_is_asked_to(mp):
 
 def test_without_unmodelled_force_there_is_none(mp):
     plan = msgspec.structs.replace(load_plan("clean"), trials={"S1": TrialEntry("surge", 20.0)})
-    plant = msgspec.structs.replace(plan.plant, unmodelled=DisturbanceForce(0.0, 2.0))
-    none, zero = (
-        next(iter(simulate(p, mp))) for p in (plan, msgspec.structs.replace(plan, plant=plant))
-    )
+    pushed = planned(plan, plant={"unmodelled": DisturbanceForce(0.0, 2.0)})
+    none, zero = (next(iter(simulate(p, mp))) for p in (plan, pushed))
     np.testing.assert_allclose(zero.truth, none.truth, atol=1e-7)  # other steps, same boat
 
 
 def test_every_injected_false_match_is_masked_and_hardly_anything_else(mp):
     plan = load_plan("hard")
     jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=3.0)
-    plan = msgspec.structs.replace(plan, pose=msgspec.structs.replace(plan.pose, jumps=jumps))
-    for trial in simulate(plan, mp):
+    for trial in simulate(planned(plan, pose={"jumps": jumps}), mp):
         off = np.hypot(*(trial.pose - trial.truth[trial.arrived, :3])[:, :2].T)
         bad = off > 0.08
         kept = trial.recording.valid
@@ -181,15 +175,12 @@ def test_another_model_can_be_the_plant(mp, clean_mp):
 
 def test_a_plant_that_leaves_the_pool_or_a_ship_without_joypad_is_one_line(mp, cse1_vehicle):
     plan = load_plan("clean")
-    wild = plan.plant.coefficients | {"X_u": 1.0, "X_uu": 0.0}
-    plant = msgspec.structs.replace(plan.plant, coefficients=wild)
     with pytest.raises(ModelError, match="left the pool"):
-        list(simulate(msgspec.structs.replace(plan, plant=plant), mp))
+        list(simulate(planned(plan, coefficients={"X_u": 1.0, "X_uu": 0.0}), mp))
     with pytest.raises(VehicleError, match="inputs are port_surge"):
         next(iter(simulate(plan, cse1_vehicle)))
-    odd = msgspec.structs.replace(plan.plant, coefficients={"X_u": -1.0})
     with pytest.raises(ModelError, match="disagree on"):
-        next(iter(simulate(msgspec.structs.replace(plan, plant=odd), mp)))
+        next(iter(simulate(planned(plan, plant={"coefficients": {"X_u": -1.0}}), mp)))
 
 
 def test_trials_are_immutable(clean_mp):

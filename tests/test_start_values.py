@@ -20,6 +20,7 @@ from seatrial.identification.regression.start_values import (
 from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import IdentificationError
+from tests.boats.plans import planned
 
 
 def started(vehicle, recordings):
@@ -65,9 +66,9 @@ def test_a_delay_is_found_wherever_it_is(late):
 
 @pytest.mark.parametrize("edge", [0.0, 0.2, 0.35])
 def test_a_dead_zone_is_found_however_wide(edge, mp):
-    plan = load_plan("paper-like")  # so little thrust is left that 4 mm of noise count
     chain = [ChainGroup(lag=0.08, dead_zone=DeadZone(edge, edge + 0.05))]
-    plan = msgspec.structs.replace(plan, plant=msgspec.structs.replace(plan.plant, chain=chain))
+    # so little thrust is left that 4 mm of noise count
+    plan = planned("paper-like", plant={"chain": chain})
     theta, constants = started(mp, pulses_of(plan, mp))
     assert constants["edge_forward"] == pytest.approx(edge, abs=0.015)
     assert constants["edge_reverse"] == pytest.approx(edge + 0.05, abs=0.015)
@@ -82,8 +83,7 @@ def test_delays_that_differ_by_group_are_found_apart(mp):
         ChainGroup(name="stern", actuators=list(stern), latency=0.05),
         ChainGroup(lag=0.08, dead_zone=DeadZone(0.08, 0.08)),
     ]
-    plan = msgspec.structs.replace(plan, plant=msgspec.structs.replace(plan.plant, chain=chain))
-    recordings = pulses_of(plan, mp)
+    recordings = pulses_of(planned(plan, plant={"chain": chain}), mp)
     unknown = [msgspec.structs.replace(g, latency=0.0) for g in chain[:2]]
     whole = mp.with_chain([*unknown, chain[2]])
     free = [i for i, name in enumerate(whole.constants.names) if name.startswith("latency")]
@@ -98,12 +98,7 @@ def test_delays_that_differ_by_group_are_found_apart(mp):
 @pytest.mark.system
 def test_of_long_recordings_pieces_are_enough(af):
     """An hour: a part of it is looked at."""
-    plan = load_plan("paper-like")
-    trials = {
-        name: msgspec.structs.replace(plan.trials[name], duration=1200)
-        for name in ("S1", "S2", "S3")
-    }
-    recordings = pulses_of(msgspec.structs.replace(plan, trials=trials), af)
+    recordings = pulses_of(planned("paper-like", "S1", "S2", "S3", seconds=1200), af)
     looked_at = spread_pieces(recordings)
     assert sum(r.duration for r in looked_at) == pytest.approx(START_DURATION, rel=0.1)
     assert {r.name for r in looked_at} == {r.name for r in recordings}

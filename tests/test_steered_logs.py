@@ -12,6 +12,7 @@ from autopilot_logs import ARMED, DISARMED, ardupilot
 from mavlink_logs import telemetry
 from px4_logs import px4
 from steered_logs import ARM, FULL_ANGLE, steered_boat, steered_trial
+from survey_boat import both
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -101,7 +102,7 @@ def test_an_angle_by_its_motion_alone_is_proposed_as_a_comment(tmp_path, axes):
 
 def test_a_stick_of_two_thrusters_that_is_called_steering_is_a_stick(tmp_path):
     """By its name it may be an angle; the boat turns without thrust, too."""
-    _, recording = survey_boat.driven({}, [lambda g: g.uniform(-1.0, 1.0)] * 2)
+    _, recording = survey_boat.driven({}, [both] * 2)
     left, right = recording.commands.values.T
     own = Signal(
         ("throttle", "steering"),

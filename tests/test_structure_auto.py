@@ -4,7 +4,6 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import on_request
@@ -26,11 +25,12 @@ from seatrial.identification.selection.terms.select_terms import estimated_param
 from seatrial.identification.term_choice import TermChoice, choose_terms
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.recording.from_poses import make_recording
-from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import VehicleError
 from seatrial.util.files import dump_yaml
 from tests.boats import hulls
+from tests.boats.plans import planned
 
 SIX = ("S1", "S2", "S3", "S4", "S5", "S6")
 BASE = {"X_u", "X_uu", "X_F", "Y_v", "Y_vv", "Y_F", "N_r", "N_rr", "N_F"}
@@ -41,11 +41,8 @@ FURTHER = ("Y_ur * u * r", "X_aFu * |u| * F_u")
 
 def plan_of(length=60.0, **coefficients):
     """Trials of a boat without the paper's asymmetry, N_uu and N_ud."""
-    plan = with_seed(load_plan("paper-like"), 4)
-    trials = {n: msgspec.structs.replace(plan.trials[n], duration=length) for n in SIX}
-    own = {**plan.plant.coefficients, "N_uu": 0.0, "N_ud": 0.0, **coefficients}
-    plant = msgspec.structs.replace(plan.plant, coefficients=own)
-    return msgspec.structs.replace(plan, trials=trials, plant=plant)
+    own = {"N_uu": 0.0, "N_ud": 0.0, **coefficients}
+    return planned("paper-like", *SIX, seconds=length, seed=4, coefficients=own)
 
 
 def recordings(plan, vehicle):

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from survey_boat import LATENCY, driven
+from survey_boat import LATENCY, driven, past_idle
 
 from seatrial.identification.estimator import output_error
 from seatrial.identification.uncertainty.covariance import lag_error
@@ -12,14 +12,10 @@ from seatrial.util.statistics import NORMAL_95
 QUIET = np.array([1e-5, 1e-5, 1e-5])  # [m], [rad]
 
 
-def half(rng):
-    return rng.uniform(0.2, 1.0) * rng.choice([-1.0, 1.0])
-
-
 def found(lag, *, noise, seed=1, seconds=100.0):
     """Constants and standard errors of a boat with this lag."""
     curve = [{"name": "all", "actuators": ["left", "right"], "lag": lag, "latency": LATENCY}]
-    vehicle, recording = driven(curve, [half] * 2, noise=noise, seed=seed, seconds=seconds)
+    vehicle, recording = driven(curve, [past_idle] * 2, noise=noise, seed=seed, seconds=seconds)
     model = output_error([recording], vehicle)
     values = dict(zip(model.vehicle.constants.names, model.constants.tolist(), strict=True))
     return values, model.standard_errors

@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from survey_boat import LAG, LATENCY, NOISE, TRUTH, as_stated, driven
+from survey_boat import LAG, LATENCY, NOISE, TRUTH, as_stated, both, driven
 
 from seatrial.evaluation.filtering import run_filter
 from seatrial.identification.estimator import output_error
@@ -21,10 +21,6 @@ STAMPS = {
     "half lost": lambda rng, seconds: np.arange(15 * seconds)[rng.random(int(15 * seconds)) < 0.5] / 15.0,
     "most lost": lambda rng, seconds: np.arange(15 * seconds)[rng.random(int(15 * seconds)) < 0.2] / 15.0,
 }  # fmt: skip
-
-
-def both(rng):
-    return rng.uniform(-1.0, 1.0)
 
 
 @pytest.mark.parametrize("stamps", STAMPS.values(), ids=STAMPS)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import at_length, on_request
-from survey_boat import TRUTH, driven
+from survey_boat import TRUTH, both, driven
 
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
@@ -19,10 +19,6 @@ from seatrial.recording.origin import poses_of_origin
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.util.errors import IdentificationError
 from tests.boats import hulls
-
-
-def both(rng):
-    return rng.uniform(-1.0, 1.0)
 
 
 def drives(change=None, seeds=(1, 2), **keys):

@@ -26,6 +26,7 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import ModelError, RecordingError
 from seatrial.util.statistics import autocorrelation, kurtosis, moving_average_band, white_band
+from tests.boats.plans import planned
 
 
 @pytest.fixture(scope="module")
@@ -45,16 +46,11 @@ def test_the_true_model_from_true_starts_predicts_to_the_last_digit(truth_af, cl
 @pytest.mark.parametrize("preset", [at_length("paper-like"), "hard"])
 def test_a_perfect_models_score_is_the_noise_floor(af, preset):
     """The floor is computed from noise and sensitivities; the score is measured."""
-    import msgspec
 
     from seatrial.simulation.trials import simulate
 
-    plan = load_plan(preset)
-    pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0)
-    plan = msgspec.structs.replace(
-        plan, pose=pose, trials={"S7": msgspec.structs.replace(plan.trials["S7"], duration=200.0)},
-        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
-    )  # fmt: skip
+    exact = {"pose": {"stamp_jitter": 0.0}, "joypad": {"clock_offset": 0.0}}
+    plan = planned(preset, "S7", seconds=200.0, **exact)
     (trial,) = simulate(plan, af)
     truth = in_coarse_steps(plant_model(plan, af))
     scores = validate(truth, [trial.recording], reference="stencil").recordings[0].scores

@@ -3,7 +3,6 @@
 
 from dataclasses import replace
 
-import msgspec
 import numpy as np
 import pytest
 from conftest import at_length
@@ -21,8 +20,8 @@ from seatrial.identification.regression.weak_rows import (
 )
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
-from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import IdentificationError, RecordingError
+from tests.boats.plans import planned
 
 WIDTHS = Widths(state=0.2, test=0.6)  # [s]
 
@@ -86,8 +85,7 @@ def test_the_left_side_is_the_mean_acceleration_wherever_the_boat_heads(mp):
 
 @pytest.mark.parametrize(("rate", "worst"), [(15.0, 0.005), (120.0, 0.0005)])
 def test_without_noise_it_is_as_exact_as_the_poses_are_close(rate, worst, mp):
-    plan = load_plan("clean")
-    plan = msgspec.structs.replace(plan, pose=msgspec.structs.replace(plan.pose, rate=rate))
+    plan = planned("clean", pose={"rate": rate})
     stated = mp.with_chain(plan.plant.chain)
     model = weak_form([r.cut(0, 100) for r in pulses_of(plan, mp)], stated, step=1 / 240)
     for name, value in truth("clean", "mallard-mp").items():

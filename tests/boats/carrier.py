@@ -3,15 +3,14 @@
 
 from dataclasses import dataclass
 
-import msgspec
 import numpy as np
 
 import seatrial
 from seatrial.simulation.mimic import Carrier, Mimic, Motion
-from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
 from seatrial.util.frames import Array
 from tests.boats.mecanum import Ground, SimulatedCarrier
+from tests.boats.plans import planned
 
 DT = 0.02  # [s] of the carrier's velocities
 
@@ -38,10 +37,7 @@ class Run:
 
 def driven(duration: float | None = None) -> tuple[seatrial.Model, Trial]:
     """The bundled plan's boat and its S7, whole or its first so many seconds."""
-    plan, vehicle = load_plan("clean"), seatrial.load_vehicle("mallard-mp")
-    entry = plan.trials["S7"]
-    entry = msgspec.structs.replace(entry, duration=duration or entry.duration)
-    plan = msgspec.structs.replace(plan, trials={"S7": entry})
+    plan, vehicle = planned("clean", "S7", seconds=duration), seatrial.load_vehicle("mallard-mp")
     return plant_model(plan, vehicle), next(iter(simulate(plan, vehicle)))
 
 

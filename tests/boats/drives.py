@@ -16,6 +16,7 @@ from seatrial.recording.recording import Recording
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import Trial
 from seatrial.util.frames import Array
+from tests.boats.plans import planned
 from tests.boats.scenes import CORRELATION, TRAINING, driven, pushed
 
 SCENES = {"hard": 0.0, "hard, pushed": 0.04}  # share of full thrust that no model knows of
@@ -91,8 +92,7 @@ def trials(scene: str, seed: int, names: tuple[str, ...]) -> dict[str, Trial]:
     plan = pushed("hard", DisturbanceForce(PUSHES[scene], LASTS) if PUSHES[scene] else None)
     jumps = msgspec.structs.replace(plan.pose.jumps, per_minute=0.0)
     correlation = CORRELATION if scene in CORRELATED.values() else 0.0
-    pose = msgspec.structs.replace(plan.pose, jumps=jumps, noise_correlation=correlation)
-    plan = msgspec.structs.replace(plan, pose=pose)
+    plan = planned(plan, pose={"jumps": jumps, "noise_correlation": correlation})
     return driven(plan, seatrial.load_vehicle("mallard-mp"), seed, names)
 
 

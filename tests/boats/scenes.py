@@ -18,10 +18,10 @@ from seatrial.simulation.plan import (
     Jumps,
     PlanFile,
     load_plan,
-    with_seed,
 )
 from seatrial.simulation.trials import Trial, simulate
 from seatrial.util.frames import Array
+from tests.boats.plans import planned
 
 PRESETS = ("paper-like", "hard")
 ALLOCATIONS = ("MP", "AF")
@@ -60,18 +60,13 @@ def driven(
     plan: str | PlanFile, vehicle: Vehicle, seed: int | None = None, names: Sequence[str] = ()
 ) -> dict[str, Trial]:
     """Trials of a plan by its own names; all where none are named, its own seed where none is given."""
-    plan = load_plan(plan) if isinstance(plan, str) else plan
-    plan = plan if seed is None else with_seed(plan, seed)
-    chosen = {name: plan.trials[name] for name in names or plan.trials}
-    made = simulate(msgspec.structs.replace(plan, trials=chosen), vehicle)
-    return dict(zip(chosen, made, strict=True))
+    plan = planned(plan, *names, seed=seed)
+    return dict(zip(plan.trials, simulate(plan, vehicle), strict=True))
 
 
 def pushed(plan: str | PlanFile, force: DisturbanceForce | None = FORCE) -> PlanFile:
     """The plan with an unmodelled force, or without one."""
-    plan = load_plan(plan) if isinstance(plan, str) else plan
-    plant = msgspec.structs.replace(plan.plant, unmodelled=force)
-    return msgspec.structs.replace(plan, plant=plant)
+    return planned(plan, plant={"unmodelled": force})
 
 
 def scenes() -> dict[str, Scene]:
@@ -93,8 +88,7 @@ def _preset(preset: str, allocation: str, force: bool) -> Scene:
 
 def _faulty(plan: PlanFile) -> PlanFile:
     """Exact stamps: their random numbers come after those of the faults, with and without differ."""
-    pose = msgspec.structs.replace(plan.pose, stamp_jitter=0.0, jumps=JUMPS, drop_outs=DROP_OUTS)
-    return msgspec.structs.replace(plan, pose=pose)
+    return planned(plan, pose={"stamp_jitter": 0.0, "jumps": JUMPS, "drop_outs": DROP_OUTS})
 
 
 def without_faults(scene: Scene) -> Scene:
@@ -104,12 +98,8 @@ def without_faults(scene: Scene) -> Scene:
 
 
 def _noisy(sigma: float, tau: float) -> Scene:
-    plan = load_plan("paper-like")
-    pose = msgspec.structs.replace(
-        plan.pose, position_noise=sigma, heading_noise=sigma, noise_correlation=tau
-    )
-    colour = "correlated" if tau else "white"
-    plan = msgspec.structs.replace(plan, pose=pose)
+    noise = {"position_noise": sigma, "heading_noise": sigma, "noise_correlation": tau}
+    plan, colour = planned("paper-like", pose=noise), "correlated" if tau else "white"
     return Scene(f"{colour} {1e3 * sigma:g} mm", "noise", plan, ("MP",))
 
 

@@ -9,8 +9,9 @@ import numpy as np
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup, ProcessEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.simulation.plan import DisturbanceForce, DropOuts, Jumps, load_plan, with_seed
+from seatrial.simulation.plan import DisturbanceForce, DropOuts, Jumps
 from seatrial.simulation.trials import Trial, plant_model, simulate
+from tests.boats.plans import planned
 
 SENSORS = {  # rate [Hz], noise of position [m] and heading [rad]
     "GNSS": (5.0, 0.02, 0.01),
@@ -31,19 +32,15 @@ def driven(
     correlation: float = 0.0,
 ) -> tuple[Model, Trial]:
     """The boat as a model, and S7 as the sensor sees it; `correlation` [s] of its errors."""
-    plan = with_seed(load_plan("paper-like"), 11)
     rate, position, heading = SENSORS[sensor]
-    pose = msgspec.structs.replace(
-        plan.pose, rate=rate, position_noise=position, heading_noise=heading, stamp_jitter=0.0,
-        drop_outs=DropOuts(0.0), jumps=Jumps(0.0), noise_correlation=correlation,
+    pose = {
+        "rate": rate, "position_noise": position, "heading_noise": heading, "stamp_jitter": 0.0,
+        "drop_outs": DropOuts(0.0), "jumps": Jumps(0.0), "noise_correlation": correlation,
+    }  # fmt: skip
+    plan = planned(
+        "paper-like", "S7", seconds=seconds, seed=11, pose=pose, plant={"unmodelled": force},
+        joypad={"clock_offset": 0.0},
     )  # fmt: skip
-    plan = msgspec.structs.replace(
-        plan,
-        pose=pose,
-        plant=msgspec.structs.replace(plan.plant, unmodelled=force),
-        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
-        trials={"S7": msgspec.structs.replace(plan.trials["S7"], duration=seconds)},
-    )
     (trial,) = simulate(plan, boat)
     return plant_model(plan, boat), trial
 
