@@ -181,9 +181,12 @@ def sensed(run: Trial, *, seed: int = 1, position: float = 0.02, outputs: float 
 Event = tuple[float, Callable[[], None]]
 
 
-def in_order(events: list[Event]) -> None:
+def in_order(path: Path, events: list[Event], parts: list[bytes]) -> Path:
+    """The file with the parts that there are after all events."""
     for _, write in sorted(events, key=lambda e: e[0]):
         write()
+    path.write_bytes(b"".join(parts))
+    return path
 
 
 # ArduPilot #
@@ -343,6 +346,4 @@ def ardupilot(
         events.append((t, partial(write, "BAT", us(t), 0, volts, 4.0)))
     for t, state in ((ARMED, 1), (run.seconds - DISARMED, 0)):
         events.append((t, partial(write, "ARM", us(t), state, 0)))
-    in_order(events)
-    path.write_bytes(b"".join(parts))
-    return path
+    return in_order(path, events, parts)

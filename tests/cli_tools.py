@@ -2,12 +2,17 @@
 """The command line within a test."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import msgspec
+from waiting import PATIENCE
 
 from seatrial.commands.cli import main
 from seatrial.commands.shared.schemas import SCHEMAS
+
+PROGRAM = str(Path(sys.executable).parent / "seatrial")
 
 
 def run(capsys, *arguments) -> tuple[int, str, str]:
@@ -21,6 +26,15 @@ def refused(capsys, *arguments) -> str:
     code, shown, error = run(capsys, *arguments)
     assert (code, shown, error.count("\n")) == (1, "", 1), error
     return error
+
+
+def by_lines(command: str, *arguments, lines=()) -> tuple[int, list[dict], str]:
+    """Code, lines of JSON and what is said by a command in a process of its own, given lines."""
+    done = subprocess.run(
+        [PROGRAM, command, *map(str, arguments)], input="\n".join(lines), capture_output=True,
+        text=True, check=False, timeout=PATIENCE,
+    )  # fmt: skip
+    return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 
 
 def documented(command: str, path: Path) -> dict:

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -49,6 +50,16 @@ def clone_into(src: Path) -> None:
 def optimisation_option(*, quick: bool) -> str:
     """CMake's option for nodes that are tested, at half of -O3's time to compile, or timed as they are installed."""
     return f"-DCMAKE_CXX_FLAGS_RELEASE={'-O1' if quick else '-O3 -DNDEBUG'}"
+
+
+def fed(
+    program: Path, events: Iterable[str], **settings: object
+) -> subprocess.CompletedProcess[str]:
+    """A node without ROS, with these parameters, after these events on its standard input."""
+    return subprocess.run(
+        [program, *(f"{name}={value}" for name, value in settings.items())],
+        input="\n".join(events), capture_output=True, text=True, check=False,
+    )  # fmt: skip
 
 
 def needs(*programs: str, yaml: bool = False) -> None:

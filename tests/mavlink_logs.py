@@ -58,6 +58,4 @@ def telemetry(
             0, 0, 0, 500, round(volts * 1e3), 400, 50, 0, 0, 0, 0, 0, 0
         )
         events.append((t, partial(write, t, message)))
-    in_order(events)
-    path.write_bytes(b"".join(parts))
-    return path
+    return in_order(path, events, parts)

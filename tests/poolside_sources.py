@@ -7,6 +7,7 @@ import threading
 from contextlib import contextmanager
 
 import numpy as np
+import pytest
 from waiting import PATIENCE
 
 from seatrial.boat.vehicle import Vehicle, vehicle_from
@@ -25,6 +26,12 @@ VEHICLE = {
 
 def vehicle(**changed) -> Vehicle:
     return vehicle_from({**VEHICLE, **changed}, "vehicle.yaml")
+
+
+@pytest.fixture
+def no_silence(monkeypatch):
+    """A machine that stands still is no recorder that has stopped."""
+    monkeypatch.setattr("seatrial.poolside.sources.follow_bag.SILENT", float("inf"))
 
 
 def through_pipe(text: bytes, boat: Vehicle) -> tuple[list[object], tuple[str, ...]]:

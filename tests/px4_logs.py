@@ -122,6 +122,4 @@ def px4(
         events.append((t, partial(write, *("battery_status", t, "ff", volts, 4.0))))
         magic = ulog_message("S", bytes.fromhex("2f731320250cbb12"))
         events.append((t, partial(parts.append, magic)))
-    in_order(events)
-    path.write_bytes(b"".join(parts))
-    return path
+    return in_order(path, events, parts)

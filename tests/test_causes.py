@@ -9,6 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
+from estimates import estimated
 from scipy import stats
 from survey_boat import boat as survey
 from survey_boat import driven
@@ -41,15 +42,6 @@ from tests.boats.plans import driven_by, planned
 TRUTH = TABLE_II["MP"]
 MORE = 1.2  # times mass and inertia
 ERROR = 0.02  # relative standard error of every coefficient
-
-
-def estimated(vehicle, values, seed, size=ERROR):
-    """An estimate of these values with correlated errors, drawn from its own covariance."""
-    model = make_model(vehicle, values)
-    n = len(model.coefficients)
-    root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
-    drawn = model.coefficients + root @ np.random.default_rng(seed).normal(size=n)
-    return replace(model, coefficients=drawn, covariance=root @ root.T)
 
 
 def found(a, b):

@@ -7,6 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
+from estimates import estimated
 from scipy import stats
 
 from seatrial.boat.findings import FindingKind, finding_of
@@ -23,15 +24,6 @@ from tests.boats.hulls import FREE, MIDDLE
 MORE = 1.2  # times the mass
 TRUTH = TABLE_II["AF"]
 LOADED = {name: value / MORE for name, value in TRUTH.items()}
-
-
-def estimated(vehicle, values, rng=None, size=0.02):
-    """A model with errors of `size` that are correlated, drawn from them if there is an `rng`."""
-    model = make_model(vehicle, values)
-    n = len(model.coefficients)
-    root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
-    drawn = model.coefficients + (root @ rng.normal(size=n) if rng else 0.0)
-    return replace(model, coefficients=drawn, covariance=root @ root.T)
 
 
 def names_of(found):

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
+from estimates import estimated
 from scipy import stats
 
 from seatrial import _core
@@ -24,15 +25,6 @@ from tests.boats.plans import driven_by, planned
 TRUTH = TABLE_II["AF"]
 
 
-def estimated(vehicle, rng, size):
-    """Truth and errors of `size`, that are correlated."""
-    model = make_model(vehicle, TRUTH)
-    n = len(model.coefficients)
-    root = np.linalg.cholesky(0.5 * np.eye(n) + 0.5) * size * np.abs(model.coefficients)[:, None]
-    drawn = model.coefficients + root @ rng.normal(size=n)
-    return replace(model, coefficients=drawn, covariance=root @ root.T)
-
-
 def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_expected(mp):
     """e_A' Q e_A - e_B' Q e_B of errors drawn, against mean and variance by the difference alone."""
     rng = np.random.default_rng(5)
@@ -41,7 +33,7 @@ def test_what_one_of_two_estimates_of_a_boat_predicts_better_is_as_expected(mp):
     truth = make_model(mp, TRUTH).coefficients
     scores = []
     for _ in range(500):
-        a, b = estimated(mp, rng, 0.02), estimated(mp, rng, 0.05)
+        a, b = estimated(mp, TRUTH, rng, 0.02), estimated(mp, TRUTH, rng, 0.05)
         seen = views(a, b)
         mean, variance = same_boat_errors(a, b, seen, pairs(a, b, seen, {})).difference(
             (form, form)
@@ -90,7 +82,7 @@ def test_a_better_prediction_within_the_estimates_errors_is_no_change(drive):
 
 
 def test_a_difference_that_a_bound_hides_is_named_in_the_verdict(mp):
-    a = b = estimated(mp, np.random.default_rng(1), 0.02)
+    a = b = estimated(mp, TRUTH, 1)
     said = np.array([0.0 if name == "X_uu" else 1.0 for name in a.values])
     ended = finding_of(FindingKind.AT_BOUND, "X_uu", bound=0.0)
     entry = EstimatorEntry("output-error", findings=[ended])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import make_model
 from survey_boat import LAG, LATENCY, TRUTH, boat
+from tune_tools import in_loop
 
 import seatrial
 from seatrial.commands.cli import main
@@ -33,11 +34,9 @@ from seatrial.control.tuning.guidance import Guidance, about_path, guidance_for,
 from seatrial.control.tuning.linear import linearise
 from seatrial.control.tuning.loops import Feedback, frequencies, margins
 from seatrial.control.tuning.page import tuning_report
-from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import ControlError
 
 RATE = 50.0  # [Hz]
-BLIND = Sensors(pose=None, imu=None, lidar=None)
 CHAIN = [{"latency": LATENCY, "lag": LAG}]
 STILL = np.zeros(3)
 
@@ -57,17 +56,13 @@ def tuning(model):
     return tune(model, draws=20)
 
 
-def follow(plant, controller, reference, seconds, *, current=(0.0, 0.0), start=STILL):
+def follow(plant, controller, reference, seconds, **scene):
     """States (n, 6) at every call, by the true motion."""
-    sea = Simulator(plant, sensors=BLIND, current=current, start=start, radius=0.0)
-    states = []
-    for i in range(round(seconds * RATE)):
-        t = i / RATE
-        ahead = reference(t + controller.gains.lead)
-        sea.command(controller.command(t, sea.eta, sea.nu, reference(t), ahead))
-        states.append(np.concatenate([sea.eta, sea.nu]))
-        sea.advance(1.0 / RATE)
-    return np.array(states)
+    lead = controller.gains.lead
+    found = in_loop(
+        plant, controller, lambda t, _: (reference(t), reference(t + lead)), seconds, **scene, radius=0.0
+    )  # fmt: skip
+    return np.array([[*eta, *nu] for _, eta, nu, _ in found])
 
 
 def along_x(speed):

@@ -87,14 +87,21 @@ def _stop(*_, **__):
     raise SeatrialError("far enough")
 
 
+def guided_by(monkeypatch):
+    """A list that gets the names of recordings that a model is sought from, which ends there."""
+    seen = []
+
+    def stop(found, *_, **__):
+        seen.append([r.name for r in found])
+        _stop()
+
+    monkeypatch.setattr(guided_model, "identify_guided", stop)
+    return seen
+
+
 def test_a_recording_may_test_the_others(tmp_path, monkeypatch):
     logs = [tables(tmp_path / name, one_drive(60.0, seed)) for name, seed in (("a", 1), ("b", 2))]
-    seen = []
-    monkeypatch.setattr(
-        guided_model,
-        "identify_guided",
-        lambda found, *_, **__: (seen.append([r.name for r in found]), _stop()),
-    )
+    seen = guided_by(monkeypatch)
     for where, options in (
         ("given", {"test": logs[0]}),
         ("answered", {"ask": Owner(**{TEST_QUESTION: "a"})}),
@@ -135,12 +142,7 @@ def test_the_recording_that_tests_is_asked_again_when_recordings_change(tmp_path
     assert Steps(tmp_path / "out").answer("test") == "a"
     assert asked(logs) and not asked(logs)  # the last quarter is an answer, too
     assert asked(logs[1:], "b")
-    seen = []
-    monkeypatch.setattr(
-        guided_model,
-        "identify_guided",
-        lambda found, *_, **__: (seen.append([r.name for r in found]), _stop()),
-    )
+    seen = guided_by(monkeypatch)
     for given in (
         logs[1:],
         logs[::2],

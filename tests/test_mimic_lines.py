@@ -3,13 +3,12 @@
 
 import json
 import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
-from cli_tools import refused
+from cli_tools import PROGRAM, by_lines, refused
 from test_model import frd
 from waiting import PATIENCE
 
@@ -17,15 +16,7 @@ import seatrial
 from seatrial.simulation.mimic import Carrier, Mimic
 from seatrial.util.frames import Axes
 
-PROGRAM = str(Path(sys.executable).parent / "seatrial")
-
-
-def mimic(*arguments, lines=()):
-    done = subprocess.run(
-        [PROGRAM, "mimic", *map(str, arguments)], input="\n".join(lines), capture_output=True,
-        text=True, check=False, timeout=PATIENCE,
-    )  # fmt: skip
-    return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr
+mimic = partial(by_lines, "mimic")
 
 
 def events(flip=None):

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """The mimic node without ROS: how long a command holds, beside the plant itself."""
 
-import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from board_boats import changed
-from cpp_tools import built
+from cpp_tools import built, fed
 from ros1_node_tools import plant_states
 
 import seatrial
@@ -38,10 +37,8 @@ def joy(t):
 def ticks(program, model, path, events, **settings):
     """Health and states (n, 6) at each tick, of a boat that the first pose has placed at the origin."""
     seatrial.save(model, path)
-    done = subprocess.run(
-        [program, f"model={path}", *(f"{name}={value}" for name, value in settings.items())],
-        input="\n".join([event(0.0, "pose 0 0 0"), *events]), capture_output=True, text=True, check=True,
-    )  # fmt: skip
+    done = fed(program, [event(0.0, "pose 0 0 0"), *events], model=path, **settings)
+    assert done.returncode == 0, done.stderr
     rows = [line.split() for line in done.stdout.splitlines()]
     health = [MimicHealth(int(row[0])) for row in rows]
     return health, np.array([[float.fromhex(x) for x in row[1:]] for row in rows])

@@ -10,7 +10,7 @@ import pytest
 from bag_tools import bag_records, joy_sent, poses_sent, ros1, ros2
 from bag_tools import vehicle as bag_boat
 from mcap_writer import mcap
-from poolside_sources import gathered
+from poolside_sources import gathered, no_silence  # noqa: F401  a fixture
 from waiting import until
 
 from seatrial.io.bags.growing.db3 import GrowingDb3
@@ -19,11 +19,7 @@ from seatrial.io.bags.growing.ros1 import GrowingRos1
 from seatrial.poolside.sources import open_source
 from seatrial.util.errors import FileError, RecordingError
 
-
-@pytest.fixture(autouse=True)
-def _no_silence(monkeypatch):
-    """A machine that stands still is no recorder that has stopped."""
-    monkeypatch.setattr("seatrial.poolside.sources.follow_bag.SILENT", float("inf"))
+pytestmark = pytest.mark.usefixtures("no_silence")
 
 
 def grown(path, boat, content, cuts):

@@ -5,17 +5,13 @@ import time
 
 import numpy as np
 import pytest
-from poolside_sources import VEHICLE, gathered, poses_of, table, vehicle
+from poolside_sources import VEHICLE, gathered, no_silence, poses_of, table, vehicle  # noqa: F401  a fixture
 from waiting import until
 
 from seatrial.poolside.sources import open_source
 from seatrial.util.errors import FileError, RecordingError
 
-
-@pytest.fixture(autouse=True)
-def _no_silence(monkeypatch):
-    """A machine that stands still is no recorder that has stopped."""
-    monkeypatch.setattr("seatrial.poolside.sources.follow_bag.SILENT", float("inf"))
+pytestmark = pytest.mark.usefixtures("no_silence")
 
 
 def test_a_table_that_grows_gives_what_it_reads_in_the_end(tmp_path):

@@ -32,14 +32,19 @@ def rows(count, step=50_000_000):
     return [(BEGIN + i * step, values[i], rng.uniform(-1, 1, 3)) for i in range(count)]
 
 
+def use(recorder, given):
+    """Each command, and the pose after it."""
+    for stamp, pose, command in given:
+        recorder.use("command", stamp, command)
+        recorder.use("pose", stamp, pose)
+
+
 @pytest.mark.parametrize("axes", ["forward-left-up", FRD])
 def test_what_is_read_back_is_what_arrived_bit_by_bit(tmp_path, axes):
     boat = vehicle(axes=axes, pose={**VEHICLE["pose"], "lever": [0.1, 0.2]})
     recorder = Recorder(tmp_path / "drive", boat)
     given = rows(100)
-    for stamp, pose, command in given:
-        recorder.use("command", stamp, command)
-        recorder.use("pose", stamp, pose)
+    use(recorder, given)
     folder = recorder.finish()
     own = load_vehicle(folder / "vehicle.yaml")
     assert own.lever == boat.lever
@@ -75,9 +80,7 @@ def test_position_and_heading_of_two_sensors_and_scales(tmp_path):
 def test_discarded_intervals_are_left_out_of_the_saved_recording_and_stay_in_the_raw_one(tmp_path):
     recorder = Recorder(tmp_path / "drive", vehicle())
     given = rows(200)
-    for stamp, pose, command in given:
-        recorder.use("command", stamp, command)
-        recorder.use("pose", stamp, pose)
+    use(recorder, given)
     recorder.mark(given[20][0], 'begin "zigzag"\n')
     recorder.discard(given[50][0], given[59][0])
     recorder.discard(given[195][0], given[199][0])
@@ -119,9 +122,7 @@ def test_rows_go_on_arriving_while_discarded_ones_are_taken_out(tmp_path, monkey
     """The disk is slow: nothing waits for it, and a kill at that moment loses none."""
     given, folder = rows(100), tmp_path / "drive"
     recorder = Recorder(folder, vehicle())
-    for stamp, pose, command in given[:50]:
-        recorder.use("command", stamp, command)
-        recorder.use("pose", stamp, pose)
+    use(recorder, given[:50])
     more, killed, discards = iter(given[50:]), [], []
 
     def slow(_):
@@ -153,9 +154,7 @@ def test_a_full_disk_leaves_no_half_row(tmp_path):
     """A file that may not grow further takes the beginning of a row: the rows after it must not join it."""
     resource = pytest.importorskip("resource")
     recorder, given = Recorder(tmp_path / "drive", vehicle()), rows(12)
-    for stamp, pose, command in given[:10]:
-        recorder.use("command", stamp, command)
-        recorder.use("pose", stamp, pose)
+    use(recorder, given[:10])
     table = tmp_path / "drive" / "poses.csv"
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (table.stat().st_size + 10, limits[1]))
@@ -199,9 +198,7 @@ def test_a_folder_that_is_gone_is_stated(tmp_path, how):
 def test_the_recording_is_an_mcap_by_wish(tmp_path):
     recorder = Recorder(tmp_path / "drive" / "recording", vehicle())
     given = rows(100)
-    for stamp, pose, command in given:
-        recorder.use("command", stamp, command)
-        recorder.use("pose", stamp, pose)
+    use(recorder, given)
     recorder.discard(given[50][0], given[59][0])
     folder = recorder.finish()
     assert save_mcap(folder, folder.parent) == {"mcap": str(folder.parent / "recording.mcap")}

@@ -7,17 +7,13 @@ import pytest
 from bag_tools import joy_sent, poses_sent, ros1
 from bag_tools import vehicle as bag_boat
 from mcap_writer import mcap
-from poolside_sources import gathered
+from poolside_sources import gathered, no_silence  # noqa: F401  a fixture
 from waiting import until
 
 from seatrial.io.bags.growing.ros1 import GrowingRos1
 from seatrial.poolside.sources import open_source
 
-
-@pytest.fixture(autouse=True)
-def _no_silence(monkeypatch):
-    """A machine that stands still is no recorder that has stopped."""
-    monkeypatch.setattr("seatrial.poolside.sources.follow_bag.SILENT", float("inf"))
+pytestmark = pytest.mark.usefixtures("no_silence")
 
 
 def test_a_folder_of_ros1_bags_is_followed_from_one_to_the_next(tmp_path):

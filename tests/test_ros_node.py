@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The node without ROS: what it makes of messages, by scripts of events, beside Python's odometer."""
 
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 from board_boats import changed, skiff
 from conftest import ROOT, TABLE_II, make_model
-from cpp_tools import built
+from cpp_tools import built, fed
 
 import seatrial
 from seatrial.boat.schema import EnvelopeEntry, NoiseEntry
@@ -37,10 +36,7 @@ def model(mp, tmp_path):
 
 
 def play(program, events, **settings) -> list[list[str]]:
-    done = subprocess.run(
-        [program, *(f"{name}={value}" for name, value in settings.items())],
-        input="\n".join(events), capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = fed(program, events, **settings)
     if done.returncode:
         raise RuntimeError(done.stderr)
     return [line.split() for line in done.stdout.splitlines()]

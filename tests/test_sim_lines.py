@@ -4,13 +4,12 @@
 import json
 import socket
 import subprocess
-import sys
 import time
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 import pytest
-from cli_tools import refused
+from cli_tools import PROGRAM, by_lines, refused
 from test_model import frd
 from waiting import PATIENCE, free_port, until
 
@@ -18,16 +17,8 @@ import seatrial
 from seatrial.simulation.server import SimSettings, SimStream
 from seatrial.util.frames import Axes
 
-PROGRAM = str(Path(sys.executable).parent / "seatrial")
+sim = partial(by_lines, "sim")
 SCRIPT = [(0.0, [0.8, 0.0, 0.1]), (2.0, [0.3, -0.6, 0.5]), (5.0, [-0.5, 0.2, -0.4])]
-
-
-def sim(*arguments, lines=()):
-    done = subprocess.run(
-        [PROGRAM, "sim", *map(str, arguments)], input="\n".join(lines), capture_output=True,
-        text=True, check=False, timeout=PATIENCE,
-    )  # fmt: skip
-    return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 
 
 def commands(flip=None):

@@ -8,6 +8,7 @@ import pytest
 from cli_tools import refused
 from conftest import make_model
 from steered_boat import BOW_THRUSTER, RUDDER, driven, known, outboard
+from tune_tools import in_loop
 
 import seatrial
 from seatrial import _core
@@ -29,12 +30,10 @@ from seatrial.control import (
 from seatrial.control.allocation.steered import steering_of
 from seatrial.control.tuning.design import SENSITIVITY_LIMIT
 from seatrial.identification.estimator import OutputErrorSettings, output_error
-from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import ControlError
 from seatrial.util.files import dump_yaml
 
 RATE = 20.0  # [Hz] of the controller
-BLIND = Sensors(pose=None, imu=None, lidar=None)
 STILL = np.zeros(3)
 PLAIN = OutputErrorSettings(select_stages=False)
 
@@ -151,17 +150,10 @@ def straight(speed, controller):
     return lambda t, _: (go(t), go(t + lead))
 
 
-def follow(plant, controller, reference, seconds, *, current=(0.0, 0.0), start=STILL):
+def follow(plant, controller, reference, seconds, **scene):
     """States (n, 6) at every call, by the true motion. reference: of time and pose, with its later one."""
-    sea = Simulator(plant, sensors=BLIND, current=current, start=start, radius=0.0)
-    states = []
-    for i in range(round(seconds * RATE)):
-        t = i / RATE
-        now, ahead = reference(t, sea.eta)
-        sea.command(controller.command(t, sea.eta, sea.nu, now, ahead))
-        states.append(np.concatenate([sea.eta, sea.nu]))
-        sea.advance(1.0 / RATE)
-    return np.array(states)
+    found = in_loop(plant, controller, reference, seconds, rate=RATE, radius=0.0, **scene)
+    return np.array([[*eta, *nu] for _, eta, nu, _ in found])
 
 
 def waiting(course, controller):

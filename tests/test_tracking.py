@@ -5,7 +5,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II
-from tune_tools import CHAIN, LATENCY, closed_loop, mallard
+from tune_tools import CHAIN, LATENCY, closed_loop, in_loop, mallard
 
 import seatrial
 from seatrial.control import (
@@ -22,11 +22,9 @@ from seatrial.control import (
     tune,
 )
 from seatrial.control.tuning.linear import steady_motions
-from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import ControlError
 
 RATE = 50.0  # [Hz]
-BLIND = Sensors(pose=None, imu=None, lidar=None)
 SMOOTH = [{"latency": CHAIN[0]["latency"], "lag": CHAIN[0]["lag"]}]
 SHAPES = [Circle(0.7), Eight(1.1, 0.45), Square(1.2)]
 
@@ -44,18 +42,13 @@ def tuning(boat):
 
 def follow(plant, controller, course, *, current=(0.0, 0.0), start=(0.0, 0.0, 0.0), length=None):
     """Errors (n, 3) at every call, and outcomes, by the true motion."""
-    begin = course.at(0.0).eta + np.array(start)
-    boat = Simulator(plant, sensors=BLIND, current=current, start=begin)
-    errors, outcomes = [], []
-    for i in range(round((course.duration if length is None else length) * RATE)):
-        t = i / RATE
-        wanted = course.at(t)
-        ahead = course.at(t + controller.gains.lead)
-        boat.command(controller.command(t, boat.eta, boat.nu, wanted, ahead))
-        outcomes.append(controller.outcome)
-        errors.append(boat.eta - wanted.eta)
-        boat.advance(1.0 / RATE)
-    off = np.array(errors)
+    lead, seconds = controller.gains.lead, course.duration if length is None else length
+    found = in_loop(
+        plant, controller, lambda t, _: (course.at(t), course.at(t + lead)), seconds,
+        current=current, start=course.at(0.0).eta + np.array(start),
+    )  # fmt: skip
+    rows = [(eta - course.at(t).eta, controller.outcome) for t, eta, *_ in found]
+    off, outcomes = np.array([error for error, _ in rows]), [outcome for _, outcome in rows]
     off[:, 2] = np.angle(np.exp(1j * off[:, 2]))
     return off, outcomes
 

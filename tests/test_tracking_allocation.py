@@ -5,6 +5,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import in_coarse_steps
+from tune_tools import in_loop
 
 from seatrial import Allocator, Model
 from seatrial.boat.model_file import save
@@ -21,13 +22,11 @@ from seatrial.control import (
     save_gains,
     tune,
 )
-from seatrial.simulation import Sensors, Simulator
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import ControlError
 
 RATE = 50.0  # [Hz]
-BLIND = Sensors(pose=None, imu=None, lidar=None)
 SCHEMES = ["moore-penrose", "sign-pattern", "null-space"]
 ORIGIN = Reference(np.zeros(3), np.zeros(3), np.zeros(3))
 
@@ -100,16 +99,10 @@ def test_keeping_still_ends_where_the_dead_zone_let_it_swing(boat, tunings, sche
     """From 2 cm off: the vehicle's own allocation goes to and fro, the allocator comes to rest."""
 
     def rest(tuning):
-        controller = TrackingController(tuning)
-        plant = Simulator(boat, sensors=BLIND, start=(0.02, -0.01, 0.05))
-        seen, thrusters = [], []
-        for i in range(round(60 * RATE)):
-            thrusters.append(controller.command(i / RATE, plant.eta, plant.nu, ORIGIN))
-            plant.command(thrusters[-1])
-            plant.advance(1.0 / RATE)
-            seen.append(plant.eta[:2])
-        late = np.array(seen)[round(30 * RATE) :]
-        return np.hypot(*np.ptp(late, axis=0)), np.array(thrusters)
+        controller, begin = TrackingController(tuning), (0.02, -0.01, 0.05)
+        found = list(in_loop(boat, controller, lambda *_: (ORIGIN,), 60.0, start=begin))
+        late = np.array([eta[:2] for t, eta, *_ in found if t >= 30.0])
+        return np.hypot(*np.ptp(late, axis=0)), np.array([command for *_, command in found])
 
     swing, _ = rest(tunings["vehicle"])
     still, thrusters = rest(tunings[scheme])

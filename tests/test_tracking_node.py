@@ -2,13 +2,12 @@
 """The ROS tracking node without ROS beside Python's controller: the same gains file, the same commands."""
 
 import dataclasses
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import make_model
-from cpp_tools import built
+from cpp_tools import built, fed
 from ros_drive import extrapolated
 from steered_boat import known
 from survey_boat import LAG, LATENCY, TRUTH, boat
@@ -144,10 +143,7 @@ def tuning_lead(controller) -> float:
 
 def run(program: Path, events: list[str], **settings: object) -> tuple[int, list[list[str]], str]:
     """Return code, answers, error."""
-    done = subprocess.run(
-        [program, *(f"{name}={value}" for name, value in settings.items())],
-        input="\n".join(events), capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = fed(program, events, **settings)
     return done.returncode, [row.split() for row in done.stdout.splitlines()], done.stderr
 
 

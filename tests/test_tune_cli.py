@@ -9,7 +9,7 @@ import pytest
 import yaml
 from cli_tools import refused
 from conftest import ROOT
-from tune_tools import mallard
+from tune_tools import in_loop, mallard
 
 import seatrial
 from seatrial.commands.cli import main
@@ -17,7 +17,6 @@ from seatrial.control import Reference, gains_of, load_gains, ros_parameters, sa
 from seatrial.control.tuning.console import tuning_text
 from seatrial.control.tuning.page import tuning_report
 from seatrial.control.tuning.responses import responses, steps_of
-from seatrial.simulation import Sensors, Simulator
 from seatrial.util.errors import FileError, SeatrialError
 
 
@@ -153,16 +152,10 @@ def test_step_responses_are_those_of_python_control():
 def test_the_step_response_is_that_of_the_controller_itself(axis):
     """In the simulator: a goal so near that no command is limited and the boat stays nearly at rest."""
     own = tune(mallard(chain=[{"latency": 0.05, "lag": 0.08}], spread=0.0), 0.8)
-    goal, rate = 1e-3 * np.eye(3)[axis], 50.0
-    controller = seatrial.TrackingController(own)
-    sea = Simulator(own.model, sensors=Sensors(pose=None, imu=None, lidar=None), radius=0.0)
-    t = np.arange(400) / rate
-    found = []
-    for now in t:
-        found.append(sea.eta[axis] / goal[axis])
-        sea.command(controller.command(now, sea.eta, sea.nu, Reference.still(goal)))
-        sea.advance(1.0 / rate)
-    np.testing.assert_allclose(steps_of(own, [own.boat], t)[0, axis], found, atol=0.015)
+    goal = Reference.still(1e-3 * np.eye(3)[axis])
+    rows = in_loop(own.model, seatrial.TrackingController(own), lambda *_: (goal,), 8.0, radius=0.0)
+    t, found = zip(*((t, 1e3 * eta[axis]) for t, eta, *_ in rows), strict=True)
+    np.testing.assert_allclose(steps_of(own, [own.boat], np.array(t))[0, axis], found, atol=0.015)
 
 
 def test_bands_hold_the_model_and_have_width(tuning):

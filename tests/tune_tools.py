@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Models to tune, and their loops built another way."""
+"""Models to tune, and their loops: in the simulator, and built another way."""
 
 import dataclasses
 
@@ -8,6 +8,7 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
+from seatrial.simulation import Sensors, Simulator
 
 LAG, LATENCY = 0.08, 0.05  # [s]
 CHAIN = [{"latency": LATENCY, "lag": LAG, "dead_zone": {"forward": 0.08, "reverse": 0.08}}]
@@ -26,6 +27,20 @@ def mallard(scheme="MP", spread=0.05, chain=CHAIN, **values):
     covariance = np.zeros((n + len(model.constants),) * 2)
     covariance[:n, :n] = np.diag((spread * model.coefficients) ** 2)
     return dataclasses.replace(model, covariance=covariance)
+
+
+def in_loop(plant, controller, reference, seconds, *, rate=50.0, **scene):
+    """Time, pose, velocity and command at every call of a controller in the simulator, by the true motion.
+
+    reference: of time and pose; with a later one, as the controller takes them.
+    """
+    sea = Simulator(plant, sensors=Sensors(pose=None, imu=None, lidar=None), **scene)
+    for i in range(round(seconds * rate)):
+        t, eta, nu = i / rate, sea.eta, sea.nu
+        command = controller.command(t, eta, nu, *reference(t, eta))
+        sea.command(command)
+        yield t, eta, nu, command
+        sea.advance(1.0 / rate)
 
 
 def boat_by_hand(c, nu):
