@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from seatrial.io.poses import of_origin, pose_columns
+from seatrial.io.signals import scaled
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.recording.timing import Clock, describe
@@ -26,6 +28,12 @@ def poses(n=600, rate=15.0, noise=0.0, seed=0, rest=0):
     eta = np.column_stack([0.8 * np.sin(0.3 * s), 0.5 * np.sin(0.5 * s + 1), 2.5 * np.sin(0.2 * s)])
     eta += noise * np.random.default_rng(seed).normal(size=eta.shape)
     return np.rint(t * 1e9).astype(np.int64), eta
+
+
+def in_vehicle_terms(raw, vehicle):
+    """Poses (n, 3) of the boat's origin, forward-left-up, from raw x, y and heading, as the vehicle file has them."""
+    columns = pose_columns(vehicle)
+    return of_origin(np.column_stack(list(map(scaled, raw.T, columns))), vehicle)
 
 
 def turned(recording: Recording, *signs: float) -> Recording:

@@ -12,11 +12,12 @@ import yaml
 from board_boats import VEHICLES, identified
 from conftest import ROOT
 from cpp_tools import built, run
+from recording_tools import in_vehicle_terms
 
 import seatrial
 from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import TO_SI, as_column
-from seatrial.io.poses import in_vehicle_terms, pose_columns
+from seatrial.io.poses import pose_columns
 from seatrial.io.signals import scaled
 from seatrial.onboard.parameter_uncertainty import onboard_uncertainty
 from seatrial.onboard.predictor import Estimate, Predictor

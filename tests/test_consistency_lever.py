@@ -4,12 +4,12 @@
 import msgspec
 import numpy as np
 import pytest
+from recording_tools import in_vehicle_terms
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
-from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.from_poses import make_recording
 from seatrial.util.frames import Axes
 from tests.boats.hulls import MIDDLE, driven

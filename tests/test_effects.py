@@ -8,6 +8,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import at_length, on_request
+from recording_tools import in_vehicle_terms
 from survey_boat import TRUTH, blown
 from test_model import frd
 
@@ -22,7 +23,6 @@ from seatrial.identification.estimator import OutputErrorSettings, fit, output_e
 from seatrial.identification.likelihood.fit_horizon import likelihood_noise
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.solution import with_lever
-from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.origin import poses_of_origin
 from seatrial.simulation.trials import plant_model, simulate
 from seatrial.util.errors import SeatrialError

@@ -5,6 +5,7 @@ import msgspec
 import numpy as np
 import pytest
 from conftest import at_length, on_request
+from recording_tools import in_vehicle_terms
 from survey_boat import LAG
 from survey_boat import TRUTH as TWIN
 from survey_boat import boat as twin
@@ -14,10 +15,8 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.diagnostics.heading_offset import (
     psi_offset,
     without_error,
-    without_offset,
 )
 from seatrial.identification.estimator import output_error
-from seatrial.io.poses import in_vehicle_terms
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
@@ -28,6 +27,11 @@ PUSH = DisturbanceForce(0.04, 2.0)
 CHAIN = {"latency": 0.1, "lag": 0.1}
 
 
+def less_by(recording, by):
+    """The recording with headings less by so much [rad]."""
+    return without_error(recording, lambda psi: np.full_like(psi, by))
+
+
 def offsets(recordings, vehicle) -> tuple[Finding, ...]:
     kinds = FindingKind.HEADING_OFFSET, FindingKind.COMPASS_DEVIATION
     return output_error(recordings, vehicle).findings_of(*kinds)
@@ -36,7 +40,7 @@ def offsets(recordings, vehicle) -> tuple[Finding, ...]:
 @pytest.mark.parametrize(("degrees", "force"), [(4.0, None), at_length(4.0, PUSH), (-15.0, PUSH)])
 def test_a_heading_that_is_off_is_told_with_the_line_to_write(degrees, force):
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2, push=force)
-    askew = [without_offset(drive, -np.radians(degrees)) for drive in drives]
+    askew = [less_by(drive, -np.radians(degrees)) for drive in drives]
     (finding,) = offsets(askew, vehicle)
     assert finding.kind is FindingKind.HEADING_OFFSET
     assert np.degrees(finding.number("size")) == pytest.approx(abs(degrees), abs=0.6)
@@ -63,7 +67,7 @@ def test_a_compass_near_iron_is_told_with_its_deviation(turns, number, seconds):
 def test_an_error_of_the_heading_that_lasts_may_take_the_offset_up():
     """Where nothing pushes the boat: coefficients are right then, and nothing needs to be said."""
     vehicle, drives = driven(MIDDLE, CHAIN, seed=3, white=2e-3, seconds=120, drives=2)
-    model = output_error([without_offset(drive, np.radians(15.0)) for drive in drives], vehicle)
+    model = output_error([less_by(drive, np.radians(15.0)) for drive in drives], vehicle)
     for name, right in MIDDLE.coefficients.items():
         assert model.values[name] == pytest.approx(right, abs=4.0 * model.standard_errors[name])
 

@@ -31,19 +31,11 @@ def pose_columns(vehicle: Vehicle) -> list[Column]:
     return columns
 
 
-def in_vehicle_terms(raw: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Array:
-    """Poses (n, 3) of the boat's origin, forward-left-up, from raw x, y and heading.
-
-    With the vehicle file's signs and units, and its lever arm subtracted. stamps: (n,) [ns], to turn the
-    lever arm by the heading of the position's time.
-    """
-    columns = pose_columns(vehicle)
-    eta = np.column_stack([scaled(raw[:, i], column) for i, column in enumerate(columns)])
-    return of_origin(eta, vehicle, stamps)
-
-
 def of_origin(eta: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Array:
-    """Poses (n, 3) of the boat's origin, forward-left-up, from those of the measured point in the file's axes."""
+    """Poses (n, 3) of the boat's origin, forward-left-up, from those of the measured point in the file's axes.
+
+    stamps: (n,) [ns], to turn the lever arm by the heading of the position's time.
+    """
     eta = eta.copy()
     eta[np.abs(eta) > LARGEST_POSE] = np.nan
     psi, (position, heading) = eta[:, 2], vehicle.delays

@@ -170,11 +170,6 @@ def _turned(problem: Problem, error: HeadingError) -> Problem:
     return replace(problem, recordings=tuple(without_error(r, error) for r in problem.recordings))
 
 
-def without_offset(recording: Recording, by: float) -> Recording:
-    """The recording with headings less by so much [rad]."""
-    return without_error(recording, lambda psi: np.full_like(psi, by))
-
-
 def without_error(recording: Recording, error: HeadingError) -> Recording:
     """The recording with headings less by an error that depends on them."""
     return with_headings_less(recording, lambda psi, _: error(psi))

@@ -188,11 +188,11 @@ def known(value: float | None, digits: int = 4, scale: float = 1.0) -> Cell:
     return NOTHING if value is None or not np.isfinite(value) else Number(value, digits, scale)
 
 
-def with_error(value: float, error: float, digits: int = 4) -> list[Cell]:
+def with_error(value: float, error: float) -> list[Cell]:
     """A value, its standard error and its 95 % interval; dashes where it has none."""
     width = NORMAL_95 * error
     interval = (value - width, value + width) if error > 0 else None
-    return [Number(value, digits), known(error if error > 0 else None, 2), between(interval)]
+    return [Number(value, 4), known(error if error > 0 else None, 2), between(interval)]
 
 
 def between(pair: Sequence[float] | None, digits: int = 3, scale: float = 1.0) -> Cell:
