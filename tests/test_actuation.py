@@ -16,17 +16,16 @@ def gains(surge, turn, lever=0.0):
     return np.array([surge + lever * np.array(turn), [0.0, 0.0], turn])
 
 
-@pytest.mark.parametrize("lever", [0.0, 0.1, -0.3, 1.4])
-def test_identical_thrusters_have_equal_weights_whatever_the_lever_arm(lever):
-    seen = gains([2.5, 2.5], [0.7, -0.7], lever)
-    np.testing.assert_allclose(weights(0, CLEAR, seen, T), [0.5, 0.5])
-    np.testing.assert_allclose(weights(2, CLEAR, seen, T), [0.5, -0.5])
-
-
-def test_thrusters_that_turn_the_boat_unequally_are_unequal():
-    seen = gains([0.3, 0.2], [0.9, -0.6])
-    np.testing.assert_allclose(weights(0, CLEAR, seen, T), [0.6, 0.4])
-    np.testing.assert_allclose(weights(2, CLEAR, seen, T), [0.6, -0.4])
+@pytest.mark.parametrize(
+    ("seen", "share"),
+    [
+        *((gains([2.5, 2.5], [0.7, -0.7], lever), 0.5) for lever in (0.0, 0.1, -0.3, 1.4)),
+        (gains([0.3, 0.2], [0.9, -0.6]), 0.6),  # they turn the boat unequally
+    ],
+)
+def test_identical_thrusters_have_equal_weights_whatever_the_lever_arm(seen, share):
+    np.testing.assert_allclose(weights(0, CLEAR, seen, T), [share, 1.0 - share])
+    np.testing.assert_allclose(weights(2, CLEAR, seen, T), [share, share - 1.0])
 
 
 def test_a_difference_that_takes_too_long_a_lever_arm_stays():

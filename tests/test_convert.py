@@ -71,8 +71,20 @@ def test_tables_hold_the_same_recording(given, tmp_path, name):
     assert {p.name for p in written} == {
         "poses.csv", "heading.csv", "yaw_rate.csv", "commands.csv", "scales.csv", "vehicle.yaml",
     }  # fmt: skip
-    found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
-    same(found, read(path, load_vehicle(file)))
+    same(back(tmp_path / "out"), read(path, load_vehicle(file)))
+
+
+def back(folder):
+    """What was converted into a folder, by its own vehicle file."""
+    return read(folder, load_vehicle(folder / "vehicle.yaml"))
+
+
+def rows_alike(found, expected, kept=slice(None)):
+    """To the bit, of the poses that are kept."""
+    np.testing.assert_array_equal(found.stamps, expected.stamps[kept])
+    np.testing.assert_array_equal(found.eta, expected.eta[kept])
+    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
+    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
 
 
 GAPS = {  # rows of 40 without a pose, without commands
@@ -99,13 +111,10 @@ def one_table(folder, gaps, valid=""):
 def test_commands_in_the_rows_of_the_poses_may_be_samples_in_a_new_table_too(tmp_path, gaps, valid):
     log, vehicle = one_table(tmp_path, gaps, valid)
     convert(log, tmp_path / "out", vehicle)
-    found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
-    expected = read(log, vehicle)
+    found, expected = back(tmp_path / "out"), read(log, vehicle)
     assert sampling_doubt(found) == sampling_doubt(expected) != []
-    for part in ("stamps", "eta", "valid"):
-        np.testing.assert_array_equal(getattr(found, part), getattr(expected, part))
-    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
-    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
+    rows_alike(found, expected)
+    np.testing.assert_array_equal(found.valid, expected.valid)
 
 
 @pytest.mark.parametrize("kind", ["mcap", "bag", "db3"])
@@ -116,11 +125,7 @@ def test_commands_in_the_rows_of_the_poses_may_be_samples_in_a_bag_too(tmp_path,
     bag, file = convert(log, tmp_path / f"out.{kind}", vehicle)
     found, expected = read(bag, load_vehicle(file)), read(log, vehicle)
     assert sampling_doubt(found) == sampling_doubt(expected) != []
-    stamps = expected.stamps[expected.valid]  # the others are not in it
-    np.testing.assert_array_equal(found.stamps, stamps)
-    np.testing.assert_array_equal(found.eta, expected.eta[expected.valid])
-    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
-    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
+    rows_alike(found, expected, expected.valid)  # the others are not in it
 
 
 @pytest.mark.parametrize("epoch", [0, 1_700_000_000])  # [s] stamps of one column, of two
@@ -132,12 +137,8 @@ def test_a_table_of_all_signals_stays_one_whatever_its_commands_are_called(tmp_p
     (tmp_path / "vehicle.yaml").write_text(TABLE_VEHICLE)
     vehicle = load_vehicle(tmp_path / "vehicle.yaml")
     convert(tmp_path / "log", tmp_path / "out", vehicle)
-    found = read(tmp_path / "out", load_vehicle(tmp_path / "out" / "vehicle.yaml"))
-    expected = read(tmp_path / "log", vehicle)
-    np.testing.assert_array_equal(found.stamps, expected.stamps)
-    np.testing.assert_array_equal(found.eta, expected.eta)
-    np.testing.assert_array_equal(found.commands.stamps, expected.commands.stamps)
-    np.testing.assert_array_equal(found.commands.values, expected.commands.values)
+    found, expected = back(tmp_path / "out"), read(tmp_path / "log", vehicle)
+    rows_alike(found, expected)
     assert found.command_period == pytest.approx(expected.command_period)
     assert not found.command_sampled
 
@@ -154,8 +155,7 @@ def test_tables_of_a_bag_hold_the_same_recording(given, tmp_path):
     path, file = given["run.BIN"]
     bag, first = convert(path, tmp_path / "out.mcap", load_vehicle(file))
     convert(bag, tmp_path / "back", load_vehicle(first))
-    found = read(tmp_path / "back", load_vehicle(tmp_path / "back" / "vehicle.yaml"))
-    same(found, read(bag, load_vehicle(first)))
+    same(back(tmp_path / "back"), read(bag, load_vehicle(first)))
 
 
 def test_all_topics_of_a_log_become_tables(given, tmp_path):

@@ -16,48 +16,30 @@ def edges(forward):
     return {"dead_zone": {"forward": forward, "reverse": forward}}
 
 
-@pytest.mark.parametrize("seed", [1, on_request(2)])
-def test_a_power_of_its_own(seed):
-    curves = [
-        {"name": "s", "actuators": STERN, **edges(0.06)},
-        {"name": "b", "actuators": BOW, "power": 2.0, **edges(0.1)},
-    ]
-    vehicle, recording = driven(curves, [past_idle] * 3, seed=seed, bow=True, seconds=200.0)
-    model = output_error([recording], vehicle)
-    selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage="power")
-    assert selected in model.estimator.findings
-    found = {
+KINDS = {  # stages of the two astern, of the bow thruster, and constants of them that are found
+    "power": (edges(0.06), {"power": 2.0, **edges(0.1)}, {
         "power.power_F_u": 1.0, "power.power_F_b": 2.0,
         "edge_forward.dead_zone_F_u": 0.06, "edge_forward.dead_zone_F_b": 0.1,
-    }  # fmt: skip
-    assert as_stated(model, {**TRUTH, **found}) == {}
+    }),
+    # else the latencies of the two take its place, and the bow's gains are 10 standard errors off
+    "lag": ({"lag": LAG, **edges(0.06)}, {"lag": 0.5, **edges(0.06)}, {
+        "latency": LATENCY, "lag.lag_F_u": LAG, "lag.lag_F_b": 0.5,
+    }),
+    "reverse_ratio": (edges(0.06), {"reverse_ratio": 0.6, **edges(0.06)}, {
+        "reverse_ratio.reverse_ratio_F_u": 1.0, "reverse_ratio.reverse_ratio_F_b": 0.6,
+    }),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("seed", [1, on_request(2)])
-def test_a_lag_of_its_own(seed):
-    """Else the latencies of the two take its place, and the bow's gains are 10 standard errors off."""
-    curves = [
-        {"name": "s", "actuators": STERN, "lag": LAG, **edges(0.06)},
-        {"name": "b", "actuators": BOW, "lag": 0.5, **edges(0.06)},
-    ]
+@pytest.mark.parametrize("stage", KINDS)
+def test_a_kind_has_a_stage_of_its_own(stage, seed):
+    stern, bow, found = KINDS[stage]
+    curves = [{"name": "s", "actuators": STERN, **stern}, {"name": "b", "actuators": BOW, **bow}]
     vehicle, recording = driven(curves, [past_idle] * 3, seed=seed, bow=True, seconds=200.0)
     model = output_error([recording], vehicle)
-    selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage="lag")
+    selected = finding_of(FindingKind.GROUP_STAGES_SELECTED, "F_u", "F_b", stage=stage)
     assert selected in model.estimator.findings
-    assert (
-        as_stated(model, {**TRUTH, "latency": LATENCY, "lag.lag_F_u": LAG, "lag.lag_F_b": 0.5})
-        == {}
-    )
-
-
-def test_reverse_thrust_of_its_own():
-    curves = [
-        {"name": "s", "actuators": STERN, **edges(0.06)},
-        {"name": "b", "actuators": BOW, "reverse_ratio": 0.6, **edges(0.06)},
-    ]
-    vehicle, recording = driven(curves, [past_idle] * 3, bow=True, seconds=200.0)
-    model = output_error([recording], vehicle)
-    found = {"reverse_ratio.reverse_ratio_F_u": 1.0, "reverse_ratio.reverse_ratio_F_b": 0.6}
     assert as_stated(model, {**TRUTH, **found}) == {}
 
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Faults in poses: found where they are put, not found where there are none."""
 
+import itertools
+
 import numpy as np
 import pytest
 from recording_tools import COMMANDS, kinds, poses
@@ -40,21 +42,17 @@ def test_a_false_match_is_masked_exactly(length, size):
     assert kinds(record) == {FaultKind.EXCURSION} | ({FaultKind.GAP} if length > 1 else set())
 
 
-def test_a_small_false_match_beside_a_large_one_is_masked_too():
-    stamps, eta = poses(noise=0.004)
-    eta[300, :2] += [0.1, 0.07]
-    eta[301, :2] += [0.5, -0.3]
-    record = make_recording("two", stamps, eta, COMMANDS)
-    assert np.flatnonzero(~record.valid).tolist() == [300, 301]
-    assert FaultKind.JUMP not in kinds(record)
+SMALL_AND_LARGE = [[0.1, 0.07, 0.0], [0.5, -0.3, 0.0]]
+CLOSE = [[[0.7, 0.4, 0.5], [0.1, -second, 0.0]] for second in (0.15, 0.8)]
 
 
-@pytest.mark.parametrize("between", [1, 2, 3, 4])
-@pytest.mark.parametrize("second", [0.15, 0.8])
-def test_false_matches_close_together_are_masked_exactly(between, second):
+@pytest.mark.parametrize(
+    ("between", "off"), [(0, SMALL_AND_LARGE), *itertools.product([1, 2, 3, 4], CLOSE)]
+)
+def test_false_matches_close_together_are_masked_exactly(between, off):
     stamps, eta = poses(noise=0.004)
     wrong = [300, 301 + between]
-    eta[wrong] += [[0.7, 0.4, 0.5], [0.1, -second, 0.0]]
+    eta[wrong] += off
     record = make_recording("two", stamps, eta, COMMANDS)
     assert np.flatnonzero(~record.valid).tolist() == wrong
     assert FaultKind.JUMP not in kinds(record)
