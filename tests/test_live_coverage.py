@@ -4,14 +4,8 @@
 import numpy as np
 import pytest
 
-import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.poolside.coverage import COMMAND_EDGES, Coverage, axis_commands
-
-
-@pytest.fixture
-def boat():
-    return seatrial.load_vehicle("mallard-mp")
 
 
 def seconds_at(state, speed, command):
@@ -26,8 +20,8 @@ def drive(coverage, nu, command, begin=0.0, count=11):
         coverage.add(begin + 0.1 * k, np.array(nu), np.array(command))
 
 
-def test_seconds_are_in_the_bin_of_speed_and_command(boat):
-    coverage = Coverage(boat)
+def test_seconds_are_in_the_bin_of_speed_and_command(mp):
+    coverage = Coverage(mp)
     drive(coverage, [0.12, -0.03, 0.0], [0.5, 0.0, -1.0])
     surge, sway, yaw = coverage.state()
     assert seconds_at(surge, 0.12, 0.5) == pytest.approx(1.0)
@@ -37,8 +31,8 @@ def test_seconds_are_in_the_bin_of_speed_and_command(boat):
     assert coverage.driven.tolist() == pytest.approx(np.array([[0, 1], [0, 0], [1, 0]]))
 
 
-def test_a_faster_boat_widens_the_bins_and_keeps_the_seconds(boat):
-    coverage = Coverage(boat)
+def test_a_faster_boat_widens_the_bins_and_keeps_the_seconds(mp):
+    coverage = Coverage(mp)
     drive(coverage, [0.12, 0.0, 0.0], [0.5, 0.0, 0.0])
     drive(coverage, [0.7, 0.0, 0.0], [1.0, 0.0, 0.0], begin=1.1)
     surge = coverage.state()[0]
@@ -47,8 +41,8 @@ def test_a_faster_boat_widens_the_bins_and_keeps_the_seconds(boat):
     assert surge.seconds[-1][-1] == pytest.approx(1.1)
 
 
-def test_discarded_seconds_are_taken_out_to_a_second(boat):
-    coverage = Coverage(boat)
+def test_discarded_seconds_are_taken_out_to_a_second(mp):
+    coverage = Coverage(mp)
     drive(coverage, [0.12, 0.0, 0.0], [0.5, 0.0, 0.0], count=101)
     drive(coverage, [0.9, 0.0, 0.0], [1.0, 0.0, 0.0], begin=10.1, count=100)
     coverage.discard(10.1)
@@ -57,15 +51,15 @@ def test_discarded_seconds_are_taken_out_to_a_second(boat):
     assert not coverage.driven.any()
 
 
-def test_gaps_and_unknown_velocities_do_not_count(boat):
-    coverage = Coverage(boat)
+def test_gaps_and_unknown_velocities_do_not_count(mp):
+    coverage = Coverage(mp)
     for t, u in [(0.0, 0.1), (3.0, 0.1), (3.1, np.nan), (3.2, 0.1)]:
         coverage.add(t, np.array([u, 0.0, 0.0]), np.zeros(3))
     assert sum(map(sum, coverage.state()[0].seconds)) == pytest.approx(0.1)
 
 
-def test_bins_are_in_the_vehicle_files_own_axes(boat):
-    content = {**boat.to_mapping(), "axes": "forward-right-down"}
+def test_bins_are_in_the_vehicle_files_own_axes(mp):
+    content = {**mp.to_mapping(), "axes": "forward-right-down"}
     coverage = Coverage(vehicle_from(content, "down"))
     drive(coverage, [0.0, 0.12, 0.0], [0.0, 1.0, 0.0])  # to the left
     sway = coverage.state()[1]
@@ -73,12 +67,12 @@ def test_bins_are_in_the_vehicle_files_own_axes(boat):
     assert sway.commands == COMMAND_EDGES
 
 
-def test_the_command_of_an_axis_is_the_force_of_its_thrusters(boat):
-    assert axis_commands(boat, np.eye(3)) == pytest.approx(np.eye(3), abs=1e-12)
+def test_the_command_of_an_axis_is_the_force_of_its_thrusters(mp):
+    assert axis_commands(mp, np.eye(3)) == pytest.approx(np.eye(3), abs=1e-12)
 
 
-def test_thrusters_that_are_commanded_one_by_one_are_at_full_command_together(boat):
-    content = {**boat.to_mapping(), "allocation": {"scheme": "direct"}}
+def test_thrusters_that_are_commanded_one_by_one_are_at_full_command_together(mp):
+    content = {**mp.to_mapping(), "allocation": {"scheme": "direct"}}
     content["commands"] = {"inputs": {name: {"column": name} for name in content["thrusters"]}}
     four = vehicle_from(content, "four")
     ahead = np.sign(four.mix[0])

@@ -7,16 +7,10 @@ import numpy as np
 import pytest
 from live_sessions import ROW, SECOND
 
-import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.poolside.session.body_velocity import BodyVelocity
 from seatrial.poolside.session.track import MOST_ROWS, Track
 from seatrial.poolside.session.turn import Turn
-
-
-@pytest.fixture
-def vehicle():
-    return seatrial.load_vehicle("mallard-mp")
 
 
 def test_what_is_due_leaves_the_core_idle(monkeypatch):
@@ -38,15 +32,15 @@ def test_what_is_due_leaves_the_core_idle(monkeypatch):
     assert turn.due
 
 
-def test_the_track_is_in_the_files_own_axes(vehicle):
-    content = vehicle.to_mapping() | {"axes": "forward-right-down"}
+def test_the_track_is_in_the_files_own_axes(mp):
+    content = mp.to_mapping() | {"axes": "forward-right-down"}
     turned = Track(vehicle_from(content, "turned"))
     turned.use("pose", 0, ROW)
     assert turned.pose == (1.0, -2.0, -0.5)
 
 
-def test_positions_and_headings_of_two_sensors_are_one_track(vehicle):
-    track = Track(vehicle)
+def test_positions_and_headings_of_two_sensors_are_one_track(mp):
+    track = Track(mp)
     track.use("position", 0, ROW[:2])
     assert track.pose is None and track.rows == []
     track.use("heading", 1, ROW[2:])
@@ -57,8 +51,8 @@ def test_positions_and_headings_of_two_sensors_are_one_track(vehicle):
 
 
 @pytest.mark.parametrize("jump", [5e7, -7200.0])
-def test_the_time_goes_on_where_a_clock_is_set(vehicle, jump):
-    track, velocity = Track(vehicle), BodyVelocity()
+def test_the_time_goes_on_where_a_clock_is_set(mp, jump):
+    track, velocity = Track(mp), BodyVelocity()
     step = SECOND // 10
     for i in range(200):
         stamp = i * step + (round(jump * SECOND) if i >= 100 else 0)
@@ -70,28 +64,26 @@ def test_the_time_goes_on_where_a_clock_is_set(vehicle, jump):
     assert velocity.nu == pytest.approx([0.2, 0.0, 0.0])
 
 
-def test_one_pose_of_a_far_stamp_changes_no_time(vehicle):
-    track = Track(vehicle)
+def test_one_pose_of_a_far_stamp_changes_no_time(mp):
+    track = Track(mp)
     for i in range(200):
         track.use("pose", i * SECOND // 10 + (10**17 if i == 100 else 0), ROW)
     assert track.time == pytest.approx(19.7)
 
 
-def test_driven_is_the_time_under_command(vehicle):
-    track = Track(vehicle)
+def test_driven_is_the_time_under_command(mp):
+    track = Track(mp)
     for i in range(100):
-        track.use(
-            "command", i * SECOND // 10, np.full(len(vehicle.inputs), 0.5 if i < 30 else 0.01)
-        )
+        track.use("command", i * SECOND // 10, np.full(len(mp.inputs), 0.5 if i < 30 else 0.01))
         track.use("pose", i * SECOND // 10, ROW)
     assert track.driven == pytest.approx(2.9)
-    track.use("command", 10 * SECOND, np.full(len(vehicle.inputs), 0.5))
+    track.use("command", 10 * SECOND, np.full(len(mp.inputs), 0.5))
     track.use("pose", 20 * SECOND, ROW)
     assert track.driven == pytest.approx(2.9)  # a gap is not driven
 
 
-def test_a_long_track_stays_bounded_over_the_whole_drive(vehicle):
-    track = Track(vehicle)
+def test_a_long_track_stays_bounded_over_the_whole_drive(mp):
+    track = Track(mp)
     for i in range(MOST_ROWS + 10):
         track.use("pose", i * SECOND // 5, ROW)
     assert len(track.rows) == MOST_ROWS // 2 + 10

@@ -53,19 +53,14 @@ def recordings(plan, vehicle):
 
 
 @pytest.fixture(scope="module")
-def boat():
-    return seatrial.load_vehicle("mallard-mp")
+def lifted(mp):
+    return recordings(plan_of(Y_ur=LIFT), mp)
 
 
 @pytest.fixture(scope="module")
-def lifted(boat):
-    return recordings(plan_of(Y_ur=LIFT), boat)
-
-
-@pytest.fixture(scope="module")
-def as_given(boat, lifted):
+def as_given(mp, lifted):
     """The model of the structure in the vehicle file, which lacks a term."""
-    return seatrial.identify(lifted, boat)
+    return seatrial.identify(lifted, mp)
 
 
 def test_axes_that_are_driven_one_after_another_in_one_recording_lose_no_term():
@@ -85,16 +80,16 @@ def test_axes_that_are_driven_one_after_another_in_one_recording_lose_no_term():
         ), name
 
 
-def test_the_choice_begins_with_what_every_boat_has(boat):
-    auto = boat.with_automatic_structure()
+def test_the_choice_begins_with_what_every_boat_has(mp):
+    auto = mp.with_automatic_structure()
     assert auto.automatic
     assert set(auto.structure.coefficients) == BASE
     assert [t.text() for t in auto.structure.terms if not t.coefficient] == ["v * r", "-1 * u * r"]
     assert auto.to_mapping()["structure"] == "auto"
 
 
-def test_no_term_of_the_library_is_a_combination_of_others(boat):
-    for vehicle, explicit in ((boat, False), (seatrial.load_vehicle("data/cse1/pair.yaml"), True)):
+def test_no_term_of_the_library_is_a_combination_of_others(mp):
+    for vehicle, explicit in ((mp, False), (seatrial.load_vehicle("data/cse1/pair.yaml"), True)):
         base = base_terms(vehicle.forces, explicit=explicit)
         more = [t for tier in library_tiers(vehicle.forces, explicit=explicit) for t in tier]
         names = [t.coefficient for t in (*base, *more) if t.coefficient]
@@ -108,28 +103,28 @@ def test_sway_thrust_of_unknown_lever_arm_turns_the_boat_from_the_start():
     assert {"N_Fv * F_v", "N_Fb * F_b", "N_F * F_d", "Y_Fb * F_b", "X_F * F_u"} <= texts
 
 
-def test_the_boats_own_terms_are_chosen_and_found_and_no_others(boat, lifted):
-    model = seatrial.identify(lifted, boat.with_automatic_structure())
+def test_the_boats_own_terms_are_chosen_and_found_and_no_others(mp, lifted):
+    model = seatrial.identify(lifted, mp.with_automatic_structure())
     assert set(model.values) == BASE | {"Y_ur"}
     assert model.values["Y_ur"] == pytest.approx(LIFT, abs=4 * model.standard_errors["Y_ur"])
     assert not model.vehicle.automatic
 
 
 @pytest.mark.system
-def test_a_centre_of_mass_beside_the_middle_is_an_acceleration_and_no_thrust(boat):
+def test_a_centre_of_mass_beside_the_middle_is_an_acceleration_and_no_thrust(mp):
     """The paper's own boat: N_uu means what it means there only beside N_ud u_dot."""
     plan = plan_of(N_uu=0.63, N_ud=0.04)
-    found = seatrial.identify(recordings(plan, boat), boat.with_automatic_structure())
+    found = seatrial.identify(recordings(plan, mp), mp.with_automatic_structure())
     assert set(found.values) == BASE | {"N_uu", "N_ud"}
     for name, truth in (("N_uu", 0.63), ("N_ud", 0.04)):
         assert found.values[name] == pytest.approx(truth, abs=4 * found.standard_errors[name])
 
 
 @pytest.mark.system
-def test_thrust_that_falls_with_the_speed_of_advance_is_no_drag(boat):
+def test_thrust_that_falls_with_the_speed_of_advance_is_no_drag(mp):
     """By 40 % at the top speed: without its term drag and thrust are off by many standard errors."""
     plan = plan_of(X_aFu=-0.25)
-    found = seatrial.identify(recordings(plan, boat), boat.with_automatic_structure())
+    found = seatrial.identify(recordings(plan, mp), mp.with_automatic_structure())
     assert set(found.values) == BASE | {"X_aFu"}
     for name in ("X_u", "X_uu", "X_F", "X_aFu"):
         truth = plan.plant.coefficients[name]
@@ -166,31 +161,31 @@ def test_added_mass_that_a_plain_gnss_hardly_shows_stays(seed):
 
 
 @pytest.mark.system
-def test_another_method_estimates_the_terms_that_output_error_chooses(boat, lifted):
-    model = seatrial.identify(lifted, boat.with_automatic_structure(), method="weak-form")
+def test_another_method_estimates_the_terms_that_output_error_chooses(mp, lifted):
+    model = seatrial.identify(lifted, mp.with_automatic_structure(), method="weak-form")
     assert set(model.values) == BASE | {"Y_ur"}
     assert model.estimator.method == "weak-form"
 
 
-def test_a_given_structure_stays_and_the_missing_term_is_named(boat, lifted, as_given):
+def test_a_given_structure_stays_and_the_missing_term_is_named(mp, lifted, as_given):
     model = as_given
-    assert model.structure.coefficients == boat.structure.coefficients
+    assert model.structure.coefficients == mp.structure.coefficients
     (finding,) = model.findings_of(FindingKind.MISSING_TERM)
     assert finding.subject == ("sway", "u * r")
     assert finding.number("errors") > 5.0
     assert finding.number("improvement") > 0.01
-    whole = boat.with_terms((*boat.structure.terms, *given_candidates(boat, ["Y_ur * u * r"])))
+    whole = mp.with_terms((*mp.structure.terms, *given_candidates(mp, ["Y_ur * u * r"])))
     assert not seatrial.identify(lifted, whole).findings_of(FindingKind.MISSING_TERM)
 
 
-def test_short_recordings_leave_the_terms_of_every_boat(boat, lifted):
+def test_short_recordings_leave_the_terms_of_every_boat(mp, lifted):
     short = [recording.cut(0.0, 35.0) for recording in lifted[:3]]
-    assert choose_structure(short, boat.with_automatic_structure()) is None
+    assert choose_structure(short, mp.with_automatic_structure()) is None
     added_mass = {"X_vr", "Y_ur", "N_uv"}
-    found = seatrial.identify(short, boat.with_automatic_structure())
+    found = seatrial.identify(short, mp.with_automatic_structure())
     assert set(found.values) == BASE | added_mass
     # the length that `identify` asks for is enough, and no more
-    fitted = estimated_parameters(boat.with_automatic_structure(), short)
+    fitted = estimated_parameters(mp.with_automatic_structure(), short)
     least = least_length(short, fitted)
     piece, count = lifted[0].cut(0.0, 20.0), round(least / 20.0)
     assert enough_blocks([piece] * count, fitted)
@@ -249,22 +244,22 @@ def test_terms_that_diverge_leave_those_of_every_boat_and_the_lever_arm_is_named
     assert FindingKind.MISSING_TERM not in {f.kind for f in found.estimator.findings}
 
 
-def test_a_prior_has_terms_already(boat, lifted, as_given):
+def test_a_prior_has_terms_already(mp, lifted, as_given):
     old = as_given
-    model = seatrial.identify(lifted[:3], boat.with_automatic_structure(), prior=old)
+    model = seatrial.identify(lifted[:3], mp.with_automatic_structure(), prior=old)
     assert model.structure.coefficients == old.structure.coefficients
-    assert old.with_vehicle(boat.with_automatic_structure()).values == old.values
+    assert old.with_vehicle(mp.with_automatic_structure()).values == old.values
 
 
-def test_a_vehicle_without_terms_is_not_simulated(boat):
+def test_a_vehicle_without_terms_is_not_simulated(mp):
     with pytest.raises(VehicleError, match=r"structure: auto has no terms before recordings"):
-        plant_model(load_plan("paper-like"), boat.with_automatic_structure())
+        plant_model(load_plan("paper-like"), mp.with_automatic_structure())
 
 
 @pytest.mark.system
-def test_the_command_prints_the_reasons_and_the_model_has_the_terms(boat, tmp_path, capsys):
+def test_the_command_prints_the_reasons_and_the_model_has_the_terms(mp, tmp_path, capsys):
     plan = plan_of(Y_ur=LIFT)
-    driven = boat.with_terms((*boat.structure.terms, *given_candidates(boat, ["Y_ur * u * r"])))
+    driven = mp.with_terms((*mp.structure.terms, *given_candidates(mp, ["Y_ur * u * r"])))
     write_setting(plan, driven, plant_model(plan, driven), tmp_path)
     records = [str(write_trial(t, tmp_path)) for t in simulate(plan, driven)]
     given, auto = tmp_path / "vehicle-MP.yaml", tmp_path / "auto.yaml"
@@ -281,9 +276,9 @@ def test_the_command_prints_the_reasons_and_the_model_has_the_terms(boat, tmp_pa
         assert "Y_ur * u * r" in out.read_text()
 
 
-def test_blocks_left_out_are_predicted_worse_without_a_term_that_matters(boat, lifted):
+def test_blocks_left_out_are_predicted_worse_without_a_term_that_matters(mp, lifted):
     """Against a plain mean: squares of blocks without any fold are the model's own errors."""
-    solved = fit(lifted[:3], boat)
+    solved = fit(lifted[:3], mp)
     model = solved.model()
     blocks = BlockPrediction.of(model, solved.problem, 1.0)
     squares = [
