@@ -50,26 +50,21 @@ def prepare(folder: Path, plan_name: str) -> None:
     from seatrial.io.trial_files import write_setting, write_trial
     from seatrial.simulation.plan import DropOuts, Jumps, load_plan
     from seatrial.simulation.trials import plant_model, simulate
+    from tests.boats.plans import planned
 
     plan = load_plan(plan_name)
-    pose = msgspec.structs.replace(
-        plan.pose, drop_outs=DropOuts(per_minute=0.0), jumps=Jumps(per_minute=0.0)
-    )
     chain = [msgspec.structs.replace(group, latency=0.0) for group in plan.plant.chain]
-    plan = msgspec.structs.replace(
-        plan,
-        plant=msgspec.structs.replace(plan.plant, chain=chain),
-        pose=pose,
-        joypad=msgspec.structs.replace(plan.joypad, clock_offset=0.0),
-        trials={name: plan.trials[name] for name in TRIALS},
-    )
+    pose = {"drop_outs": DropOuts(per_minute=0.0), "jumps": Jumps(per_minute=0.0)}
+    plan = planned(plan, *TRIALS, plant={"chain": chain}, pose=pose, joypad={"clock_offset": 0.0})
     truth = plant_model(plan, seatrial.load_vehicle("mallard-mp"))
     write_setting(plan, truth.vehicle, truth, folder)
     for trial in simulate(plan, truth.vehicle):
         write_trial(trial, folder)
     vehicle, recordings = read(folder)
     start = equation_error(recordings, vehicle)
-    noise = NoiseEntry(pose.position_noise, pose.heading_noise, ProcessEntry(*[NONE] * 4, 1.0))
+    noise = NoiseEntry(
+        plan.pose.position_noise, plan.pose.heading_noise, ProcessEntry(*[NONE] * 4, 1.0)
+    )
     seatrial.save(replace(start, noise=noise), folder / "start.yaml")
     as_arrays(recordings, truth, start.coefficients).save(folder / "problem.npz")
 

@@ -14,7 +14,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 import seatrial
@@ -23,11 +22,12 @@ from benchmarks.harness import command
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.yaw_rate import with_yaw_rate
-from seatrial.simulation.plan import load_plan, with_seed
+from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
 from seatrial.util.errors import SeatrialError
 from seatrial.util.statistics import NORMAL_95
 from tests.boats.log_faults import FAULTS, plain, table, vehicle_for, written
+from tests.boats.plans import planned
 
 NAMES = ("S1", "S2", "S3")
 PLAN = "paper-like"
@@ -43,10 +43,8 @@ def clean(poses: np.ndarray, commands: np.ndarray, _: object) -> tuple[str, str]
 
 def trials_of(boat: Vehicle, seed: int, rate: float | None = None) -> dict[str, Trial]:
     """Trials S1 to S3."""
-    plan = with_seed(load_plan(PLAN), seed)
-    if rate is not None:
-        plan = msgspec.structs.replace(plan, pose=msgspec.structs.replace(plan.pose, rate=rate))
-    return {t.name[:2]: t for t in simulate(plan, boat) if t.name[:2] in NAMES}
+    plan = planned(PLAN, *NAMES, seed=seed, pose={} if rate is None else {"rate": rate})
+    return {t.name[:2]: t for t in simulate(plan, boat)}
 
 
 def faults(boat: Vehicle, truth: dict[str, float], seeds: int) -> None:

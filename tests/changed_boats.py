@@ -1,40 +1,28 @@
 # SPDX-License-Identifier: MIT
 """Drives of a boat that changed after its model was identified, for the tests of a change."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 import seatrial
-from seatrial.boat.schema import ChainGroup
+from benchmarks.studies.changes.boats import SHIFT, damaged, heavier, weaker
 from seatrial.evaluation.comparison.cause_candidates import BATTERY, MASS, OFF_CENTRE, ONE_THRUSTER
 from seatrial.identification.estimator import output_error
 from seatrial.monitoring.change_detector import ChangeDetector
 from seatrial.onboard.boat_change import BoatChange
-from seatrial.simulation.plan import PlanFile
 from tests.boats.plans import planned
 from tests.boats.scenes import TRAINING, driven, pushed, vehicle_of
 
 PLAN = pushed("hard")  # a disturbance force of 4 % of full thrust
-MORE = 1.2  # times mass and inertia
-WEAK = 0.6  # of a thruster's thrust
-SHIFT = 0.17  # [rad/m] of N_ud: a sixth of the mass, 5 cm aside, for a radius of gyration of 0.22 m
 SECONDS = 100.0
-
-
-def changed(cause: str) -> PlanFile:
-    """The plan with another boat."""
-    values, chain = dict(PLAN.plant.coefficients), list(PLAN.plant.chain)
-    if cause in (MASS, OFF_CENTRE):
-        values = {name: value / MORE for name, value in values.items()}
-        values["N_ud"] += SHIFT if cause == OFF_CENTRE else 0.0
-    if cause == BATTERY:
-        values = {n: v * (0.8 if n.endswith("_F") else 1.0) for n, v in values.items()}
-    if cause == ONE_THRUSTER:
-        mean = (3.0 + WEAK) / 4.0
-        gains = {f"F_{i}": (WEAK if i == 2 else 1.0) / mean for i in range(1, 5)}
-        chain.append(ChainGroup(name="weak", gains=gains))
-        values = {n: v * (mean if n.endswith("_F") else 1.0) for n, v in values.items()}
-    return planned(PLAN, plant={"coefficients": values, "chain": chain})
+CHANGES = {
+    MASS: heavier,
+    OFF_CENTRE: partial(heavier, shift=SHIFT),
+    BATTERY: partial(weaker, share=0.8),
+    ONE_THRUSTER: damaged,
+}
 
 
 def sent(recording, shift: int = 0) -> list[tuple[int, str, np.ndarray]]:
@@ -63,7 +51,7 @@ class Drives(dict[str, seatrial.Recording]):
     """S7 by cause, made when it is asked for."""
 
     def __missing__(self, cause: str) -> seatrial.Recording:
-        trial = driven(changed(cause), vehicle_of("MP"), 4002, ["S7"])["S7"]
+        trial = driven(CHANGES.get(cause, planned)(PLAN), vehicle_of("MP"), 4002, ["S7"])["S7"]
         self[cause] = trial.recording.cut(0.0, SECONDS)
         return self[cause]
 

@@ -13,7 +13,7 @@ from contextlib import suppress
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from ros1_course import all_hear
+from ros1_course import all_hear, placed
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy
 
@@ -52,9 +52,7 @@ class Mimic:
 def odometry(now: rospy.Time, eta: list[float]) -> Odometry:
     message = Odometry()
     message.header.stamp, message.header.frame_id = now, "carrier_odom"
-    message.pose.pose.position.x, message.pose.pose.position.y = eta[0], eta[1]
-    message.pose.pose.orientation.z = math.sin(eta[2] / 2)
-    message.pose.pose.orientation.w = math.cos(eta[2] / 2)
+    message.pose.pose = placed(*eta)
     return message
 
 

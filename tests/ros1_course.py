@@ -10,7 +10,7 @@ from pathlib import Path
 
 import rosgraph
 import rospy
-from geometry_msgs.msg import Pose, PoseStamped
+from geometry_msgs.msg import Pose, PoseStamped, TransformStamped
 from nav_msgs.msg import Odometry
 
 
@@ -19,6 +19,16 @@ def placed(x: float, y: float, psi: float) -> Pose:
     pose.position.x, pose.position.y = x, y
     pose.orientation.z, pose.orientation.w = math.sin(psi / 2), math.cos(psi / 2)
     return pose
+
+
+def transform(
+    stamp: rospy.Time, parent: str, child: str, pose: tuple[float, float, float]
+) -> TransformStamped:
+    made, own = TransformStamped(), placed(*pose)
+    made.header.stamp, made.header.frame_id, made.child_frame_id = stamp, parent, child
+    made.transform.translation.x, made.transform.translation.y = own.position.x, own.position.y
+    made.transform.rotation = own.orientation
+    return made
 
 
 def all_hear(publisher: rospy.Publisher) -> bool:

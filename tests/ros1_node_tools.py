@@ -26,6 +26,8 @@ SYSTEM_PYTHON = "/usr/bin/python3"  # that ROS's packages are installed for
 COMMAND = "catkin_make --pkg seatrial_core seatrial_odometry"  # as docs/ros.md has it
 NODE = BUILD / "devel" / "lib" / "seatrial_odometry" / "odometry"
 LATENCY, RELAY = NODE.parent / "latency", NODE.parent / "relay"  # what it is timed with
+STANDS = "{header: {stamp: now, frame_id: map}, pose: {pose: {orientation: {w: 1}}%s}}"
+GOAL = "{header: {frame_id: %s}, pose: {position: {x: 0.05}, orientation: {w: 1}}}"
 
 needed = [
     pytest.mark.system,
@@ -82,6 +84,14 @@ class Nodes(Ros1):
             node = f"/{name or f'seatrial_{program}'}"
             self.until(lambda: node in self.subscribers(hears), f"{node} to hear {hears}")
         return process
+
+    def stands(self, topic: str, kind: str, extra: str = "") -> subprocess.Popen:
+        """Poses or odometry of a boat that stands still at the origin, 20 a second."""
+        return self.start("rostopic", "pub", "-s", "-r", "20", topic, kind, STANDS % extra)
+
+    def goal(self, frame: str = "map") -> subprocess.Popen:
+        """A goal 5 cm ahead of the origin."""
+        return self.start("rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", GOAL % frame)
 
     def complaint(self, program: str, *arguments: object) -> str:
         """What a node says of a mistake, in one line, before it ends with code 1."""

@@ -13,8 +13,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import rospy
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, TransformStamped
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
+from ros1_course import placed, transform
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Joy, LaserScan
 from tf2_msgs.msg import TFMessage
@@ -67,17 +68,6 @@ def planar(p: object, q: object) -> Pose:
     return p.x, p.y, 2.0 * math.atan2(q.z, q.w)
 
 
-def transform(t: float, parent: str, child: str, pose: Pose) -> TransformStamped:
-    made = TransformStamped()
-    made.header.stamp, made.header.frame_id, made.child_frame_id = stamp_of(t), parent, child
-    made.transform.translation.x, made.transform.translation.y = pose[0], pose[1]
-    made.transform.rotation.z, made.transform.rotation.w = (
-        math.sin(pose[2] / 2),
-        math.cos(pose[2] / 2),
-    )
-    return made
-
-
 class Player:
     """Publishers, what was heard, and the simulated time."""
 
@@ -98,7 +88,7 @@ class Player:
         self.scan = rospy.Publisher("/scan", LaserScan, **near)
         self.tf = rospy.Publisher("/tf", TFMessage, **near)
         static = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
-        static.publish([transform(self.now, "base_link", "laser", (0.0, 0.0, 0.0))])
+        static.publish([transform(stamp_of(self.now), "base_link", "laser", (0.0, 0.0, 0.0))])
         self.static = static
         self.reset = rospy.Publisher("/initialpose", PoseWithCovarianceStamped, **near)
         for topic, kind, hear in (
@@ -137,7 +127,7 @@ class Player:
         """Simulated time, and all that hangs on it."""
         self.now = t
         if self.job["relay"] and self.map_to_odom is not None:
-            self.tf.publish([transform(t, "map", "odom", self.map_to_odom)])
+            self.tf.publish([transform(stamp_of(t), "map", "odom", self.map_to_odom)])
         self.clock.publish(Clock(stamp_of(t)))
         if self.odom and self.job["lock_step"]:
             self.until(lambda: self.odom[-1][0] >= t - 1e-6)
@@ -176,18 +166,13 @@ class Player:
             share = min(stamp - self.poses[-1][0], HOLD) / (self.poses[-1][0] - before[0])
             start = compose(last, along(between(tuple(before[1:]), last), share))
         self.starts.append([stamp, *start])
-        self.tf.publish([transform(stamp, "map", "base_link", start)])
+        self.tf.publish([transform(stamp_of(stamp), "map", "base_link", start)])
 
     def force(self, offset: Pose) -> None:
         """The next match begins off the last one."""
-        message, (x, y, psi) = (
-            PoseWithCovarianceStamped(),
-            compose(tuple(self.poses[-1][1:]), offset),
-        )
+        message = PoseWithCovarianceStamped()
         message.header.stamp, message.header.frame_id = stamp_of(self.now), "map"
-        message.pose.pose.position.x, message.pose.pose.position.y = x, y
-        message.pose.pose.orientation.z = math.sin(psi / 2)
-        message.pose.pose.orientation.w = math.cos(psi / 2)
+        message.pose.pose = placed(*compose(tuple(self.poses[-1][1:]), offset))
         self.reset.publish(message)
         time.sleep(0.1)  # it comes by another connection than the scan
 
@@ -209,7 +194,7 @@ class Player:
                 return
         if self.job["relay"]:
             self.until(lambda: self.corrected > stamp - 1e-6)
-            self.tf.publish([transform(self.now, "map", "odom", self.map_to_odom)])
+            self.tf.publish([transform(stamp_of(self.now), "map", "odom", self.map_to_odom)])
 
     def lead(self) -> None:
         """At rest: the first scan, until its pose has come and odometry has begun."""

@@ -249,8 +249,9 @@ def _drive() -> None:
     import math
 
     import rospy
-    from geometry_msgs.msg import TransformStamped, Wrench
+    from geometry_msgs.msg import Wrench
     from nav_msgs.msg import Odometry
+    from ros1_course import placed, transform
     from sensor_msgs.msg import Joy
     from tf2_msgs.msg import TFMessage
 
@@ -260,16 +261,6 @@ def _drive() -> None:
     wrench = rospy.Publisher("/cmd_wrench", Wrench, queue_size=1000)
     tf = rospy.Publisher("/tf", TFMessage, queue_size=1000)
     static = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
-
-    def transform(
-        stamp: rospy.Time, parent: str, child: str, pose: tuple[float, float, float]
-    ) -> TransformStamped:
-        made, (x, y, psi) = TransformStamped(), pose
-        made.header.stamp, made.header.frame_id, made.child_frame_id = stamp, parent, child
-        made.transform.translation.x, made.transform.translation.y = x, y
-        made.transform.rotation.z = math.sin(psi / 2)
-        made.transform.rotation.w = math.cos(psi / 2)
-        return made
 
     static.publish([transform(rospy.Time.now(), "map", "odom", (10.0, 20.0, math.pi / 2))])
     every = (odometry, joypad, wrench, tf, static)
@@ -281,14 +272,11 @@ def _drive() -> None:
     for k in range(int(DRIVE * RATE) + 1):
         t = k / RATE
         stamp = begin + rospy.Duration.from_sec(t)
-        x, y, psi = circle(t)
         pose = Odometry()
         pose.header.stamp, pose.header.frame_id, pose.child_frame_id = stamp, "odom", "base_link"
-        pose.pose.pose.position.x, pose.pose.pose.position.y = x, y
-        pose.pose.pose.orientation.z = math.sin(psi / 2)
-        pose.pose.pose.orientation.w = math.cos(psi / 2)
+        pose.pose.pose = placed(*circle(t))
         odometry.publish(pose)
-        tf.publish([transform(stamp, "odom", "base_link", (x, y, psi))])
+        tf.publish([transform(stamp, "odom", "base_link", circle(t))])
         force = Wrench()
         force.force.x, force.force.y, force.torque.z = t, -t, 0.5 * t
         wrench.publish(force)

@@ -6,11 +6,12 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from changed_boats import SECONDS, WEAK, drives_by_cause, findings, known_model, sent
+from changed_boats import SECONDS, drives_by_cause, findings, known_model, sent
 from conftest import at_length
 from scipy import stats
 
 import seatrial
+from benchmarks.studies.changes.boats import WEAK
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.evaluation.comparison.cause_candidates import (
     BATTERY,

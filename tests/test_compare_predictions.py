@@ -48,17 +48,11 @@ def test_the_interval_of_a_difference_of_errors_holds():
     assert stats.binomtest(alarms, runs, 0.05).pvalue > 0.001
 
 
-def loaded_plan(plan):
-    """The same boat with more mass."""
-    plant = msgspec.structs.replace(plan.plant, coefficients=LOADED)
-    return msgspec.structs.replace(plan, plant=plant)
-
-
 @pytest.fixture(scope="module")
 def heavier(mp):
     """Trials of the boat with its payload; the models of both, at a step that models come with."""
     plan = planned("paper-like", "S4", "S7", seconds=120.0)
-    after = loaded_plan(plan)
+    after = planned(plan, coefficients=LOADED)
     trials = list(simulate(after, mp))
     step = Integration("runge-kutta", 1 / 30)
     models = (replace(plant_model(one, mp), integration=step) for one in (plan, after))

@@ -13,8 +13,6 @@ from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
 
 pytestmark, ros = needed, nodes
-STANDS = "{header: {stamp: now, frame_id: map}, pose: {pose: {orientation: {w: 1}}}}"
-GOAL = "{header: {frame_id: map}, pose: {position: {x: 0.05}, orientation: {w: 1}}}"
 
 
 @pytest.fixture(scope="module")
@@ -35,13 +33,10 @@ def driven(ros, program, files):
         "tracking", hears="/goal", model=files / "model.yaml", gains=files / "gains.yaml"
     )
     stands = [
-        ros.start("rostopic", "pub", "-s", "-r", "20", topic, kind, STANDS)
-        for topic, kind in (
-            ("/odom", "nav_msgs/Odometry"), ("/map_pose", "geometry_msgs/PoseWithCovarianceStamped"),
-        )
-    ]  # fmt: skip
-    goal = ros.start("rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", GOAL)
-    return node, [*stands, goal], "/joy"
+        ros.stands("/odom", "nav_msgs/Odometry"),
+        ros.stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped"),
+    ]
+    return node, [*stands, ros.goal()], "/joy"
 
 
 @pytest.mark.parametrize("program", ["odometry", "simulator", "mimic", "tracking"])

@@ -262,10 +262,6 @@ def pulsed(mp, files):
     return files / "pulsed.yaml", files / "pulsed-ros.yaml"
 
 
-STILL = "{header: {stamp: now, frame_id: map}, pose: {pose: {orientation: {w: 1}}%s}}"
-GOAL = "{header: {frame_id: %s}, pose: {position: {x: 0.05}, orientation: {w: 1}}}"
-
-
 def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
     """A boat that stands still, 5 cm short of its goal; then the goal's frame, then the pose is at fault."""
     model, parameters = pulsed
@@ -278,20 +274,17 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
     def pulses():
         return yaml.safe_load(ros.run("rostopic", "echo", "-n1", "/pulses").split("---")[0])["data"]
 
-    def stands(topic, kind, extra=""):
-        return ros.start("rostopic", "pub", "-s", "-r", "20", topic, kind, STILL % extra)
-
     def says(words):
         ros.until(lambda: words in ros.run("rostopic", "echo", "-n1", "/diagnostics"), words)
 
     def go(frame, words):
-        goal = ros.start("rostopic", "pub", "/goal", "geometry_msgs/PoseStamped", GOAL % frame)
+        goal = ros.goal(frame)
         says(words)
         ros.finish(goal, signal.SIGINT)
 
     assert pulses() == [1500.0] * 4  # no odometry yet
-    velocity = stands("/odom", "nav_msgs/Odometry")
-    pose = stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped")
+    velocity = ros.stands("/odom", "nav_msgs/Odometry")
+    pose = ros.stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped")
     go("map", "follows the reference")
     gains = yaml.safe_load(parameters.read_text())["seatrial_tracking"]
     share = np.array(gains["mix"]).reshape(4, 3)[:, 0] * gains["proportional"][0] * 0.05
@@ -304,9 +297,8 @@ def test_thrusters_in_microseconds_by_gains_as_parameters(ros, pulsed):
     assert pulses() == [1500.0] * 4
     go("map", "follows the reference")
     ros.finish(pose, signal.SIGINT)
-    numbers = ", ".join(["0.16"] + ["0.0"] * 35)  # 0.4 m, of the 0.3 that may be
-    doubt = f", covariance: [{numbers}]"
-    pose = stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped", doubt)
+    doubt = f", covariance: {[0.16] + [0.0] * 35}"  # 0.4 m, of the 0.3 that may be
+    pose = ros.stands("/map_pose", "geometry_msgs/PoseWithCovarianceStamped", doubt)
     says("too uncertain")
     assert pulses() == [1500.0] * 4
     for process in (pose, velocity, node):

@@ -4,14 +4,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import msgspec
-
 from seatrial.boat.model import Model
 from seatrial.boat.schema import ChainGroup
 from seatrial.evaluation.comparison.cause_candidates import BATTERY, MASS, OFF_CENTRE, ONE_THRUSTER
 from seatrial.identification.estimator import output_error
 from seatrial.simulation.plan import DisturbanceForce, PlanFile
 from seatrial.simulation.trials import Trial
+from tests.boats.plans import planned
 from tests.boats.scenes import FORCE, TRAINING, driven, pushed, vehicle_of
 
 FIRST, AFTER = 3001, 6001  # seeds of S1 to S3, and of S7
@@ -37,7 +36,7 @@ def heavier(plan: PlanFile, shift: float = 0.0) -> PlanFile:
     """A fifth more mass and inertia, off centre by `shift` of N_ud."""
     values = {name: value / MORE for name, value in plan.plant.coefficients.items()}
     values["N_ud"] += shift
-    return _with(plan, values, [*plan.plant.chain])
+    return planned(plan, coefficients=values)
 
 
 def weaker(plan: PlanFile, share: float) -> PlanFile:
@@ -45,7 +44,7 @@ def weaker(plan: PlanFile, share: float) -> PlanFile:
     values = {
         n: v * (share if n.endswith("_F") else 1.0) for n, v in plan.plant.coefficients.items()
     }
-    return _with(plan, values, [*plan.plant.chain])
+    return planned(plan, coefficients=values)
 
 
 def damaged(plan: PlanFile) -> PlanFile:
@@ -53,14 +52,8 @@ def damaged(plan: PlanFile) -> PlanFile:
     mean = (3.0 + WEAK) / 4.0
     names = [f"F_{i}" for i in range(1, 5)]
     gains = {name: (WEAK if name == WEAK_THRUSTER else 1.0) / mean for name in names}
-    other = weaker(plan, mean)
     chain = [*plan.plant.chain, ChainGroup(name="weak", gains=gains)]
-    return _with(plan, dict(other.plant.coefficients), chain)
-
-
-def _with(plan: PlanFile, values: dict[str, float], chain: list[ChainGroup]) -> PlanFile:
-    plant = msgspec.structs.replace(plan.plant, coefficients=values, chain=chain)
-    return msgspec.structs.replace(plan, plant=plant)
+    return planned(weaker(plan, mean), plant={"chain": chain})
 
 
 CHANGES = {
@@ -90,6 +83,5 @@ def unseen(
     """The first seconds of S7 with the changed boat; None: the same boat."""
     plan = pushed("hard", force)
     plan = plan if change is None else change(plan)
-    entry = msgspec.structs.replace(plan.trials[DRIVE], duration=seconds)
-    short = msgspec.structs.replace(plan, trials={**plan.trials, DRIVE: entry})
-    return driven(short, vehicle_of("MP"), AFTER + seed, [DRIVE])[DRIVE]
+    short = planned(plan, DRIVE, seconds=seconds)
+    return driven(short, vehicle_of("MP"), AFTER + seed)[DRIVE]

@@ -6,8 +6,8 @@ from typing import Any
 import msgspec
 
 from benchmarks.studies.paper.trials import boat, identified, true_error
-from seatrial.simulation.plan import load_plan
 from seatrial.util.errors import SeatrialError
+from tests.boats.plans import planned
 from tests.boats.scenes import TRAINING, UNSEEN, driven
 
 SECONDS = (15.0, 30.0, 60.0, 120.0, 200.0)  # [s] of each of S1, S2, S3
@@ -29,19 +29,10 @@ def keys(seeds: range) -> list[tuple[Any, ...]]:
 
 def work(seconds: float, pool: str, rate: float, seed: int) -> dict[str, Any]:
     """Errors on S7 against the true velocity, by both methods under AF; None where one refuses."""
-    plan = load_plan(PLAN)
     length, width = POOLS[pool]
-    trials = {
-        name: msgspec.structs.replace(entry, duration=seconds) if name in TRAINING else entry
-        for name, entry in plan.trials.items()
-        if name in (*TRAINING, UNSEEN)
-    }
-    plan = msgspec.structs.replace(
-        plan,
-        trials=trials,
-        pool=msgspec.structs.replace(plan.pool, length=length, width=width),
-        pose=msgspec.structs.replace(plan.pose, rate=rate),
-    )
+    plan = planned(PLAN, pool={"length": length, "width": width}, pose={"rate": rate})
+    trials = planned(plan, *TRAINING, seconds=seconds).trials | {UNSEEN: plan.trials[UNSEEN]}
+    plan = msgspec.structs.replace(plan, trials=trials)
     vehicle = boat("AF")
     found = driven(plan, vehicle, seed)
     out: dict[str, Any] = {}

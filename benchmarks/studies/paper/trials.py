@@ -4,6 +4,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -16,6 +17,7 @@ from seatrial.evaluation.prediction import predict
 from seatrial.simulation.plan import PlanFile
 from seatrial.simulation.trials import Trial
 from seatrial.util.frames import SYMBOLS, Array
+from tests.boats.plans import planned
 from tests.boats.scenes import TRAINING
 
 PAIRING = (("S4", "u"), ("S5", "v"), ("S6", "r"))  # Table III
@@ -44,19 +46,16 @@ def changed(
     noise: tuple[float, float] | None = None,
 ) -> PlanFile:
     """The plan with another dead zone, sizes of the commands, or noise of the poses [m, rad]."""
+    parts: dict[str, dict[str, Any]] = {}
     if edge is not None:
         (group,) = plan.plant.chain
         zone = DeadZone(edge, edge) if edge > 0 else None
-        chain = [msgspec.structs.replace(group, dead_zone=zone)]
-        plan = msgspec.structs.replace(plan, plant=msgspec.structs.replace(plan.plant, chain=chain))
+        parts["plant"] = {"chain": [msgspec.structs.replace(group, dead_zone=zone)]}
     if amplitude is not None:
-        sizes = dict.fromkeys(plan.operator.amplitude, amplitude)
-        operator = msgspec.structs.replace(plan.operator, amplitude=sizes)
-        plan = msgspec.structs.replace(plan, operator=operator)
+        parts["operator"] = {"amplitude": dict.fromkeys(plan.operator.amplitude, amplitude)}
     if noise is not None:
-        pose = msgspec.structs.replace(plan.pose, position_noise=noise[0], heading_noise=noise[1])
-        plan = msgspec.structs.replace(plan, pose=pose)
-    return plan
+        parts["pose"] = {"position_noise": noise[0], "heading_noise": noise[1]}
+    return planned(plan, **parts)
 
 
 def identified(trials: Trials, vehicle: Vehicle, method: str) -> Model:
