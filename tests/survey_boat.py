@@ -5,41 +5,23 @@ import numpy as np
 from conftest import make_model
 
 from seatrial import _core
-from seatrial.boat.vehicle import vehicle_from
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
+from tests.boats.vehicles import TWIN, TWIN_TRUTH, TWO_ASTERN, by_columns
 
-TRUTH = {
-    "X_vr": 1.2, "X_u": -0.25, "X_uu": -1.0, "X_F": 0.5, "Y_ur": -0.6, "Y_v": -0.4, "Y_vv": -2.0,
-    "N_r": -0.8, "N_rr": -0.5, "N_F": 1.5, "Y_F": 0.15, "N_b": 0.2,
-}  # fmt: skip
+TRUTH = {**TWIN_TRUTH, "Y_F": 0.15, "N_b": 0.2}
 LATENCY, LAG = 0.05, 0.1  # [s]
 NOISE = np.array([2e-3, 2e-3, 3e-3])  # [m], [rad]
 
 
 def boat(chain=(), *, bow=False):
     """The vehicle, with this actuator chain."""
-    own = ["left", "right"] + (["bow"] if bow else [])
-    forces = {
-        "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
-        "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
-    }
-    structure = {
-        "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-        "sway": ["Y_ur * u * r", "Y_v * v", "Y_vv * |v| * v"],
-        "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
-    }
+    own, forces, structure = ["left", "right"], TWO_ASTERN, TWIN
     if bow:
-        forces["F_b"] = {"axis": "sway", "of": {"bow": 1.0}}
-        structure["sway"].append("Y_F * F_b")
-        structure["yaw"].append("N_b * F_b")
-    content = {
-        "seatrial": "vehicle 1", "name": "survey", "axes": "forward-left-up",
-        "pose": {"stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"}, "psi": {"column": "psi"}},
-        "commands": {"stamp": {"column": "t"}, "inputs": {n: {"column": n} for n in own}},
-        "forces": forces, "structure": structure, "chain": list(chain),
-    }  # fmt: skip
-    return vehicle_from(content, "survey")
+        own, forces = [*own, "bow"], {**forces, "F_b": {"axis": "sway", "of": {"bow": 1.0}}}
+        more = {"sway": "Y_F * F_b", "yaw": "N_b * F_b"}
+        structure = {**TWIN, **{axis: [*TWIN[axis], term] for axis, term in more.items()}}
+    return by_columns("survey", own, structure, forces=forces, chain=list(chain))
 
 
 def both(rng):

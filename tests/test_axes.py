@@ -24,6 +24,7 @@ from seatrial.io.trial_files import write_trial
 from seatrial.simulation.plan import TrialEntry, load_plan
 from seatrial.simulation.trials import simulate
 from seatrial.util.errors import VehicleError
+from tests.boats.vehicles import by_columns
 
 ODD = {"N_ud", "N_uu"}
 SEED = 3
@@ -118,18 +119,12 @@ def test_the_model_ship_is_the_same_boat_in_either_axes(cse1_vehicle, cse1):
 
 def zoned(axes: str, *edges: float):
     """A boat driven by forces, its sway thruster with two edges of the dead zone."""
-    column = {n: {"column": n} for n in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
-    return vehicle_from(
-        {
-            "seatrial": "vehicle 1", "name": "zoned", "axes": axes, "structure": {
-                "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v", "Y_F * F_v"], "yaw": ["N_r * r", "N_F * F_r"],
-            },
-            "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-            "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
-            "chain": [{"name": "v", "actuators": ["F_v"], "dead_zone": dict(zip(("forward", "reverse"), edges, strict=True))}],
-        },
-        "zoned",
-    )  # fmt: skip
+    structure = {
+        "surge": ["X_u * u", "X_F * F_u"], "sway": ["Y_v * v", "Y_F * F_v"], "yaw": ["N_r * r", "N_F * F_r"],
+    }  # fmt: skip
+    zone = dict(zip(("forward", "reverse"), edges, strict=True))
+    chain = [{"name": "v", "actuators": ["F_v"], "dead_zone": zone}]
+    return by_columns("zoned", ("F_u", "F_v", "F_r"), structure, axes=axes, chain=chain)
 
 
 def test_edges_change_sides_with_the_axes_and_no_model_takes_them_along_unseen():

@@ -38,6 +38,7 @@ from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import pairs, views
 from seatrial.identification.estimator import output_error
 from tests.boats.plans import driven_by, planned
+from tests.boats.vehicles import by_columns
 
 TRUTH = TABLE_II["MP"]
 MORE = 1.2  # times mass and inertia
@@ -156,22 +157,12 @@ def test_one_thruster_of_two_with_gains_of_their_own_is_named():
         "F_p": {"axis": "surge", "of": {"port": 1}},
         "F_s": {"axis": "surge", "of": {"star": 1}},
     }
-    twin = vehicle_from(
-        {
-            "seatrial": "vehicle 1", "name": "twin", "axes": "forward-left-up",
-            "pose": {"topic": "/p", "stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"},
-                     "psi": {"column": "psi"}},
-            "commands": {"topic": "/c", "stamp": {"column": "t"},
-                         "inputs": {"port": {"column": "p"}, "star": {"column": "s"}}},
-            "forces": forces,
-            "structure": {
-                "surge": ["v * r", "X_u * u", "X_p * F_p", "X_s * F_s"],
-                "sway": ["-1 * u * r", "Y_v * v"],
-                "yaw": ["N_r * r", "N_p * F_p", "N_s * F_s"],
-            },
-        },
-        "test",
-    )  # fmt: skip
+    structure = {
+        "surge": ["v * r", "X_u * u", "X_p * F_p", "X_s * F_s"],
+        "sway": ["-1 * u * r", "Y_v * v"],
+        "yaw": ["N_r * r", "N_p * F_p", "N_s * F_s"],
+    }
+    twin = by_columns("twin", ("port", "star"), structure, forces=forces)
     before = {
         "X_u": -0.5,
         "X_p": 0.4,

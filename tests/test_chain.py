@@ -26,6 +26,7 @@ from seatrial.util.files import convert
 from seatrial.util.frames import AXES
 from tests.boats.hulls import MIDDLE, driven
 from tests.boats.plans import planned
+from tests.boats.vehicles import by_columns
 
 ACROSS, DEAD = 0.16, 0.22  # [-] offset and dead zone of the made-up propellers
 PAIR = {
@@ -40,23 +41,18 @@ INPUTS = ("left_surge", "left_sway", "right_surge", "right_sway")
 def tug(axes="forward-left-up", pair=PAIR, inputs=INPUTS, **chain) -> Vehicle:
     """Two Voith-Schneider propellers side by side."""
     surge, sway = inputs[0::2], inputs[1::2]
-    content = {
-        "seatrial": "vehicle 1", "name": "tug", "axes": axes,
-        "pose": {"stamp": "t", "x": "x", "y": "y", "psi": "psi"},
-        "commands": {"stamp": "t", "inputs": {n: n for n in inputs}},
-        "forces": {
-            "F_u": {"axis": "surge", "of": dict.fromkeys(surge, 0.5)},
-            "F_v": {"axis": "sway", "of": dict.fromkeys(sway, 0.5)},
-            "F_r": {"axis": "yaw", "of": dict(zip(surge, (-0.5, 0.5), strict=False))},
-        },
-        "chain": [{"pair": pair, **chain}],
-        "structure": {
-            "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-            "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
-            "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r", "N_v * F_v"],
-        },
-    }  # fmt: skip
-    return vehicle_from(content, "tug")
+    forces = {
+        "F_u": {"axis": "surge", "of": dict.fromkeys(surge, 0.5)},
+        "F_v": {"axis": "sway", "of": dict.fromkeys(sway, 0.5)},
+        "F_r": {"axis": "yaw", "of": dict(zip(surge, (-0.5, 0.5), strict=False))},
+    }
+    structure = {
+        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
+        "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r", "N_v * F_v"],
+    }
+    stages = [{"pair": pair, **chain}]
+    return by_columns("tug", inputs, structure, axes=axes, forces=forces, chain=stages)
 
 
 def forces(vehicle: Vehicle, rows: np.ndarray) -> np.ndarray:
@@ -248,20 +244,12 @@ def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
 def test_more_constants_than_the_core_takes_are_one_line():
     """And of a full chain no more is asked than there is room for."""
     names = [f"a{k}" for k in range(8)]
-    column = {name: {"column": name} for name in ("t", "x", "y", "psi", *names)}
+    structure = {"surge": ["X_u * u", *(f"X_{k} * F_{k}" for k in range(8))]}
     forces = {f"F_{k}": {"axis": "surge", "of": {n: 1.0}} for k, n in enumerate(names)}
 
     def eight(**own):
         chain = [{"name": f"g{k}", "actuators": [n], **own} for k, n in enumerate(names)]
-        return vehicle_from(
-            {
-                "seatrial": "vehicle 1", "name": "boat", "axes": "forward-left-up", "forces": forces,
-                "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-                "commands": {"stamp": column["t"], "inputs": {n: column[n] for n in names}},
-                "structure": {"surge": ["X_u * u", *(f"X_{k} * F_{k}" for k in range(8))]}, "chain": chain,
-            },
-            "boat",
-        )  # fmt: skip
+        return by_columns("boat", names, structure, forces=forces, chain=chain)
 
     edges = {"dead_zone": {"forward": 0.1, "reverse": 0.1}}
     full = eight(latency=0.1, lag=0.1, **edges)
@@ -275,13 +263,8 @@ def test_more_constants_than_the_core_takes_are_one_line():
 
 def wrenches(axes, *groups):
     """A boat whose inputs are F_u, F_v and F_r themselves."""
-    column = {name: {"column": name} for name in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
-    content = {
-        "seatrial": "vehicle 1", "name": "boat", "axes": axes, "structure": "mallard",
-        "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-        "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
-    }  # fmt: skip
-    return vehicle_from({**content, "chain": list(groups)}, "boat")
+    inputs = ("F_u", "F_v", "F_r")
+    return by_columns("boat", inputs, "mallard", axes=axes, chain=list(groups))
 
 
 @pytest.mark.parametrize(

@@ -10,12 +10,12 @@ from recording_tools import turned
 from survey_boat import pulses
 
 from seatrial import _core
-from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
+from tests.boats.vehicles import by_columns
 
 TRUTH = {
     "X_u": -0.2, "X_uu": -0.8, "X_F": 0.6, "Y_v": -0.3, "Y_vv": -1.2, "Y_F": 0.5,
@@ -55,13 +55,7 @@ def boat(places, chain=()):
         "sway": ["Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
         "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
     }
-    content = {
-        "seatrial": "vehicle 1", "name": "raft", "axes": "forward-left-up",
-        "pose": {"stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"}, "psi": {"column": "psi"}},
-        "commands": {"stamp": {"column": "t"}, "inputs": {n: {"column": n} for n in names}},
-        "forces": forces, "structure": structure, "chain": list(chain),
-    }  # fmt: skip
-    return vehicle_from(content, "raft")
+    return by_columns("raft", names, structure, forces=forces, chain=list(chain))
 
 
 def one_by_one(places, curve, seed=3, seconds=150.0, others=0.0):

@@ -15,6 +15,7 @@ from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.resolution import heading_step
 from seatrial.recording.signal import Signal
+from tests.boats.vehicles import by_columns
 
 SURGE = {
     "X_u": -0.2, "X_uu": -1.7, "X_F": 0.3, "Y_v": -0.3, "Y_vv": -1.3, "Y_F": 0.3, "N_r": -0.7, "N_rr": -0.3, "N_F": 1.4,
@@ -22,18 +23,12 @@ SURGE = {
 
 
 def tug(chain=()):
-    content = {
-        "seatrial": "vehicle 1", "name": "tug", "axes": "forward-left-up",
-        "pose": {"stamp": {"column": "t"}, "x": {"column": "x"}, "y": {"column": "y"}, "psi": {"column": "psi"}},
-        "commands": {"stamp": {"column": "t"}, "inputs": {n: {"column": n} for n in ("F_u", "F_v", "F_r")}},
-        "structure": {
-            "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-            "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
-            "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
-        },
-        "chain": list(chain),
-    }  # fmt: skip
-    return vehicle_from(content, "tug")
+    structure = {
+        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["-1 * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
+        "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
+    }
+    return by_columns("tug", ("F_u", "F_v", "F_r"), structure, chain=list(chain))
 
 
 def come_and_go(rng, t, memory):

@@ -10,12 +10,8 @@ from px4_logs import px4
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
+from tests.boats.hulls import FREE
 
-FREE = {  # added mass of its own along and across
-    "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-    "sway": ["Y_ur * u * r", "Y_v * v", "Y_vv * |v| * v", "Y_F * F_v"],
-    "yaw": ["N_uv * u * v", "N_r * r", "N_rr * |r| * r", "N_F * F_r"],
-}
 WRITERS = [
     pytest.param("run.ulg", px4, id="px4"),
     pytest.param("run.BIN", ardupilot, id="ardupilot", marks=pytest.mark.system),

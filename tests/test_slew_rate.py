@@ -24,30 +24,20 @@ from seatrial.recording.signal import Signal
 from seatrial.simulation.trials import DisturbedPlant
 from seatrial.util.errors import SeatrialError
 from tests.boats.hulls import TICK
+from tests.boats.vehicles import TWO_ASTERN, by_columns
 
 TRUTH = {
     "X_u": -0.25, "X_uu": -0.35, "X_F": 0.9, "Y_v": -0.8, "Y_vv": -0.9, "N_r": -0.7, "N_rr": -0.6, "N_F": 2.4,
 }  # fmt: skip
-CONTENT = {
-    "seatrial": "vehicle 1",
-    "name": "twin",
-    "axes": "forward-left-up",
-    "pose": {"stamp": "t", "x": "x", "y": "y", "psi": "psi"},
-    "commands": {"stamp": "t", "inputs": {"left": "left", "right": "right"}},
-    "forces": {
-        "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
-        "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
-    },
-    "structure": {
-        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-        "sway": ["-0.8 * u * r", "Y_v * v", "Y_vv * |v| * v"],
-        "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
-    },
+STRUCTURE = {
+    "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+    "sway": ["-0.8 * u * r", "Y_v * v", "Y_vv * |v| * v"],
+    "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
 }
 
 
 def twin(*chain: dict[str, object]) -> Vehicle:
-    return vehicle_from({**CONTENT, "chain": list(chain)}, "twin")
+    return by_columns("twin", ("left", "right"), STRUCTURE, forces=TWO_ASTERN, chain=list(chain))
 
 
 def boat_of(vehicle: Vehicle) -> Model:

@@ -8,13 +8,14 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
-from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DisturbedPlant
 from seatrial.util.frames import Array, body_velocity
+from tests.boats.vehicles import by_columns
 
 FREE = {  # added mass of its own along and across
     "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
@@ -63,16 +64,12 @@ class Hull:
 
     def vehicle(self, chain: list[dict[str, object]]) -> Vehicle:
         """Its vehicle file, driven through the usual allocation."""
-        column = {n: {"column": n} for n in ("t", "x", "y", "psi", "F_u", "F_v", "F_r")}
         places = enumerate(self.places, 1)
-        content = {
-            "seatrial": "vehicle 1", "name": "boat", "axes": "forward-left-up", "structure": FREE, "chain": chain,
-            "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-            "commands": {"stamp": column["t"], "inputs": {f: column[f] for f in ("F_u", "F_v", "F_r")}},
-            "thrusters": {f"t{k}": {"x": x, "y": y, "angle_deg": a} for k, (x, y, a) in places},
-            "allocation": {"scheme": "moore-penrose", "limit": 1.0},
-        }  # fmt: skip
-        return vehicle_from(content, "boat")
+        return by_columns(
+            "boat", ("F_u", "F_v", "F_r"), FREE, chain=chain,
+            thrusters={f"t{k}": {"x": x, "y": y, "angle_deg": a} for k, (x, y, a) in places},
+            allocation={"scheme": "moore-penrose", "limit": 1.0},
+        )  # fmt: skip
 
 
 SMALL = Hull(CROSS, 2.0, (4.0, 5.5, 0.06), (1.5, 3.0, 0.05), (6.0, 14.0, 0.03))  # quick in yaw

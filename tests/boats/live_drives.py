@@ -7,7 +7,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
-from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
@@ -15,16 +15,13 @@ from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DisturbedPlant
 from seatrial.util.frames import Array, body_velocity
 from tests.boats.hulls import MIDDLE, STEP, driven
+from tests.boats.vehicles import TWIN, TWIN_TRUTH, TWO_ASTERN, by_columns
 
 CHAIN: list[dict[str, object]] = [{"latency": 0.06, "lag": 0.15}]
 PUSH = DisturbanceForce(share=0.06, correlation=2.0)
 GUSTS = DisturbanceForce(share=0.05, correlation=2.0, earth_fixed=True)
 WIND = (0.012, -0.008)  # [m/s^2] steady, earth-fixed
 WHITE = 2e-3  # [m, rad] of the poses
-TWIN_TRUTH = {
-    "X_vr": 1.2, "X_u": -0.25, "X_uu": -1.0, "X_F": 0.5, "Y_ur": -0.6, "Y_v": -0.4, "Y_vv": -2.0,
-    "N_r": -0.8, "N_rr": -0.5, "N_F": 1.5,
-}  # fmt: skip
 TICK = 0.02  # [s] of the sticks
 
 Row = tuple[int, str, Array]
@@ -42,23 +39,7 @@ def holonomic(
 
 def twin(chain: list[dict[str, object]] | None = None) -> Vehicle:
     """A boat of two thrusters astern."""
-    names = ("t", "x", "y", "psi", "left", "right")
-    column = {name: {"column": name} for name in names}
-    content = {
-        "seatrial": "vehicle 1", "name": "twin", "axes": "forward-left-up", "chain": chain or [],
-        "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-        "commands": {"stamp": column["t"], "inputs": {n: column[n] for n in ("left", "right")}},
-        "forces": {
-            "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
-            "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
-        },
-        "structure": {
-            "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-            "sway": ["Y_ur * u * r", "Y_v * v", "Y_vv * |v| * v"],
-            "yaw": ["N_r * r", "N_rr * |r| * r", "N_F * F_r"],
-        },
-    }  # fmt: skip
-    return vehicle_from(content, "twin")
+    return by_columns("twin", ("left", "right"), TWIN, forces=TWO_ASTERN, chain=chain or [])
 
 
 def twin_in_wind(seconds: float, *, seed: int, rate: float = 20.0) -> tuple[Vehicle, Recording]:

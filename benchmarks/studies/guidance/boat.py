@@ -10,11 +10,12 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
-from seatrial.boat.vehicle import Vehicle, vehicle_from
+from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array, body_velocity
+from tests.boats.vehicles import TWIN, TWO_ASTERN, by_columns
 
 MASS = (32.0, 46.0, 8.0)  # [kg, kg, kg m^2] with added mass
 THRUST, ARM = 30.0, 0.35  # [N] of each thruster, [m] to the left and the right
@@ -46,22 +47,12 @@ WINDY = Weather((0.06, -0.08), (-2.0, 3.0), 1.5)
 
 def vehicle(chain: tuple[dict[str, object], ...] = ()) -> Vehicle:
     """Two thrusters astern, commanded one by one."""
-    column = {n: {"column": n} for n in ("t", "x", "y", "psi", "left", "right")}
-    content = {
-        "seatrial": "vehicle 1", "name": "twin", "axes": "forward-left-up", "chain": list(chain),
-        "pose": {"stamp": column["t"], "x": column["x"], "y": column["y"], "psi": column["psi"]},
-        "commands": {"stamp": column["t"], "inputs": {n: column[n] for n in ("left", "right")}},
-        "forces": {
-            "F_u": {"axis": "surge", "of": {"left": 0.5, "right": 0.5}},
-            "F_r": {"axis": "yaw", "of": {"left": -0.5, "right": 0.5}},
-        },
-        "structure": {
-            "surge": ["X_vr * v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
-            "sway": ["Y_ur * u * r", "Y_v * v", "Y_uv * |u| * v", "Y_vv * |v| * v"],
-            "yaw": ["N_uv * u * v", "N_r * r", "N_ur * |u| * r", "N_rr * |r| * r", "N_F * F_r"],
-        },
-    }  # fmt: skip
-    return vehicle_from(content, "twin")
+    structure = {
+        "surge": TWIN["surge"],
+        "sway": ["Y_ur * u * r", "Y_v * v", "Y_uv * |u| * v", "Y_vv * |v| * v"],
+        "yaw": ["N_uv * u * v", "N_r * r", "N_ur * |u| * r", "N_rr * |r| * r", "N_F * F_r"],
+    }
+    return by_columns("twin", ("left", "right"), structure, forces=TWO_ASTERN, chain=list(chain))
 
 
 @cache
