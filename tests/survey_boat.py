@@ -4,9 +4,7 @@
 import numpy as np
 from conftest import make_model
 
-from seatrial import _core
-from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
+from tests.boats.motions import recorded, states_at, traced
 from tests.boats.vehicles import TWIN, TWIN_TRUTH, TWO_ASTERN, by_columns
 
 TRUTH = {**TWIN_TRUTH, "Y_F": 0.15, "N_b": 0.2}
@@ -80,18 +78,13 @@ def driven(
     values = np.column_stack([pulses(rng, seconds, size, idle) for size in sizes])
     t = 1e-9 * np.round(1e9 * stamps(rng, seconds))
     begin = np.arange(len(values)) / 20.0
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-    )
     positions, headings = (
-        np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), np.maximum(t - delay, 0.0))[0])
-        for delay in late
+        states_at(truth, np.maximum(t - delay, 0.0), begin, values) for delay in late
     )
     eta = np.column_stack([positions[:, :2], headings[:, 2]])
     eta += rng.normal(size=(len(t), 3)) * noise
     vehicle = boat(bow=bow)
-    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-    return vehicle, make_recording("drive", np.round(1e9 * t).astype(np.int64), eta, commands)
+    return vehicle, recorded("drive", vehicle, (t, eta), (begin, values))
 
 
 def as_stated(model, truth, sigmas=4.5):
@@ -115,11 +108,8 @@ def blown(wind, lever=0.0, side=1.0, *, rate=5.0, seconds=300.0, seed=1):
     values = np.column_stack(
         [pulses(rng, seconds, lambda g: g.uniform(-1, 1), 0.3) for _ in range(2)]
     )
-    begin = np.arange(len(values)) / 20.0
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-    )
-    dt = 0.002
+    begin, dt = np.arange(len(values)) / 20.0, 0.002
+    trace = traced(truth, begin, values)
     force = np.asarray(trace.forces((np.arange(round(seconds / dt)) + 0.5) * dt))
     p, every = TRUTH, round(1.0 / rate / dt)
     x, y, psi, u, v, r = np.zeros(6)
@@ -144,6 +134,5 @@ def blown(wind, lever=0.0, side=1.0, *, rate=5.0, seconds=300.0, seed=1):
         u, v, r = u + dt * du, v + dt * dv, r + dt * dr
     eta = np.array(poses) + rng.normal(size=(len(poses), 3)) * [2e-3, 2e-3, 3e-3]
     vehicle = boat()
-    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-    stamps = np.round(1e9 * np.arange(len(eta)) / rate).astype(np.int64)
-    return vehicle, make_recording("blown", stamps, eta, commands)
+    t = np.arange(len(eta)) / rate
+    return vehicle, recorded("blown", vehicle, (t, eta), (begin, values))

@@ -9,7 +9,6 @@ from conftest import TABLE_II, make_model
 from estimates import estimated
 from scipy import stats
 
-from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.schema import EstimatorEntry, Integration, RecordingEntry, SourceEntry
 from seatrial.evaluation.comparison.compare import compare
@@ -17,9 +16,8 @@ from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import pairs, views
 from seatrial.evaluation.comparison.prediction import beyond_same_boat
 from seatrial.evaluation.comparison.significance import same_boat_errors
-from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.trials import plant_model
+from tests.boats.motions import recorded, states_at
 from tests.boats.plans import driven_by, planned
 
 TRUTH = TABLE_II["AF"]
@@ -123,12 +121,9 @@ def test_an_axis_that_both_predict_exactly_is_no_change(mp):
     begin = np.arange(0.0, 120.0, 0.5)
     values = np.zeros((len(begin), 3))
     values[:, 0] = np.sign(np.sin(0.4 * begin)) * (1.0 + (begin > 60.0)) / 2.0
-    none = np.zeros((0, 0))
-    trace = _core.ThrustTrace(a.vehicle.chain, a.constants, begin, values, np.zeros(0), none)
     t = np.arange(0.0, 119.0, 0.1)
-    states = np.asarray(_core.simulate(a.boat, trace, np.zeros(6), t)[0])
-    commands = Signal(mp.inputs, np.rint(1e9 * begin).astype(np.int64), values)
-    recording = make_recording("line", np.rint(1e9 * t).astype(np.int64), states[:, :3], commands)
+    eta = states_at(a, t, begin, values)[:, :3]
+    recording = recorded("line", mp, (t, eta), (begin, values))
     found = compare(a, b, [recording])
     assert found.better["1"] == {"u": "A", "v": None, "r": None}
 

@@ -9,12 +9,11 @@ from conftest import at_length, make_model, on_request
 from recording_tools import turned
 from survey_boat import pulses
 
-from seatrial import _core
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
+from tests.boats.motions import recorded, states_at
 from tests.boats.vehicles import by_columns
 
 TRUTH = {
@@ -70,14 +69,9 @@ def one_by_one(places, curve, seed=3, seconds=150.0, others=0.0):
         force = np.where(np.arange(3) == axis, wanted[:, None], np.column_stack(besides))
         values = force @ np.linalg.pinv(shares(places)).T
         values /= np.abs(values).max()
-        trace = _core.ThrustTrace(
-            truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-        )
-        states = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])
+        states = states_at(truth, t, begin, values)
         eta = states[:, :3] + rng.normal(size=(len(t), 3)) * [2e-3, 2e-3, 3e-3]
-        commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-        stamps = np.round(1e9 * t).astype(np.int64)
-        found.append(make_recording(f"S{axis + 1}", stamps, eta, commands))
+        found.append(recorded(f"S{axis + 1}", vehicle, (t, eta), (begin, values)))
     return vehicle, found
 
 

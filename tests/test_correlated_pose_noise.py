@@ -15,6 +15,7 @@ from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.resolution import heading_step
 from seatrial.recording.signal import Signal
+from tests.boats.motions import recorded, states_at
 from tests.boats.vehicles import by_columns
 
 SURGE = {
@@ -46,15 +47,11 @@ def under_gnss(seed, sd, memory, seconds=200.0):
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
     values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, t = np.arange(len(values)) / 20.0, np.arange(0.0, seconds, 0.1)
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-    )
-    eta = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, :3]
+    eta = states_at(truth, t, begin, values)[:, :3]
     eta += rng.normal(size=eta.shape) * [0.01, 0.01, 2e-3]
     for i in range(2):
         eta[:, i] += sd * come_and_go(rng, t, memory)
-    commands = Signal(truth.vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-    return make_recording(f"drive {seed}", np.round(1e9 * t).astype(np.int64), eta, commands)
+    return recorded(f"drive {seed}", truth.vehicle, (t, eta), (begin, values))
 
 
 def of_a_filter(seed, seconds=120.0, tau=2.0):
@@ -63,11 +60,7 @@ def of_a_filter(seed, seconds=120.0, tau=2.0):
     rng = np.random.default_rng(seed)
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
     commands, t = recording.commands, np.arange(0.0, seconds, 0.02)
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, recording.seconds(commands.stamps), commands.values,
-        np.zeros(0), np.zeros((0, 0)),
-    )  # fmt: skip
-    psi = np.asarray(_core.simulate(truth.boat, trace, np.zeros(6), t)[0])[:, 2]
+    psi = states_at(truth, t, recording.seconds(commands.stamps), commands.values)[:, 2]
     gyro = np.diff(psi, prepend=psi[0]) + 0.02 * rng.normal(1e-3, 2e-3, len(t))  # [rad]
     compass = psi + 0.01 * come_and_go(rng, t, 5.0) + 0.02 * rng.normal(size=len(t))
     heading = psi.copy()

@@ -6,10 +6,8 @@ import pytest
 from conftest import make_model
 from survey_boat import LAG, LATENCY, NOISE, TRUTH, boat, both, pulses
 
-from seatrial import _core
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
+from tests.boats.motions import recorded, states_at
 
 ALIKE = "on one line exchanged x and y, another zero of the heading and another sign of an input look alike"
 EXCHANGED = "x and y are exchanged"
@@ -22,16 +20,12 @@ def checked(degrees, turning, *, exchanged=True, seconds=120.0):
     ahead, turn = (pulses(rng, seconds, both, 0.3) for _ in range(2))
     values = np.column_stack([ahead - turning * turn, ahead + turning * turn])
     begin = np.arange(len(values)) / 20.0
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-    )
     t = np.arange(0.0, seconds, 0.1)
     start = np.array([0.0, 0.0, np.radians(degrees), 0.0, 0.0, 0.0])
-    poses = _core.simulate(truth.boat, trace, start, t, False)[0][:, :3]
+    poses = states_at(truth, t, begin, values, start)[:, :3]
     poses = (poses + rng.normal(size=poses.shape) * NOISE)[:, [1, 0, 2] if exchanged else [0, 1, 2]]
     vehicle = boat()
-    commands = Signal(vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-    recording = make_recording("line", np.round(1e9 * t).astype(np.int64), poses, commands)
+    recording = recorded("line", vehicle, (t, poses), (begin, values))
     return check_consistency([recording], vehicle)
 
 

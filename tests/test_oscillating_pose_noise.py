@@ -10,7 +10,6 @@ from conftest import at_length, make_model
 from survey_boat import both, pulses
 from test_correlated_pose_noise import SURGE, tug
 
-from seatrial import _core
 from seatrial.boat.findings import FindingKind
 from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import NoiseEntry, ProcessEntry
@@ -19,8 +18,7 @@ from seatrial.identification.console import summary
 from seatrial.identification.estimator import output_error
 from seatrial.identification.likelihood.noise_structures import wave_periods
 from seatrial.onboard.predictor import Predictor
-from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
+from tests.boats.motions import recorded, traced
 
 PUSHED = ProcessEntry(2e-3, 1e-2, 3e-2, 5e-2, 2.0)
 
@@ -47,9 +45,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
     truth = make_model(tug([{"latency": 0.05, "lag": 0.1}]), SURGE)
     values = np.column_stack([pulses(rng, seconds, both, 0.3) for _ in range(3)])
     begin, step = np.arange(len(values)) / 20.0, 0.01
-    trace = _core.ThrustTrace(
-        truth.vehicle.chain, truth.constants, begin, values, np.zeros(0), np.zeros((0, 0))
-    )
+    trace = traced(truth, begin, values)
     fine = np.arange(0.0, seconds, step)
     push = waves(rng, fine, period, np.array(pushed))
     thrust = np.asarray(trace.forces(fine + step / 2)) * [SURGE["X_F"], SURGE["Y_F"], SURGE["N_F"]]
@@ -58,9 +54,7 @@ def sailed(seed, period, *, moved=(0.0, 0.0, 0.0), pushed=(0.0, 0.0, 0.0), secon
     path = path[::10]
     poses = path[:, 0] + rng.normal(size=(len(t), 3)) * 2e-3
     poses += waves(rng, t, period, np.array(moved))
-    commands = Signal(truth.vehicle.inputs, np.round(1e9 * begin).astype(np.int64), values)
-    stamps = np.round(1e9 * t).astype(np.int64)
-    return make_recording(f"drive {seed}", stamps, poses, commands), path[:, 1]
+    return recorded(f"drive {seed}", truth.vehicle, (t, poses), (begin, values)), path[:, 1]
 
 
 def midpoints(thrust, push, step):

@@ -10,7 +10,6 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.boat.model import Model
-from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.control.mpc import Nmpc
 from seatrial.control.mpc.problem import MOTION_SIZE, PATH_GRID
@@ -18,12 +17,11 @@ from seatrial.control.mpc.step import Layout
 from seatrial.identification.first_search import first_maximum
 from seatrial.identification.selection.actuator_selection import select_stages, with_slew_rate
 from seatrial.identification.solution import OutputErrorSettings
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.trials import DisturbedPlant
 from seatrial.util.errors import SeatrialError
 from tests.boats.hulls import TICK
+from tests.boats.motions import given_model, recorded, ticked
 from tests.boats.vehicles import TWO_ASTERN, by_columns
 
 TRUTH = {
@@ -41,12 +39,7 @@ def twin(*chain: dict[str, object]) -> Vehicle:
 
 
 def boat_of(vehicle: Vehicle) -> Model:
-    theta = np.array([TRUTH[name] for name in vehicle.structure.coefficients])
-    none = np.zeros((len(theta) + len(vehicle.constants.names),) * 2)
-    return Model(
-        vehicle, theta, none, vehicle.constants.values, Integration("runge-kutta", 1 / 240),
-        NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
-    )  # fmt: skip
+    return given_model(vehicle, TRUTH)
 
 
 def driven(*chain: dict[str, object], seed: int = 1, seconds: float = 240.0) -> Recording:
@@ -58,16 +51,11 @@ def driven(*chain: dict[str, object], seed: int = 1, seconds: float = 240.0) -> 
         end = begin + round(rng.uniform(1.0, 4.0) / TICK)
         command[begin:end] = np.round(rng.uniform(-1.0, 1.0, 2), 2) * (rng.random() > 0.15)
         begin = end
-    plant = DisturbedPlant(boat, None, rng)
-    states = np.zeros((len(command), 6))
-    for i, row in enumerate(command):
-        plant.advance_to(i * TICK)
-        states[i] = plant.state
-        plant.command(i * TICK, np.ascontiguousarray(row))
+    states = ticked(DisturbedPlant(boat, None, rng), command, TICK)
     seen = np.arange(5, len(command), round(0.2 / TICK))
     eta = states[seen, :3] + rng.normal(size=(len(seen), 3)) * [0.01, 0.01, 0.005]
-    stamps = np.round(1e9 * TICK * np.arange(len(command))).astype(np.int64)
-    return make_recording("run", stamps[seen], eta, Signal(vehicle.inputs, stamps, command))
+    ticks = TICK * np.arange(len(command))
+    return recorded("run", vehicle, (ticks[seen], eta), (ticks, command))
 
 
 def forces(vehicle: Vehicle, commands: list[list[float]], t: list[float]) -> np.ndarray:

@@ -6,15 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.boat.model import Model
-from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DisturbedPlant
-from seatrial.util.frames import Array, body_velocity
+from seatrial.util.frames import Array
+from tests.boats.motions import given_model, recorded, ticked
 from tests.boats.vehicles import by_columns
 
 FREE = {  # added mass of its own along and across
@@ -127,28 +124,13 @@ def driven(
     stamps, whole ticks; wind: [m/s^2] steady and earth-fixed, beside the push.
     """
     true = hull.vehicle([chain] if isinstance(chain, dict) else chain)
-    names, values = true.structure.coefficients, hull.coefficients
-    theta = np.array([values[n] for n in names])
-    none = np.zeros((len(names) + len(true.constants.names),) * 2)
-    boat = Model(
-        true, theta, none, true.constants.values, Integration("runge-kutta", STEP),
-        NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
-    )  # fmt: skip
-    found = []
+    boat, found = given_model(true, hull.coefficients, STEP), []
     for k in range(drives):
         rng = np.random.default_rng([seed, k])
         command = (pattern or sticks)(rng, seconds)
         plant = DisturbedPlant(boat, push, np.random.default_rng([seed, k, 1]))
         plant.state = np.array([0.0, 0.0, rng.uniform(-3.0, 3.0), 0.0, 0.0, 0.0])
-        states = np.zeros((len(command), 6))
-        for i, row in enumerate(command):
-            plant.advance_to(i * TICK)
-            states[i] = plant.state
-            if any(wind):
-                state = plant.state
-                state[3:5] += TICK * body_velocity(state[2:3], np.array([[*wind, 0.0]]))[0, :2]
-                plant.state = state
-            plant.command(i * TICK, np.ascontiguousarray(row))
+        states = ticked(plant, command, TICK, wind)
         t = np.arange(0.1, seconds - 0.1, 1.0 / rate)
         at = np.round(t / TICK).astype(int)
         seen = [np.maximum(at - round(delay / TICK), 0) for delay in late]
@@ -162,7 +144,6 @@ def driven(
             for i in range(1, len(command)):
                 error[i] = stays * error[i - 1] + np.sqrt(1.0 - stays**2) * rng.normal(size=3)
             eta = eta + size * error[at]
-        stamps = np.round(1e9 * TICK * np.arange(len(command))).astype(np.int64)
-        commands = Signal(true.inputs, stamps, command)
-        found.append(make_recording(f"r{k + 1}", stamps[at], eta, commands))
+        ticks = TICK * np.arange(len(command))
+        found.append(recorded(f"r{k + 1}", true, (ticks[at], eta), (ticks, command)))
     return hull.vehicle([]), found

@@ -5,16 +5,13 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from seatrial.boat.model import Model
-from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.simulation.trials import DisturbedPlant
-from seatrial.util.frames import Array, body_velocity
+from seatrial.util.frames import Array
 from tests.boats.hulls import MIDDLE, STEP, driven
+from tests.boats.motions import given_model, recorded, ticked
 from tests.boats.vehicles import TWIN, TWIN_TRUTH, TWO_ASTERN, by_columns
 
 CHAIN: list[dict[str, object]] = [{"latency": 0.06, "lag": 0.15}]
@@ -45,26 +42,15 @@ def twin(chain: list[dict[str, object]] | None = None) -> Vehicle:
 def twin_in_wind(seconds: float, *, seed: int, rate: float = 20.0) -> tuple[Vehicle, Recording]:
     """A boat of two thrusters that drifts in steady wind with gusts."""
     true = twin(CHAIN)
-    theta = np.array([TWIN_TRUTH[n] for n in true.structure.coefficients])
-    size = len(theta) + len(true.constants.names)
-    boat = Model(
-        true, theta, np.zeros((size, size)), true.constants.values,
-        Integration("runge-kutta", STEP), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
-    )  # fmt: skip
+    boat = given_model(true, TWIN_TRUTH, STEP)
     rng = np.random.default_rng(seed)
     commands = _pulses(rng, seconds)
     plant = DisturbedPlant(boat, GUSTS, np.random.default_rng([seed, 1]))
-    states = np.zeros((len(commands), 6))
-    for i, row in enumerate(commands):
-        plant.advance_to(i * TICK)
-        state = states[i] = plant.state
-        state[3:5] += TICK * body_velocity(state[2:3], np.array([[*WIND, 0.0]]))[0, :2]
-        plant.state = state
-        plant.command(i * TICK, np.ascontiguousarray(row))
+    states = ticked(plant, commands, TICK, WIND)
     at = np.round(np.arange(0.1, seconds - 0.1, 1.0 / rate) / TICK).astype(int)
     eta = states[at, :3] + WHITE * rng.normal(size=(len(at), 3))
-    stamps = np.round(1e9 * TICK * np.arange(len(commands))).astype(np.int64)
-    return twin(), make_recording("twin", stamps[at], eta, Signal(true.inputs, stamps, commands))
+    ticks = TICK * np.arange(len(commands))
+    return twin(), recorded("twin", true, (ticks[at], eta), (ticks, commands))
 
 
 def _pulses(rng: np.random.Generator, seconds: float) -> Array:

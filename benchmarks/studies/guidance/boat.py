@@ -9,12 +9,12 @@ import numpy as np
 import seatrial
 from seatrial import _core
 from seatrial.boat.model import Model
-from seatrial.boat.schema import EnvelopeEntry, Integration, NoiseEntry
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array, body_velocity
+from tests.boats.motions import given_model
 from tests.boats.vehicles import TWIN, TWO_ASTERN, by_columns
 
 MASS = (32.0, 46.0, 8.0)  # [kg, kg, kg m^2] with added mass
@@ -70,12 +70,7 @@ def truth(left: float = 1.0) -> Model:
         "Y_uv": -LIFT[0] / n, "N_uv": (m - n + LIFT[1]) / i, "N_ur": -LIFT[2] / i,
         "N_r": linear[2], "N_rr": quadratic[2], "N_F": 2.0 * THRUST * mean * ARM / i,
     }  # fmt: skip
-    names = own.structure.coefficients
-    none = np.zeros((len(names) + len(own.constants.names),) * 2)
-    return Model(
-        own, np.array([values[n] for n in names]), none, own.constants.values,
-        Integration("runge-kutta", 1 / 200), NoiseEntry(0.0, 0.0), EnvelopeEntry({}, {}),
-    )  # fmt: skip
+    return given_model(own, values, 1 / 200)
 
 
 class Sea:
