@@ -12,19 +12,17 @@ from hypothesis import strategies as st
 import seatrial
 from seatrial import _core
 from seatrial.boat.findings import FindingKind, finding_of, of_kinds
-from seatrial.boat.model import thrust_trace
 from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import ChainGroup
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_stages import with_estimated_stages, with_room
-from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.trials import plant_model
 from seatrial.util.errors import IdentificationError, SeatrialError, VehicleError
 from seatrial.util.files import convert
 from seatrial.util.frames import AXES
 from tests.boats.hulls import MIDDLE, driven
+from tests.boats.motions import recorded, states_at
 from tests.boats.plans import planned
 from tests.boats.vehicles import by_columns
 
@@ -221,15 +219,11 @@ def test_offset_and_dead_zone_of_a_pair_are_found_on_the_way():
     truth = tug(latency=0.2, lag=0.05)
     values = {**TABLE_II["MP"], "N_v": -0.4}
     boat = make_model(truth, {n: values[n] for n in truth.structure.coefficients}, step=1 / 30)
-    t_c = np.arange(0.0, 300.0, 2.0)
-    commands = Signal(INPUTS, (t_c * 1e9).astype(np.int64), rng.uniform(-1, 1, (len(t_c), 4)))
-    t = np.arange(0.0, 300.0, 0.1)
-    nanoseconds = np.rint(t * 1e9).astype(np.int64)
-    still = make_recording("run", nanoseconds, np.zeros((len(t), 3)), commands)
-    trace = thrust_trace(truth, boat.constants, still)
-    poses = _core.simulate(boat.boat, trace, np.zeros(6), t, False)[0][:, :3]
+    t_c, t = np.arange(0.0, 300.0, 2.0), np.arange(0.0, 300.0, 0.1)
+    commands = t_c, rng.uniform(-1, 1, (len(t_c), 4))
+    poses = states_at(boat, t, *commands)[:, :3]
     noisy = poses + rng.normal(0.0, 1.0, poses.shape) * [2e-3, 2e-3, 4e-3]  # [m], [m], [rad]
-    run = make_recording("run", nanoseconds, noisy, commands)
+    run = recorded("run", truth, (t, noisy), commands)
     pair = {**PAIR, "offset": {"along": 0.0, "across": "estimate"}, "dead_zone": "estimate"}
     model = output_error([run], tug(pair=pair, latency="estimate", lag=0.05))
     found = dict(zip(model.vehicle.constants.names, model.constants, strict=True))

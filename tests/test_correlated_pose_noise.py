@@ -14,7 +14,6 @@ from seatrial.identification.likelihood.optimiser import maximise_likelihood
 from seatrial.identification.likelihood.start_noise import noise_from_poses
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.resolution import heading_step
-from seatrial.recording.signal import Signal
 from tests.boats.motions import recorded, states_at
 from tests.boats.vehicles import by_columns
 
@@ -196,9 +195,7 @@ def going(truth, seed, seconds=200.0, rate=20.0):
             )
         commands[i] = force
         plant.command(now, np.concatenate([force, push[i]]))
-    stamps = np.round(1e9 * t).astype(np.int64)
-    signal = Signal(truth.vehicle.inputs, stamps, commands)
-    return make_recording(f"drive {seed}", stamps[::2], seen[::2], signal)
+    return recorded(f"drive {seed}", truth.vehicle, (t[::2], seen[::2]), (t, commands))
 
 
 def _pushed_tug():

@@ -17,11 +17,10 @@ from seatrial.identification.diagnostics.heading_offset import (
     without_error,
 )
 from seatrial.identification.estimator import output_error
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
-from seatrial.recording.signal import Signal
 from seatrial.simulation.plan import DisturbanceForce
 from tests.boats.hulls import MIDDLE, SMALL, driven
+from tests.boats.motions import recorded
 
 PUSH = DisturbanceForce(0.04, 2.0)
 CHAIN = {"latency": 0.1, "lag": 0.1}
@@ -123,10 +122,9 @@ def along_a_line(seed: int, ahead: float) -> tuple[Vehicle, Recording]:
             p["N_r"] * r + p["N_rr"] * abs(r) * r + p["N_F"] * force[1] + push[2],
         ]  # fmt: skip
         state = state + tick * np.array(rates)
-    stamps = np.round(1e9 * tick * np.arange(len(poses))).astype(np.int64)
+    t = tick * np.arange(len(poses))
     seen = np.array(poses)[::2] + 3e-3 * rng.normal(size=(len(poses[::2]), 3))
-    signal = Signal(vehicle.inputs, stamps, np.array(commands))
-    return vehicle, make_recording("line", stamps[::2], seen, signal)
+    return vehicle, recorded("line", vehicle, (t[::2], seen), (t, np.array(commands)))
 
 
 @pytest.mark.parametrize("seed", [1, 2])

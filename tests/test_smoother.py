@@ -9,15 +9,8 @@ from method_trials import driven, truth
 from seatrial.identification.regression.smoother import ROUGHNESS_GRID, smoothed, smoother
 from seatrial.identification.regression.weak_form import weak_form
 from seatrial.recording.from_poses import make_recording
-from seatrial.recording.signal import Signal
 from seatrial.util.errors import IdentificationError
-
-
-def recording_of(vehicle, t, eta):
-    """A recording of given poses, without commands."""
-    stamps = np.round(np.asarray(t) * 1e9).astype(np.int64)
-    still = Signal(vehicle.inputs, stamps[:1], np.zeros((1, len(vehicle.inputs))))
-    return make_recording("given", stamps, eta, still)
+from tests.boats.motions import given_motion
 
 
 def dense(t, y, roughness, period):
@@ -56,7 +49,7 @@ def test_the_smoother_is_the_dense_one(mp):
     t = np.cumsum(np.append(0.0, 1 / 15 + rng.uniform(-0.01, 0.01, 79)))
     x = 0.3 * np.sin(1.1 * t) + rng.normal(0, 1e-3, len(t))
     y = 0.2 * np.cos(0.9 * t) + rng.normal(0, 1e-3, len(t))
-    r = recording_of(mp, t, np.column_stack([x, y, np.zeros_like(t)]))
+    r = given_motion(mp, t, np.column_stack([x, y, np.zeros_like(t)]))
     (track,) = smoothed([r])
     inner = np.isin(r.t, track.t)
     gap = []
@@ -78,7 +71,7 @@ def test_constant_acceleration_on_a_turning_boat_is_seen_whole(mp):
     psi, speed = 0.4 * t, 0.02 * t  # [rad], [m/s]
     x = 0.02 * (t * np.sin(psi) / 0.4 + (np.cos(psi) - 1) / 0.4**2)
     y = 0.02 * (-t * np.cos(psi) / 0.4 + np.sin(psi) / 0.4**2)
-    (track,) = smoothed([recording_of(mp, t, np.column_stack([x, y, psi]))])
+    (track,) = smoothed([given_motion(mp, t, np.column_stack([x, y, psi]))])
     np.testing.assert_allclose(track.nu[:, 0], np.interp(track.t, t, speed), atol=2e-4)
     np.testing.assert_allclose(track.nu[:, 1], 0.0, atol=2e-4)
     np.testing.assert_allclose(track.nu_dot, [[0.02, 0.0, 0.0]] * len(track.t), atol=2e-3)

@@ -18,19 +18,12 @@ from seatrial.identification.regression.weak_rows import (
     window_sums,
     windows_of,
 )
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.signal import Signal
 from seatrial.util.errors import IdentificationError, RecordingError
+from tests.boats.motions import given_motion
 from tests.boats.plans import planned
 
 WIDTHS = Widths(state=0.2, test=0.6)  # [s]
-
-
-def along(vehicle, t, x, y, psi):
-    """A recording of a given motion, without commands."""
-    stamps = np.round(np.asarray(t) * 1e9).astype(np.int64)
-    still = Signal(vehicle.inputs, stamps[:1], np.zeros((1, len(vehicle.inputs))))
-    return make_recording("given", stamps, np.column_stack([x, y, psi]), still)
 
 
 def test_weighing_is_a_convolution_seen_now_and_then():
@@ -66,7 +59,9 @@ def test_a_boat_that_turns_steadily_has_no_acceleration_in_its_own_axes(mp):
     t = np.arange(0, 60, 1 / 15)
     rate, radius = 1.5, 0.2  # [rad/s], [m]
     angle = rate * t
-    r = along(mp, t, radius * np.sin(angle), -radius * np.cos(angle), angle + 0.3)
+    r = given_motion(
+        mp, t, np.column_stack([radius * np.sin(angle), -radius * np.cos(angle), angle + 0.3])
+    )
     w = windows_of(mp, r, WIDTHS)
     assert np.abs(w.left).max() < 0.01 * radius * rate**2
     speed = np.hypot(w.nu[200:-200, 0], w.nu[200:-200, 1])
@@ -76,7 +71,7 @@ def test_a_boat_that_turns_steadily_has_no_acceleration_in_its_own_axes(mp):
 def test_the_left_side_is_the_mean_acceleration_wherever_the_boat_heads(mp):
     """x = a t^2 / 2 at a heading of 0.7 rad: a cos in surge, -a sin in sway; psi turns not."""
     t = np.arange(0, 30, 1 / 15)
-    r = along(mp, t, 0.03 * t**2 / 2, 0.0 * t, 0.0 * t + 0.7)
+    r = given_motion(mp, t, np.column_stack([0.03 * t**2 / 2, 0.0 * t, 0.0 * t + 0.7]))
     w = windows_of(mp, r, WIDTHS)
     np.testing.assert_allclose(w.left[:, 0], 0.03 * np.cos(0.7), rtol=2e-3)
     np.testing.assert_allclose(w.left[:, 1], -0.03 * np.sin(0.7), rtol=2e-3)

@@ -56,6 +56,11 @@ def ticked(
     return states
 
 
+def given_motion(vehicle: Vehicle, t: Array, eta: Array) -> Recording:
+    """A recording of poses (n, 3) at t (n,) [s], without commands."""
+    return recorded("given", vehicle, (t, eta), (t[:1], np.zeros((1, len(vehicle.inputs)))))
+
+
 def recorded(
     name: str, vehicle: Vehicle, poses: tuple[Array, Array], commands: tuple[Array, Array]
 ) -> Recording:

@@ -10,11 +10,9 @@ import seatrial
 from seatrial import _core
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
-from seatrial.recording.signal import Signal
 from seatrial.util.frames import Array, body_velocity
-from tests.boats.motions import given_model
+from tests.boats.motions import given_model, recorded
 from tests.boats.vehicles import TWIN, TWO_ASTERN, by_columns
 
 MASS = (32.0, 46.0, 8.0)  # [kg, kg, kg m^2] with added mass
@@ -136,14 +134,9 @@ def drive(weather: Weather, seed: int) -> Recording:
     for row in commands:
         sea.command(row)
         poses += sea.advance()
-    stamps = np.round(1e9 * TICK * np.arange(len(commands))).astype(np.int64)
     t, eta = np.array([p[0] for p in poses]), np.array([p[1] for p in poses])
-    return make_recording(
-        f"drive {seed}",
-        np.round(1e9 * t).astype(np.int64),
-        eta,
-        Signal(own.inputs, stamps, commands),
-    )
+    ticks = TICK * np.arange(len(commands))
+    return recorded(f"drive {seed}", own, (t, eta), (ticks, commands))
 
 
 @cache
