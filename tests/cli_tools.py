@@ -21,6 +21,13 @@ def run(capsys, *arguments) -> tuple[int, str, str]:
     return code, shown.out, shown.err
 
 
+def done(capsys, *arguments) -> str:
+    """What a command shows that does what it is asked to, without a word of errors."""
+    code, shown, error = run(capsys, *arguments)
+    assert (code, error) == (0, ""), error
+    return shown
+
+
 def refused(capsys, *arguments) -> str:
     """The one line with which a command refuses, and nothing else that it says."""
     code, shown, error = run(capsys, *arguments)

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from cli_tools import refused, run
+from cli_tools import done, refused, run
 from conftest import CSE1
 
 import seatrial
@@ -25,44 +25,37 @@ def test_the_line_from_recordings_to_a_report(pool, tmp_path, capsys, monkeypatc
     )  # how large a picture is: test_report_png
     trials = [pool / f"S{i}-AF" for i in range(1, 8)]
     vehicle = ["--vehicle", pool / "vehicle-AF.yaml"]
-    code, out, err = run(capsys, "inspect", trials[0], *vehicle)
-    assert (code, err) == (0, "")
+    out = done(capsys, "inspect", trials[0], *vehicle)
     assert "% of the effort is in surge: this recording identifies surge best" in out
     model = tmp_path / "model.yaml"
-    code, out, err = run(capsys, "identify", *trials[:3], *vehicle, "-o", model)
-    assert (code, err) == (0, "")
+    out = done(capsys, "identify", *trials[:3], *vehicle, "-o", model)
     assert "X_F" in out
     assert "Compare with your boat." in out
     assert model.read_text() == (pool / "model.yaml").read_text()
-    code, out, err = run(capsys, "validate", model, *trials[3:], "--json", tmp_path / "scores.json")
-    assert (code, err) == (0, "")
+    out = done(capsys, "validate", model, *trials[3:], "--json", tmp_path / "scores.json")
     scores = json.loads((tmp_path / "scores.json").read_text())
     assert [r["recording"] for r in scores["recordings"]] == ["S4-AF", "S5-AF", "S6-AF", "S7-AF"]
     for name in ("rms", "stays_constant", "floor", "excess"):
         assert f" {100 * scores['recordings'][0]['scores']['u'][name]:.3f}" in out, name
-    code, out, err = run(capsys, "report", model, trials[3], "-o", tmp_path / "report.html")
-    assert (code, err) == (0, "")
+    out = done(capsys, "report", model, trials[3], "-o", tmp_path / "report.html")
     assert (tmp_path / "report.html").read_text().startswith("<!DOCTYPE html>")
-    code, out, err = run(
+    out = done(
         capsys, "report", model, trials[3], "-o", tmp_path / "report.html",
         "--figures", tmp_path / "figures", "--png", "--tables", tmp_path / "tables",
     )  # fmt: skip
-    assert (code, err) == (0, "")
     assert out.partition("\nnext: ")[0].split()[1:] == [
         f"{tmp_path / 'report.html'},", f"{tmp_path / 'figures'},", f"{tmp_path / 'tables'}",
     ]  # fmt: skip
     assert (tmp_path / "figures" / "known.svg").is_file()
     assert (tmp_path / "figures" / "known.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "tables" / "coefficients.csv").is_file()
-    code, out, err = run(capsys, "compare", model, model, trials[3], "-o", tmp_path / "both.html")
-    assert (code, err) == (0, "")
+    out = done(capsys, "compare", model, model, trials[3], "-o", tmp_path / "both.html")
     assert f"wrote {tmp_path / 'both.html'}\nnext: " in out
     assert "A and B" in (tmp_path / "both.html").read_text()
 
 
 def test_inspect_without_a_vehicle_shows_the_columns(pool, tmp_path, capsys):
-    code, out, err = run(capsys, "inspect", pool / "S1-AF", CSE1 / "csv" / "CSE1_data_run1.csv")
-    assert (code, err) == (0, "")
+    out = done(capsys, "inspect", pool / "S1-AF", CSE1 / "csv" / "CSE1_data_run1.csv")
     assert "poses.csv: 1774 rows" in out
     assert "monotonic: stamps in s? 15 Hz" in out
     assert "monotonic: stamps in s? 20 Hz" in out
@@ -75,8 +68,7 @@ def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
     plan.write_text(
         "seatrial: plan 1\nbased_on: hard\nseed: 7\ntrials: {S2: {drive: sway, duration: 30}}\n"
     )
-    code, _, err = run(capsys, "simulate", "--plan", plan, "-o", tmp_path / "out")
-    assert (code, err) == (0, "")
+    done(capsys, "simulate", "--plan", plan, "-o", tmp_path / "out")
     names = {
         str(p.relative_to(tmp_path / "out")) for p in (tmp_path / "out").rglob("*") if p.is_file()
     }
@@ -85,11 +77,10 @@ def test_simulate_writes_trials_vehicle_and_truth(tmp_path, capsys):
         "truth/model-AF.yaml", "truth/S2-MP.csv", "truth/S2-AF.csv", "truth/written.json",
         "S2-MP/poses.csv", "S2-MP/commands.csv", "S2-AF/poses.csv", "S2-AF/commands.csv",
     }  # fmt: skip
-    code, _, err = run(
+    done(
         capsys, "simulate", "--plan", plan, "--vehicle", tmp_path / "out" / "vehicle-AF.yaml",
         "--model", tmp_path / "out" / "truth" / "model-AF.yaml", "--seed", 7, "-o", tmp_path / "again",
     )  # fmt: skip
-    assert (code, err) == (0, "")
     assert (tmp_path / "again" / "S2-AF" / "poses.csv").read_text() == (
         tmp_path / "out" / "S2-AF" / "poses.csv"
     ).read_text()
@@ -161,8 +152,7 @@ def test_a_boat_that_stays_where_it_is_is_refused_by_its_name(pool, tmp_path, ca
 
 def test_init_names_all_recordings_it_looked_at(pool, tmp_path, capsys):
     trials = [pool / f"S{i}-AF" for i in (1, 2, 3)]
-    code, out, _ = run(capsys, "init", *trials, "-o", tmp_path / "v.yaml")
-    assert code == 0
+    out = done(capsys, "init", *trials, "-o", tmp_path / "v.yaml")
     assert "# Proposed by 'seatrial init' from S1-AF, S2-AF, S3-AF." in out
 
 
@@ -185,8 +175,7 @@ def test_swapped_inputs_are_a_doubt(pool, tmp_path, capsys):
 def test_the_terminal_says_which_axes_and_what_the_file_negates(tmp_path, capsys):
     ship = [CSE1 / "csv" / "CSE1_data_random_run1.csv", "--vehicle", CSE1 / "vehicle.yaml"]
     paper = ["--method", "equation-error"]
-    code, out, _ = run(capsys, "identify", *ship, *paper, "-o", tmp_path / "m.yaml")
-    assert code == 0
+    out = done(capsys, "identify", *ship, *paper, "-o", tmp_path / "m.yaml")
     assert "in forward-left-up axes; all from CSE1_data_random_run1:" in out
     model = seatrial.load(tmp_path / "m.yaml")
     written = yaml.safe_load((tmp_path / "m.yaml").read_text())["coefficients"]
@@ -261,8 +250,7 @@ def test_progress_is_silent_where_there_is_no_terminal(pool, tmp_path):
 
 def test_validate_says_what_the_model_was_identified_from(pool, capsys):
     model = pool / "model.yaml"
-    code, out, _ = run(capsys, "validate", model, pool / "S1-AF", pool / "S7-AF")
-    assert code == 0
+    out = done(capsys, "validate", model, pool / "S1-AF", pool / "S7-AF")
     assert "identified from S1-AF: no test of it" in out
 
 

@@ -7,14 +7,13 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from cli_tools import refused, run
+from cli_tools import done, refused, run
 from conftest import TABLE_II
 from scipy import stats
 
 import seatrial
 from seatrial.boat.model_file import load, save
 from seatrial.boat.schema import Integration, RecordingEntry
-from seatrial.commands.cli import main
 from seatrial.evaluation.comparison.compare import compare
 from seatrial.evaluation.comparison.console import comparison_text
 from seatrial.evaluation.comparison.parameters import Joint
@@ -111,8 +110,7 @@ def test_the_command_line(heavier, mp, af, tmp_path, capsys):
     save(after, tmp_path / "new.yaml")
     drive = write_trial(trials[0], tmp_path)
     files = [str(tmp_path / "old.yaml"), str(tmp_path / "new.yaml")]
-    assert main(["compare", *files, str(drive), "--json", str(tmp_path / "c.json")]) == 0
-    shown = capsys.readouterr().out
+    shown = done(capsys, "compare", *files, drive, "--json", tmp_path / "c.json")
     content = json.loads((tmp_path / "c.json").read_text())
     a, b = (load(file) for file in files)
     found = compare(a, b, [seatrial.read(drive, a.vehicle)], labels=tuple(files))

@@ -4,12 +4,11 @@
 import numpy as np
 import pytest
 from autopilot_logs import HOLONOMIC, TWIN, ardupilot, trial
-from cli_tools import refused
+from cli_tools import done, refused
 from mavlink_logs import telemetry
 from px4_logs import px4
 
 from seatrial.boat.vehicle import load_vehicle
-from seatrial.commands.cli import main
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.io.bags.write import BagTopic, write_bag
@@ -204,8 +203,8 @@ def test_a_table_that_can_not_be_written_leaves_nothing(tmp_path, monkeypatch):
 def test_the_command_names_what_it_wrote(given, tmp_path, capsys):
     path, file = given["run.ulg"]
     out = tmp_path / "out.mcap"
-    assert main(["convert", str(path), "--vehicle", str(file), "-o", str(out)]) == 0
-    assert f"seatrial inspect {out} --vehicle {out.with_suffix('.yaml')}" in capsys.readouterr().out
+    shown = done(capsys, "convert", path, "--vehicle", file, "-o", out)
+    assert f"seatrial inspect {out} --vehicle {out.with_suffix('.yaml')}" in shown
     assert "exists" in refused(capsys, "convert", path, "--vehicle", file, "-o", out)
 
 

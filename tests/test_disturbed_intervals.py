@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cli_tools import refused
+from cli_tools import done, refused
 from conftest import TABLE_II, make_model
 from method_trials import pulses_of
 
@@ -296,8 +296,7 @@ def test_a_stretch_that_can_not_be_left_out_is_one_line(on_disk, capsys, text, w
 
 def test_commands_leave_out_what_they_are_told(on_disk, capsys):
     told = ["--without", "S1-MP=-5", "--without", "S1-MP=80.5-90", "--without", "S1-MP=110-"]
-    assert main(["inspect", str(on_disk), "--vehicle", "mallard-mp", *told, "--start", "60"]) == 0
-    shown = capsys.readouterr().out
+    shown = done(capsys, "inspect", on_disk, "--vehicle", "mallard-mp", *told, "--start", "60")
     assert "excluded (--without)" in shown
 
 

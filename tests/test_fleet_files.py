@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from cli_tools import refused, run
+from cli_tools import done, refused
 from test_fleet_kinds import made_up
 from test_many_boats import config, rows
 
@@ -132,8 +132,7 @@ def test_simulated_seeds_are_a_fleet(tmp_path, capsys):
                   "trials: {S1: {drive: surge, duration: 10}}\n")  # fmt: skip
     out = tmp_path / "boats"
     words = ("--vehicle", "mallard-mp", "--seeds", 3, "--seed", 9, "-o", out)
-    code, text, _ = run(capsys, "simulate", "--plan", plan, *words)
-    assert code == 0 and f"seatrial fleet {out}" in text
+    assert f"seatrial fleet {out}" in done(capsys, "simulate", "--plan", plan, *words)
     found = load_fleet(out)
     assert [one.name for one in found.boats] == ["seed-09", "seed-10", "seed-11"]
     assert [[r.name for r in one.recordings] for one in found.boats] == [["S1-MP"]] * 3
@@ -147,8 +146,8 @@ def test_command_prints_the_table_and_refuses_what_it_would_spoil(boats, tmp_pat
     one.mkdir()
     (one / "ada").symlink_to(boats / "cid")
     refused(capsys, "fleet", boats, "--workers", 0, "-o", boats / "in", "--json", "-")
-    code, text, _ = run(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out")
-    assert code == 0 and "0 of 1 boats have a model" in text
+    text = done(capsys, "fleet", one, "--workers", 0, "-o", tmp_path / "out")
+    assert "0 of 1 boats have a model" in text
     assert "\nada: run.csv is a link out of the fleet's folder" in text
     for words, wrong in (
         ("no results of a fleet", ("--last-time", tmp_path)),

@@ -6,12 +6,12 @@ import dataclasses
 import msgspec
 import numpy as np
 import pytest
+from cli_tools import done
 from conftest import make_model
 from survey_boat import LAG, LATENCY, TRUTH, boat
 from tune_tools import in_loop
 
 import seatrial
-from seatrial.commands.cli import main
 from seatrial.control import (
     ByLength,
     Course,
@@ -297,8 +297,8 @@ def test_text_page_and_command_say_what_the_boat_can_do(model, tuning, tmp_path,
     assert "No sway thrust" in page
     seatrial.save(model, tmp_path / "model.yaml")
     out = tmp_path / "gains.yaml"
-    assert main(["tune", str(tmp_path / "model.yaml"), "-o", str(out), "--knob", "1.5"]) == 0
-    assert "keeps station within" in capsys.readouterr().out
+    shown = done(capsys, "tune", tmp_path / "model.yaml", "-o", out, "--knob", "1.5")
+    assert "keeps station within" in shown
     assert load_gains(out).guidance.time > tuning.guidance.time
 
 

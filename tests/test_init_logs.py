@@ -10,12 +10,12 @@ import init_tools
 import numpy as np
 import pytest
 from autopilot_logs import ARMED, DISARMED, HOLONOMIC, TWIN, ardupilot, trial
+from cli_tools import done
 from conftest import at_length
 from mavlink_logs import telemetry
 from px4_logs import px4
 
 from seatrial.boat.vehicle import load_vehicle
-from seatrial.commands.cli import main
 from seatrial.inspection.overview import inspect
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
@@ -193,14 +193,11 @@ def test_the_command_needs_no_axes(logs, tmp_path, capsys):
     """An autopilot's are known; the next command that it names runs."""
     out = tmp_path / "vehicle.yaml"
     path = logs["twin", "run.ulg"]
-    assert main(["init", str(path), "-o", str(out)]) == 0
-    text = capsys.readouterr().out
+    text = done(capsys, "init", path, "-o", out)
     assert "axes: forward-right-down" in text
     assert "how sure" in text
-    assert main(["inspect", str(path), "--vehicle", str(out)]) == 0
-    assert "consistent with the vehicle file" in capsys.readouterr().out
-    assert main(["inspect", str(path)]) == 0
-    assert "actuator_motors" in capsys.readouterr().out
+    assert "consistent with the vehicle file" in done(capsys, "inspect", path, "--vehicle", out)
+    assert "actuator_motors" in done(capsys, "inspect", path)
 
 
 def test_the_documented_vehicle_file_reads_a_log(logs, tmp_path):

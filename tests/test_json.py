@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import pytest
 from autopilot_logs import ardupilot, trial
-from cli_tools import documented, refused, run
+from cli_tools import documented, done, refused, run
 from conftest import CSE1, ROOT
 
 from seatrial.commands import COMMANDS, make_parser
@@ -27,11 +27,9 @@ import json_page
 
 def test_a_dash_is_standard_output_with_nothing_but_json(pool, tmp_path, capsys):
     command = ("inspect", pool / "S1-AF", "--vehicle", pool / "vehicle-AF.yaml", "--json")
-    code, text, _ = run(capsys, *command, tmp_path / "found.json")
-    assert code == 0
+    text = done(capsys, *command, tmp_path / "found.json")
     assert "S1-AF" in text
-    code, out, err = run(capsys, *command, "-")
-    assert (code, err) == (0, "")
+    out = done(capsys, *command, "-")
     content = json.loads(out)
     assert content["seatrial"] == "inspection 1"
     assert content == json.loads((tmp_path / "found.json").read_text())

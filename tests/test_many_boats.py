@@ -13,7 +13,7 @@ from platform import node
 import msgspec
 import psutil
 import pytest
-from cli_tools import run
+from cli_tools import done, run
 from waiting import PATIENCE, until
 
 from seatrial.boat.vehicle import load_vehicle
@@ -212,10 +212,8 @@ def test_the_bootstrap_does_not_depend_on_workers(boats, tmp_path, capsys):
     ada = [boats / "ada" / f"S{i}-MP" for i in (1, 2, 3)]
     given = ["identify", *ada, "--vehicle", boats / "ada" / "vehicle-MP.yaml", "-o", tmp_path / "m.yaml",
              "--bootstrap", 40]  # fmt: skip
-    code, here, _ = run(capsys, *given)
-    assert code == 0
-    code, there, _ = run(capsys, *given, "--scheduler", "local", "--workers", 1)
-    assert code == 0
+    here = done(capsys, *given)
+    there = done(capsys, *given, "--scheduler", "local", "--workers", 1)
     assert there == here
 
 
@@ -230,11 +228,9 @@ def test_a_selection_does_not_depend_on_workers(tmp_path, monkeypatch, capsys, c
     boat(tmp_path, 1, seconds=102.0, coarse=True)  # select asks for 100 s
     recordings = [f"S{i}-MP" for i in (1, 2, 3)]
     given = [command[0], *recordings, "--vehicle", "vehicle-MP.yaml", *command[1:]]
-    code, here, _ = run(capsys, *given)
-    assert code == 0
+    here = done(capsys, *given)
     assert "Y_ur" in here  # a candidate: terms were tried
-    code, there, _ = run(capsys, *given, "--scheduler", "local", "--workers", 2)
-    assert code == 0
+    there = done(capsys, *given, "--scheduler", "local", "--workers", 2)
     assert there == here
 
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import msgspec
 import numpy as np
 import pytest
-from cli_tools import run
+from cli_tools import done, run
 from conftest import make_model
 from survey_boat import TRUTH, boat
 
@@ -253,8 +253,7 @@ def test_commands_hand_on_how_they_read(pool, af, tmp_path, capsys, monkeypatch)
     monkeypatch.setattr(method, lambda *_, **__: (doubtful, None))
 
     def following(*arguments):
-        code, out, err = run(capsys, *arguments)
-        assert (code, err) == (0, "")
+        out = done(capsys, *arguments)
         words = shlex.split(out.partition("\nnext: ")[2], comments=True)
         return make_parser().parse_args(words[1:])
 

@@ -5,7 +5,7 @@ import shlex
 
 import numpy as np
 import pytest
-from cli_tools import run
+from cli_tools import done
 from conftest import make_model
 from survey_boat import TRUTH, boat, driven
 
@@ -50,8 +50,7 @@ def test_next_lines_lead_to_validate(log, options, tmp_path, monkeypatch, capsys
     for _ in range(MOST_STEPS):
         if words[0] == "identify":
             words += options
-        code, out, err = run(capsys, *words)
-        assert (code, err) == (0, "")
+        out = done(capsys, *words)
         step = out.partition("\nnext: ")[2]
         if step.startswith("State 'sampled: true' under 'commands:'"):
             told = (
@@ -69,12 +68,10 @@ def test_a_test_recording_of_a_carried_boat_is_told_and_left_out(tmp_path, monke
     monkeypatch.chdir(tmp_path)
     written(tmp_path, carried=True)
     save(make_model(boat(), TRUTH), tmp_path / "m.yaml")
-    code, out, err = run(capsys, "validate", "m.yaml", "lake.csv")
-    assert (code, err) == (0, "")
+    out = done(capsys, "validate", "m.yaml", "lake.csv")
     assert "doubt: lake: the boat moves 39 m in the 39 s before the first command" in out
     again = shlex.split(out.partition("\nnext: ")[2], comments=True)[1:]
     assert again[0] == "validate"
-    code, out, err = run(capsys, *again)
-    assert (code, err) == (0, "")
+    out = done(capsys, *again)
     assert "carried" not in out
     assert out.partition("\nnext: ")[2].startswith("seatrial report")

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cli_tools import refused
+from cli_tools import done, refused
 from conftest import TABLE_II, make_model
 
 import seatrial
@@ -182,8 +182,7 @@ def test_the_command_line(before, after, tmp_path, capsys):
     ]  # fmt: skip
     assert main(line) == 0
     assert "prior: an older model, widened by 20 %" in capsys.readouterr().out
-    assert main(["compare", str(tmp_path / "old.yaml"), str(tmp_path / "new.yaml"), run]) == 0
-    out = capsys.readouterr().out
+    out = done(capsys, "compare", tmp_path / "old.yaml", tmp_path / "new.yaml", run)
     assert "errors are not independent: both models come from before (B had an older model" in out
     assert "warning: B was identified from S7-MP" in out
     assert main([*line, "--bootstrap", "50"]) == 1

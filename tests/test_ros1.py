@@ -11,6 +11,7 @@ from threading import Thread
 import msgspec
 import numpy as np
 import pytest
+from cli_tools import done
 from conftest import ROOT
 from ros1_tools import DRIVE, JOY_CHANGES, PARTS, PATIENCE, RATE, Ros1, circle, read_by_rosbag
 
@@ -279,8 +280,7 @@ def test_a_joypad_on_change_with_a_timeout_is_known_only_so_long(driven, mp):
 
 def test_the_chain_of_the_document_runs_on_what_rosbag_recorded(recorded, tmp_path, capsys):
     bag, vehicle = str(recorded / "plain" / "run.bag"), str(tmp_path / "vehicle.yaml")
-    assert main(["inspect", bag]) == 0
-    shown = capsys.readouterr().out
+    shown = done(capsys, "inspect", bag)
     assert all(word in shown for word in (*TOPICS, "geometry_msgs/PoseStamped", "sensor_msgs/Joy"))
     assert main(["init", bag, "-o", vehicle, "-q"]) == 1  # 20 s do not show what moves the boat
     assert "20 s do not show which of axes_0" in capsys.readouterr().err

@@ -5,14 +5,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from cli_tools import refused
+from cli_tools import done, refused
 from conftest import make_model
 from steered_boat import BOW_THRUSTER, RUDDER, driven, known, outboard
 from tune_tools import in_loop
 
 import seatrial
 from seatrial import _core
-from seatrial.commands.cli import main
 from seatrial.control import (
     Eight,
     Reference,
@@ -223,8 +222,7 @@ def test_a_course_is_fitted_to_what_the_angle_can(found):
 def test_the_command_shows_what_thrust_and_angle_can_do(found, tmp_path, capsys):
     path = tmp_path / "model.yaml"
     seatrial.save(found, path)
-    assert main(["allocate", str(path)]) == 0
-    text = capsys.readouterr().out
+    text = done(capsys, "allocate", path)
     rows = [
         line.split() for line in text.splitlines() if line.startswith("  ") and line[2].isdigit()
     ]

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 import yaml
-from cli_tools import refused
+from cli_tools import done, refused
 from conftest import ROOT
 from tune_tools import in_loop, mallard
 
@@ -36,8 +36,7 @@ def test_the_command_writes_what_the_library_finds(model_file, tmp_path, capsys)
     outs = [tmp_path / name for name in ("gains.yaml", "ros.yaml", "ros2.yaml", "page.html")]
     flags = ("-o", "--ros", "--ros2", "--report")
     told = [str(x) for pair in zip(flags, outs, strict=True) for x in pair]
-    assert main(["tune", str(model_file), "--knob", "0.8", "-q", *told]) == 0
-    shown = capsys.readouterr().out
+    shown = done(capsys, "tune", model_file, "--knob", "0.8", "-q", *told)
     own = tune(seatrial.load(model_file), 0.8)
     assert shown.startswith(tuning_text(own))
     assert all(f"wrote {out}" in shown for out in outs)
