@@ -25,19 +25,27 @@ from seatrial.util.errors import FileError
 model, drives = known_model, drives_by_cause
 
 
-def live(model, rows, tmp_path, *, automatic, orders=()):
-    path = tmp_path / "model.yaml"
-    seatrial.save(model, path)
-    text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
-    source, said, kept = Given([*text, *orders], json.loads), [], []
+@pytest.fixture
+def path(model, tmp_path):
+    """Of the model's file."""
+    seatrial.save(model, tmp_path / "model.yaml")
+    return tmp_path / "model.yaml"
+
+
+def as_lines(rows):
+    return [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
+
+
+def live(path, rows, *, automatic, orders=()):
+    source, said, kept = Given([*as_lines(rows), *orders], json.loads), [], []
     adaptation = Adaptation(ChangeDetector(seatrial.load(path)), automatic, kept.append)
     served = serve(path, source, Settings(), said.append, adaptation)
     return served, source.answers, said, kept
 
 
 @pytest.mark.system
-def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
-    served, answers, said, kept = live(model, sent(drives[ONE_THRUSTER]), tmp_path, automatic=True)
+def test_live_reports_the_change_and_adapts_at_once(path, drives):
+    served, answers, said, kept = live(path, sent(drives[ONE_THRUSTER]), automatic=True)
     assert [line.split(":")[0] for line in said] == [
         "boat changed (noticed)", "boat changed (confirmed)", "adapted to the changed boat",
     ]  # fmt: skip
@@ -51,7 +59,7 @@ def test_live_reports_the_change_and_adapts_at_once(model, drives, tmp_path):
     assert np.hypot(*np.diff(pose, axis=0).T).max() < 0.05
 
 
-def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path):
+def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, path):
     rows = sent(drives[BATTERY].cut(0.0, 30.0))
     at, middle = rows[900][0], 900
     odd = [
@@ -59,9 +67,7 @@ def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path
         f'{{"stamp": {at - 100 * NANO}, "pose": [0, 0, 0]}}',
         f'{{"stamp": {at + 3600 * NANO}, "pose": [1, 1, 1]}}', '{"adapt": true}', "rubbish",
     ]  # fmt: skip
-    path, said = tmp_path / "model.yaml", []
-    seatrial.save(model, path)
-    text = [json.dumps({"stamp": t, kind: values.tolist()}) for t, kind, values in rows]
+    text, said = as_lines(rows), []
     source = Given([*text[:middle], *odd, *text[middle:]], json.loads)
     serve(path, source, Settings(), said.append, Adaptation(ChangeDetector(model)))
     expected = [
@@ -77,10 +83,10 @@ def test_lines_that_cant_be_used_leave_the_test_as_it_is(model, drives, tmp_path
 
 
 @pytest.mark.system
-def test_live_adapts_on_request(model, drives, tmp_path):
+def test_live_adapts_on_request(path, drives):
     rows = sent(drives[BATTERY])
     order = json.dumps({"stamp": rows[-1][0] + 1, "adapt": True})
-    _, answers, said, kept = live(model, rows, tmp_path, automatic=False, orders=[order, order])
+    _, answers, said, kept = live(path, rows, automatic=False, orders=[order, order])
     assert answers[-1]["change"]["state"] == "confirmed"
     assert answers[-1]["change"]["cause"] == BATTERY
     assert len(kept) == 1
@@ -90,9 +96,7 @@ def test_live_adapts_on_request(model, drives, tmp_path):
     ]  # fmt: skip
 
 
-def test_the_command_line(model, tmp_path, capsys):
-    path = tmp_path / "model.yaml"
-    seatrial.save(model, path)
+def test_the_command_line(model, path, tmp_path, capsys):
     still = replace(model, noise=msgspec.structs.replace(model.noise, process=None))
     seatrial.save(still, tmp_path / "still.yaml")
     for words, given in (
@@ -105,7 +109,7 @@ def test_the_command_line(model, tmp_path, capsys):
         assert words in refused(capsys, "predict", *given)
 
 
-def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives, tmp_path):
+def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives, path):
     """As of a SLAM that knows that it is uncertain: 3 cm and 30 mrad, as stated."""
     rng = np.random.default_rng(5)
     sizes = np.array([0.03, 0.03, 0.03])
@@ -118,29 +122,24 @@ def test_poses_that_state_more_noise_than_the_model_make_no_change(model, drives
         else:
             line = {"stamp": stamp, kind: values.tolist()}
         text.append(json.dumps(line))
-    path, said = tmp_path / "model.yaml", []
-    seatrial.save(model, path)
+    said = []
     serve(path, Given(text, json.loads), Settings(), said.append, Adaptation(ChangeDetector(model)))
     assert said == []
 
 
-def test_odometry_outlives_its_test(model, drives, tmp_path, monkeypatch):
+def test_odometry_outlives_its_test(path, drives, monkeypatch):
     def broken(self):
         raise np.linalg.LinAlgError("Singular matrix")
 
     monkeypatch.setattr(ChangeDetector, "look", broken)
-    _, answers, said, _ = live(
-        model, sent(drives[NO_CHANGE].cut(0.0, 5.0)), tmp_path, automatic=True
-    )
+    _, answers, said, _ = live(path, sent(drives[NO_CHANGE].cut(0.0, 5.0)), automatic=True)
     assert said == [
         "the test for a change of the boat failed (Singular matrix); it is off from now on"
     ]
     assert answers[-1]["t"] > answers[0]["t"] + 3.0
 
 
-def test_a_test_that_runs_while_the_model_is_reloaded_does_not_count(model, tmp_path):
-    path = tmp_path / "model.yaml"
-    seatrial.save(model, path)
+def test_a_test_that_runs_while_the_model_is_reloaded_does_not_count(model, path):
     said = []
     live = Live(
         path, Settings(clock="system"), said.append, Adaptation(ChangeDetector(model), True)
@@ -154,9 +153,7 @@ def test_a_test_that_runs_while_the_model_is_reloaded_does_not_count(model, tmp_
     assert live.odometer.model is now is live.adaptation.detector.model
 
 
-def test_a_model_that_cant_be_kept_is_used(model, tmp_path):
-    path = tmp_path / "model.yaml"
-    seatrial.save(model, path)
+def test_a_model_that_cant_be_kept_is_used(model, path):
 
     def keep(_):
         raise FileError("changed.yaml: can't be written")
