@@ -2,17 +2,14 @@
 """The command line within a test."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import msgspec
+from programs import PROGRAM, piped
 from waiting import PATIENCE
 
 from seatrial.commands.cli import main
 from seatrial.commands.shared.schemas import SCHEMAS
-
-PROGRAM = str(Path(sys.executable).parent / "seatrial")
 
 
 def run(capsys, *arguments) -> tuple[int, str, str]:
@@ -37,10 +34,7 @@ def refused(capsys, *arguments) -> str:
 
 def by_lines(command: str, *arguments, lines=()) -> tuple[int, list[dict], str]:
     """Code, lines of JSON and what is said by a command in a process of its own, given lines."""
-    done = subprocess.run(
-        [PROGRAM, command, *map(str, arguments)], input="\n".join(lines), capture_output=True,
-        text=True, check=False, timeout=PATIENCE,
-    )  # fmt: skip
+    done = piped([PROGRAM, command, *map(str, arguments)], input="\n".join(lines), timeout=PATIENCE)
     return done.returncode, [json.loads(line) for line in done.stdout.splitlines()], done.stderr
 
 

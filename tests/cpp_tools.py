@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from programs import piped, printed
 
 ROOT = Path(__file__).resolve().parents[1]
 BIN = Path(sys.executable).parent
@@ -21,18 +22,7 @@ CORE, NODES = BUILD, BUILD / "nodes"
 def run(*command: str) -> str:
     """What it prints; the virtual environment's programs are found first."""
     path = f"{BIN}{os.pathsep}{os.environ['PATH']}"
-    done = subprocess.run(
-        command,
-        cwd=ROOT,
-        env={**os.environ, "PATH": path},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, (
-        f"{' '.join(command)}\n{done.stdout[-4000:]}\n{done.stderr[-4000:]}"
-    )
-    return done.stdout
+    return printed(*command, cwd=ROOT, env={**os.environ, "PATH": path})
 
 
 NOT_CLONED = {"build", "demo", "site", "dist"}  # of a folder that is worked in
@@ -56,10 +46,9 @@ def fed(
     program: Path, events: Iterable[str], **settings: object
 ) -> subprocess.CompletedProcess[str]:
     """A node without ROS, with these parameters, after these events on its standard input."""
-    return subprocess.run(
-        [program, *(f"{name}={value}" for name, value in settings.items())],
-        input="\n".join(events), capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    return piped(
+        [program, *(f"{name}={value}" for name, value in settings.items())], input="\n".join(events)
+    )
 
 
 def needs(*programs: str, yaml: bool = False) -> None:

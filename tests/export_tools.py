@@ -2,7 +2,6 @@
 """Boats that between them have every stage, and the core's answer to a drive, in the boats' axes."""
 
 import shutil
-import subprocess
 from dataclasses import dataclass
 from functools import cache
 
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 import yaml
 from conftest import ROOT, TABLE_II, make_model
+from programs import printed
 from steered_boat import COEFFICIENTS, OUTBOARD, known, outboard
 
 import seatrial
@@ -44,11 +44,7 @@ def program(*names: str) -> None:
 
 
 def run(*command, cwd=None, stdin=None) -> str:
-    shown = subprocess.run(
-        [str(c) for c in command], capture_output=True, text=True, cwd=cwd, input=stdin, check=False
-    )
-    assert shown.returncode == 0, shown.stdout + shown.stderr
-    return shown.stdout
+    return printed(*command, cwd=cwd, input=stdin)
 
 
 @cache

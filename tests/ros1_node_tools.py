@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cpp_tools import clone_into, optimisation_option
+from programs import printed
 from ros1_tools import PARTS, Ros1
 from rosbags.highlevel import AnyReader
 from waiting import PATIENCE
@@ -58,10 +59,7 @@ def _make(option: str) -> None:
     for name in ("PYTHONPATH", "ROS_VERSION", "VIRTUAL_ENV"):
         environment.pop(name, None)
     command = [*COMMAND.split(), "-j2", "-C", str(BUILD), *options]
-    done = subprocess.run(
-        command, cwd=BUILD, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    printed(*command, cwd=BUILD, env=environment)
 
 
 class Nodes(Ros1):

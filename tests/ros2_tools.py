@@ -21,6 +21,7 @@ from typing import Any
 
 import pytest
 from cpp_tools import clone_into, optimisation_option
+from programs import piped
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_typestore
 from waiting import PATIENCE, go_ahead
@@ -57,10 +58,7 @@ def shell(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     environment = {"PATH": "/usr/bin:/bin", "HOME": str(folder), "LANG": "C.UTF-8"}
     for name in ("CCACHE_DIR", "CCACHE_DISABLE"):
         environment |= {name: os.environ[name]} if name in os.environ else {}
-    return subprocess.run(
-        ["bash", "-c", line], cwd=folder, env=environment, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
+    return piped(["bash", "-c", line], cwd=folder, env=environment)
 
 
 def build(*, quick: bool = True) -> Path:
@@ -103,7 +101,7 @@ class Ros2:
         self.domain, self._held = _own_domain()
         self.started: list[subprocess.Popen[str]] = []
         set_up = f". {PREFIX}/env.sh; . {WORKSPACE}/install/local_setup.bash; env -0"
-        done = subprocess.run(["bash", "-c", set_up], capture_output=True, text=True, check=True)
+        done = piped(["bash", "-c", set_up], check=True)
         pairs = (line.partition("=") for line in done.stdout.split("\0") if line)
         own = {name: value for name, _, value in pairs}
         self.environment = {**own, "ROS_DOMAIN_ID": str(self.domain), "HOME": str(folder),

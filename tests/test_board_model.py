@@ -2,7 +2,6 @@
 """The C++ reader of model files beside Python's: the same predictor, the same signals, as clear words."""
 
 import copy
-import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +11,7 @@ import yaml
 from board_boats import VEHICLES, identified
 from conftest import ROOT
 from cpp_tools import built, run
+from programs import piped
 from recording_tools import in_vehicle_terms
 
 import seatrial
@@ -80,9 +80,7 @@ class Program:
         return [line.split() for line in run(str(self.path), *map(str, arguments)).splitlines()]
 
     def complaint(self, path: Path) -> str:
-        done = subprocess.run(
-            [self.path, "noise", path], capture_output=True, text=True, check=False
-        )
+        done = piped([self.path, "noise", path])
         assert (done.returncode, done.stdout) == (1, "")
         return done.stderr
 

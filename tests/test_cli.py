@@ -2,15 +2,13 @@
 """The command line as a user meets it: every command, every usual mistake."""
 
 import json
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 from cli_tools import done, refused, run
 from conftest import CSE1
+from programs import PROGRAM, piped, printed
 
 import seatrial
 from seatrial.commands.cli import main
@@ -230,21 +228,16 @@ def test_wrong_arguments_get_one_line_and_exit_with_2(arguments, capsys):
 
 
 def test_the_installed_command_runs_and_is_quick_to_start():
-    command = Path(sys.executable).parent / "seatrial"
-    shown = subprocess.run([command, "--version"], capture_output=True, text=True, check=True)
-    assert shown.stdout.startswith("seatrial 0.")
-    piped = subprocess.run(
-        f"{command} inspect {' '.join(SHIP)} | head -1", shell=True, capture_output=True, text=True,
-        check=True,
-    )  # fmt: skip
-    assert piped.stderr == ""
+    assert printed(PROGRAM, "--version").startswith("seatrial 0.")
+    cut = piped(f"{PROGRAM} inspect {' '.join(SHIP)} | head -1", shell=True, check=True)
+    assert cut.stderr == ""
 
 
 def test_progress_is_silent_where_there_is_no_terminal(pool, tmp_path):
-    command = [Path(sys.executable).parent / "seatrial", "identify", pool / "S7-AF"]
+    command = [PROGRAM, "identify", pool / "S7-AF"]
     command += ["--vehicle", pool / "vehicle-AF.yaml", "-o", tmp_path / "m.yaml"]
     command += ["--start", "100", "--end", "200"]
-    shown = subprocess.run(command, capture_output=True, text=True, check=True)
+    shown = piped(command, check=True)
     assert shown.stderr == ""
 
 

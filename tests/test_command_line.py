@@ -5,10 +5,10 @@ import re
 import shlex
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from programs import PROGRAM, piped, printed
 
 from seatrial.commands import COMMANDS, make_parser
 from seatrial.commands.cli import main
@@ -116,10 +116,7 @@ COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
 $(complete -p seatrial | sed 's/.*-F \\([^ ]*\\).*/\\1/')
 printf '%s\\n' "${{COMPREPLY[@]}}"
 """
-    program = Path(sys.executable).parent / "seatrial"
-    shown = subprocess.run(
-        [bash, "--norc", "-c", ask, program], capture_output=True, text=True, check=True
-    )
+    shown = piped([bash, "--norc", "-c", ask, PROGRAM], check=True)
     assert shown.stderr == ""
     return set(shown.stdout.split())
 
@@ -146,11 +143,10 @@ def test_each_shell_gets_all_commands(shell):
 
 def test_the_version_is_shown_at_once():
     resource = pytest.importorskip("resource")  # not on Windows
-    program = [Path(sys.executable).parent / "seatrial", "--version"]
     times = []
     for _ in range(5):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run(program, check=True, capture_output=True)
+        printed(PROGRAM, "--version")
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         times.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
     assert min(times) < 0.2  # [s] of CPU: what else runs does not count

@@ -2,13 +2,13 @@
 """Documents: their files load, their links lead somewhere, their figures are printed by a command."""
 
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import at_length
+from programs import printed
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -123,10 +123,7 @@ def test_the_documented_plan_is_valid(tmp_path):
 
 
 def run(*arguments: str) -> str:
-    done = subprocess.run(
-        [sys.executable, *arguments], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    return done.stdout
+    return printed(sys.executable, *arguments, cwd=ROOT)
 
 
 def test_table_two_comes_back_as_the_readme_says():

@@ -3,7 +3,6 @@
 
 import json
 import re
-import subprocess
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +10,7 @@ import pytest
 import yaml
 from conftest import ROOT, TABLE_II, make_model
 from export_tools import BOATS, boat, core_states, drive
+from programs import piped
 
 from seatrial import _core
 from seatrial.boat.actuators import STAGES, USES
@@ -178,12 +178,7 @@ def test_ros_1s_own_reader_finds_the_matrix_again(tmp_path):
     code = "import json, sys, rosparam; print(json.dumps(rosparam.load_file(sys.argv[1], default_namespace='/')))"
     ros_file(tmp_path, "right_down", 1)
     try:
-        done = subprocess.run(
-            [SYSTEM_PYTHON, "-c", code, str(tmp_path / "ros1.yaml")],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = piped([SYSTEM_PYTHON, "-c", code, str(tmp_path / "ros1.yaml")])
     except FileNotFoundError:
         pytest.skip("no system Python")
     if "No module named 'rosparam'" in done.stderr:

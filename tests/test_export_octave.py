@@ -2,12 +2,12 @@
 """The MATLAB and Octave function: the core's S7 by Octave; and a parser of MATLAB's own language reads it."""
 
 import re
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 from export_tools import BOATS, boat, core_states, drive, program, run
+from programs import piped
 
 from seatrial.export import export
 from seatrial.util.errors import ExportError
@@ -101,7 +101,7 @@ def matlab_errors(file) -> str:
         "--brief",
         str(file),
     )
-    return subprocess.run(checker, capture_output=True, text=True, check=False).stdout
+    return piped(checker).stdout
 
 
 def test_a_name_that_can_not_be_called_is_refused_with_one_that_can(tmp_path):

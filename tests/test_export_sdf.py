@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """The Gazebo model: SDFormat's own checker passes it, and what its plugins would do is the core's motion."""
 
-import subprocess
 from dataclasses import replace
 from xml.etree import ElementTree as Xml
 
@@ -9,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import TABLE_II, make_model
 from export_tools import boat, program
+from programs import piped
 from steered_boat import known
 
 import seatrial
@@ -28,9 +28,7 @@ def written(folder, name, hull=HULL) -> Xml.Element:
 
 
 def checked(path) -> tuple[int, str]:
-    shown = subprocess.run(
-        ["ign", "sdf", "--check", str(path)], capture_output=True, text=True, check=False
-    )
+    shown = piped(["ign", "sdf", "--check", str(path)])
     return shown.returncode, shown.stdout + shown.stderr
 
 

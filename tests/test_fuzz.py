@@ -4,11 +4,11 @@
 import json
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from programs import piped, printed
 
 FUZZ = Path(__file__).with_name("fuzz.py")
 FEW = {
@@ -39,9 +39,7 @@ def work(kind: str, first: int, count: int) -> tuple[list[dict], dict]:
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     if MEMORY.is_dir():  # thousands of small files
         environment["TMPDIR"] = str(MEMORY)
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, timeout=TIMEOUT, env=environment
-    )
+    done = piped(command, timeout=TIMEOUT, env=environment)
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     findings = [line for line in lines if "error" in line]
     if not lines or "outcomes" not in lines[-1] or done.returncode not in (0, 1):
@@ -99,10 +97,7 @@ def test_damage_ends_in_a_recording_or_in_one_line(kind, first, count):
 def test_a_case_can_be_had_again():
     """The same number is the same case, in another process."""
     shown = [
-        subprocess.run(
-            [sys.executable, str(FUZZ), "bag", "7", "1", "--digest"],
-            capture_output=True, text=True, check=True,
-        ).stdout
+        printed(sys.executable, FUZZ, "bag", "7", "1", "--digest")
         for _ in range(2)
     ]  # fmt: skip
     assert shown[0] == shown[1]

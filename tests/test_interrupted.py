@@ -2,11 +2,11 @@
 """Ctrl-C and power cuts: what was begun can be begun again, and no file is half there."""
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from programs import piped, printed
 
 import seatrial
 from seatrial.commands.cli import INTERRUPTED, main
@@ -127,14 +127,11 @@ sys.exit(main())
 )
 def test_ctrl_c_while_a_module_is_imported_prints_no_traceback(module):
     code = INTERRUPTED_AT.format(module=module)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = piped([sys.executable, "-c", code])
     assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "")
 
 
 def test_the_program_begins_where_ctrl_c_is_guarded():
     project = (Path(__file__).parents[1] / "pyproject.toml").read_text()
     assert '[project.scripts]\nseatrial = "seatrial.__main__:main"\n' in project
-    done = subprocess.run(
-        [sys.executable, "-m", "seatrial", "--version"], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.startswith("seatrial ")
+    assert printed(sys.executable, "-m", "seatrial", "--version").startswith("seatrial ")

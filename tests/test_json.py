@@ -3,7 +3,6 @@
 
 import argparse
 import json
-import subprocess
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -14,6 +13,7 @@ import pytest
 from autopilot_logs import ardupilot, trial
 from cli_tools import documented, done, refused, run
 from conftest import CSE1, ROOT
+from programs import PROGRAM, printed
 
 from seatrial.commands import COMMANDS, make_parser
 from seatrial.commands.shared import write_json
@@ -129,10 +129,7 @@ def _paths(content) -> list[str]:
 def test_a_command_of_lines_writes_its_result_at_the_end(arguments, pool, tmp_path):
     command, *options = arguments
     out = tmp_path / "found.json"
-    program = [Path(sys.executable).parent / "seatrial", command, pool / "model.yaml", *options]
-    subprocess.run(
-        [*program, "--json", out], input="nonsense\n", text=True, check=True, capture_output=True
-    )
+    printed(PROGRAM, command, pool / "model.yaml", *options, "--json", out, input="nonsense\n")
     content = documented(command, out)
     assert (content["lines"], content["mistakes"]) == (1, 1)
 

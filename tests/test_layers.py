@@ -5,12 +5,12 @@ import ast
 import graphlib
 import importlib
 import os
-import subprocess
 import sys
 from functools import cache
 from pathlib import Path
 
 import pytest
+from programs import printed
 
 import seatrial
 from seatrial.commands import COMMANDS
@@ -125,10 +125,7 @@ def test_only_edges_import_plotting_or_bag_libraries():
 def _loaded(code: str) -> set[str]:
     """Modules of a fresh interpreter after this."""
     ended = f"import sys\ntry:\n    {code}\nexcept SystemExit:\n    pass\nprint(*sys.modules)"
-    shown = subprocess.run(
-        [sys.executable, "-c", ended], capture_output=True, text=True, check=True
-    )
-    return set(shown.stdout.splitlines()[-1].split())
+    return set(printed(sys.executable, "-c", ended).splitlines()[-1].split())
 
 
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"]], ids=" ".join)
@@ -156,10 +153,7 @@ def test_the_program_runs_blas_with_one_thread_unless_told_otherwise():
     for given, used in ((None, "1"), ("3", "3")):
         own = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
         own |= {} if given is None else {"OPENBLAS_NUM_THREADS": given}
-        done = subprocess.run(
-            [sys.executable, "-c", shown], capture_output=True, text=True, check=True, env=own
-        )
-        assert done.stdout.splitlines()[-1] == used
+        assert printed(sys.executable, "-c", shown, env=own).splitlines()[-1] == used
 
 
 def test_every_command_has_its_file():

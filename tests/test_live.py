@@ -7,7 +7,6 @@ import select
 import signal
 import socket
 import subprocess
-import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 import pytest
 from cli_tools import refused
 from given_lines import Given
+from programs import PROGRAM, piped
 from test_model import frd
 from waiting import PATIENCE, free_port, until
 
@@ -36,7 +36,7 @@ from tests.boats.scenes import TRAINING
 SCENE = "hard"
 SEED = 5
 SECONDS = 20.0
-COMMAND = [str(Path(sys.executable).parent / "seatrial"), "predict"]
+COMMAND = [PROGRAM, "predict"]
 
 
 @pytest.fixture(scope="module")
@@ -257,10 +257,9 @@ def test_standard_input_is_read_line_by_line_however_it_is_cut(tmp_path):
 
 def test_as_a_process_by_pipes(path, recording):
     given = "\n".join(lines(recording)) + "\n"
-    done = subprocess.run(
-        [*COMMAND, str(path), "--live", "--rate", "10"],
-        input=given, capture_output=True, text=True, check=True, timeout=PATIENCE,
-    )  # fmt: skip
+    done = piped(
+        [*COMMAND, str(path), "--live", "--rate", "10"], input=given, check=True, timeout=PATIENCE
+    )
     assert done.stderr == ""
     stamps = [json.loads(line)["t"] for line in done.stdout.splitlines()]
     np.testing.assert_allclose(np.diff(stamps), 0.1, atol=1e-6)

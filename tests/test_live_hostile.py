@@ -4,7 +4,6 @@
 import json
 import os
 import socket
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -12,6 +11,7 @@ from pathlib import Path
 import export_names
 import pytest
 from cli_tools import refused
+from programs import PROGRAM, piped
 from waiting import PATIENCE, until
 
 import seatrial
@@ -25,7 +25,6 @@ from seatrial.simulation.mimic import Mimic
 from seatrial.simulation.mimic.server import MimicStream
 from seatrial.util.errors import LiveError
 
-PROGRAM = str(Path(sys.executable).parent / "seatrial")
 NANO = 1_000_000_000
 BEGIN = 1_700_000_000 * NANO  # [ns]
 ABSURD = [2**63 - 1, 2**63, -(2**63) - 1, 2**64 - 1, 10**40, -(10**400), 4 * 10**18 + 1]
@@ -194,10 +193,9 @@ def test_answers_stay_with_the_sender_of_valid_lines():
 
 def run(path, *arguments, shell="", **streams):
     command = f'"$0" predict "$1" --live "${{@:2}}" {shell}'
-    return subprocess.run(
-        ["bash", "-c", command, PROGRAM, str(path), *arguments], capture_output=True, text=True, timeout=PATIENCE,
-        check=False, **streams,
-    )  # fmt: skip
+    return piped(
+        ["bash", "-c", command, PROGRAM, str(path), *arguments], timeout=PATIENCE, **streams
+    )
 
 
 GOOD = '{"t": 1, "pose": [0, 0, 0]}\n{"t": 1.5, "pose": [0, 0, 0]}\nodd\n'
@@ -233,27 +231,14 @@ def test_without_standard_error_it_goes_on(path, streams):
 def test_any_command_with_a_broken_stream_has_no_traceback(path, tmp_path, streams, words):
     given = {"MODEL": str(path), "OUT": str(tmp_path / "boat.json")}
     arguments = [given.get(word, word) for word in words]
-    done = subprocess.run(
-        ["bash", "-c", f'"$0" "$@" {streams}', PROGRAM, *arguments],
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = piped(["bash", "-c", f'"$0" "$@" {streams}', PROGRAM, *arguments], timeout=PATIENCE)
     assert "Traceback" not in done.stderr
     assert "Exception" not in done.stderr
 
 
 def test_an_absurd_time_does_not_keep_the_simulator_for_ever(path, tmp_path, monkeypatch):
     given = '{"t":0.1,"command":[0.5,0,0]}\n{"t":1e9,"command":[0.5,0,0]}\n{"t":0.2,"command":[0.5,0,0]}\n'
-    done = subprocess.run(
-        [PROGRAM, "sim", str(path), "--speed", "0"],
-        input=given,
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
+    done = piped([PROGRAM, "sim", str(path), "--speed", "0"], input=given, timeout=PATIENCE)
     assert done.returncode == 0
     assert "line 2: t 1e+09: more than 3600 s after the simulated time 0.1 s" in done.stderr
     assert [json.loads(line)["t"] for line in done.stdout.splitlines() if "truth" in line][

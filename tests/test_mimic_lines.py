@@ -8,7 +8,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from cli_tools import PROGRAM, by_lines, refused
+from cli_tools import by_lines, refused
+from programs import PROGRAM
 from test_model import frd
 from waiting import PATIENCE
 

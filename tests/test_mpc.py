@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import in_coarse_steps
+from programs import printed
 
 import seatrial
 from seatrial import _core
@@ -256,7 +257,7 @@ def test_generated_c_runs_without_casadi(truth, tmp_path):
         now, circle(grid.times).ravel(), controller.thrusters.idle, np.zeros(3),
     ]  # fmt: skip
     text = "\n".join(repr(float(x)) for x in np.concatenate(given))
-    said = subprocess.run([binary], input=text, capture_output=True, text=True, check=True).stdout
+    said = printed(binary, input=text)
     shaped = [*given[:2], given[2].reshape(-1, 6).T, *given[3:]]
     ours = np.concatenate([np.array(x).ravel() for x in controller.function(*shaped)])
     np.testing.assert_allclose(np.array(said.split(), dtype=float), ours, rtol=1e-9, atol=1e-9)
@@ -340,5 +341,4 @@ def test_without_casadi_it_says_what_to_install(truth, monkeypatch):
 @pytest.mark.system
 def test_the_example_follows_its_course():
     script = ROOT / "examples" / "nmpc.py"
-    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
-    assert float(done.stdout.split()[-5]) < 5.0  # [mm]
+    assert float(printed(sys.executable, script).split()[-5]) < 5.0  # [mm]

@@ -11,6 +11,7 @@ from pathlib import Path
 import nbformat
 import pytest
 import yaml
+from programs import piped
 from test_docs import ROOT
 
 sys.path.insert(0, str(ROOT / "tools"))
@@ -91,7 +92,7 @@ def test_a_notebook_that_fails_is_an_error(tmp_path):
     notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell("assert 1 == 2")])
     nbformat.write(notebook, tmp_path / "wrong.ipynb")
     command = [sys.executable, str(ROOT / "tools" / "notebooks.py"), "wrong.ipynb", "out.ipynb"]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    done = piped(command, cwd=tmp_path)
     assert done.returncode != 0
     assert "assert 1 == 2" in done.stderr
     assert not Path(tmp_path / "out.ipynb").exists()

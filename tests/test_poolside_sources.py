@@ -3,13 +3,13 @@
 
 import json
 import socket
-import subprocess
 import sys
 import time
 
 import numpy as np
 import pytest
 from poolside_sources import VEHICLE, gathered, through_pipe, vehicle
+from programs import piped
 from waiting import PATIENCE, until
 
 from seatrial.boat.vehicle import load_vehicle
@@ -161,10 +161,12 @@ def test_standard_input_by_a_real_pipe(tmp_path):
         "s = open_source('-', load_vehicle(sys.argv[1]))\n"
         "print([(e.kind, e.stamp) for e in s], s.problems)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "vehicle.yaml")], input="pose,1,1,2,3\nbad\n",
-        capture_output=True, text=True, check=True, timeout=PATIENCE,
-    )  # fmt: skip
+    done = piped(
+        [sys.executable, "-c", code, str(tmp_path / "vehicle.yaml")],
+        input="pose,1,1,2,3\nbad\n",
+        check=True,
+        timeout=PATIENCE,
+    )
     assert done.stdout.startswith("[('pose', 1000000000)] ('1 of 2 lines could not be used")
     assert load_vehicle(tmp_path / "vehicle.yaml").inputs == ("F_u", "F_v", "F_r")
     assert np.all(Axes.FRD.signs == [1, -1, -1])

@@ -5,14 +5,13 @@ import io
 import os
 import re
 import subprocess
-import sys
 import threading
 import time
 from contextlib import suppress
-from pathlib import Path
 
 import pytest
 from conftest import at_length
+from programs import PROGRAM
 from waiting import until
 
 from seatrial.util import progress
@@ -170,7 +169,7 @@ def test_a_terminal_shows_long_work_only_and_is_clean_at_its_end(terminal, monke
 def test_a_command_shows_its_progress_on_a_terminal(quiet, tmp_path):
     pty = pytest.importorskip("pty")  # not on Windows
     master, slave = pty.openpty()
-    command = [Path(sys.executable).parent / "seatrial", "simulate", "--out", tmp_path]
+    command = [PROGRAM, "simulate", "--out", tmp_path]
     process = subprocess.Popen(
         [*command, *(["--quiet"] if quiet else [])], stderr=slave, stdout=subprocess.PIPE, text=True
     )

@@ -13,6 +13,7 @@ import pytest
 import yaml
 from conftest import ROOT
 from cpp_tools import built
+from programs import printed
 from ros1_node_tools import (
     LATENCY,
     SYSTEM_PYTHON,
@@ -159,11 +160,9 @@ def test_the_model_is_read_once_more_by_service_and_by_signal(recorded):
 
 
 def test_the_node_without_ros_says_the_same_to_the_same_events(recorded, played, known):
-    done = subprocess.run(
-        [built("script"), f"model={known}"],
-        input="\n".join(script(recorded[0], played)), capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    rows = [line.split() for line in done.stdout.splitlines() if line[0].isdigit()]
+    given = "\n".join(script(recorded[0], played))
+    shown = printed(built("script"), f"model={known}", input=given)
+    rows = [line.split() for line in shown.splitlines() if line[0].isdigit()]
     by_stamp = {
         int(row[0]): [float.fromhex(x) for x in row[1:13]] for row in rows if row[1] != "unknown"
     }
@@ -238,11 +237,9 @@ def test_the_packages_configure_alone_as_bloom_exports_them(tmp_path):
         ["--build", "b1", "--target", "install"],
         ["-S", nodes, "-B", "b2", python, f"-DCMAKE_PREFIX_PATH={installed}"],
     ):  # fmt: skip
-        done = subprocess.run(
-            ["cmake", *map(str, command)], cwd=tmp_path, capture_output=True, text=True,
-            env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}, check=False,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+        printed(
+            "cmake", *command, cwd=tmp_path, env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
+        )
     flags = (tmp_path / "b2/common/CMakeFiles/seatrial_nodes.dir/flags.make").read_text()
     assert f"{installed}/include" in flags
 

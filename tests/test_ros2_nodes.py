@@ -3,7 +3,6 @@
 
 import shutil
 import signal
-import subprocess
 import time
 from pathlib import Path
 
@@ -11,6 +10,7 @@ import numpy as np
 import pytest
 from bag_tools import pose
 from conftest import ROOT
+from programs import piped
 from ros2_tools import FIXTURES, WORKSPACE, finish, header, needed, said, shell, stamp_of, status
 from waiting import PATIENCE, until
 
@@ -194,7 +194,5 @@ def test_the_package_configures_alone_as_bloom_exports_it(ros, tmp_path):
 def test_launch_files_find_what_they_share(ros, tmp_path):
     """As Python finds it after `source install/setup.bash`; that Jazzy has no `launch` to run them with."""
     line = "import importlib.util as u; print(u.find_spec('seatrial_odometry.node_launch').origin)"
-    done = subprocess.run(
-        ["python3", "-c", line], env=ros.environment, cwd=tmp_path, capture_output=True, text=True, check=True
-    )  # fmt: skip
+    done = piped(["python3", "-c", line], env=ros.environment, cwd=tmp_path, check=True)
     assert Path(done.stdout.strip()).is_relative_to(WORKSPACE / "install")

@@ -5,7 +5,6 @@ import json
 import os
 import socket
 import subprocess
-import sys
 import threading
 import time
 from dataclasses import replace
@@ -14,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cpp_tools import built
+from programs import PROGRAM
 from ros_drive import CHANGE
 from test_changes import drives, sent
 from test_changes import model as driven_model
@@ -251,7 +251,7 @@ def test_a_changed_boat_is_found_beside_the_node_and_its_model_taken(
         10,
     ]
     beside = subprocess.Popen(
-        [str(Path(sys.executable).parent / "seatrial"), *map(str, command)], stderr=subprocess.PIPE, text=True
+        [PROGRAM, *map(str, command)], stderr=subprocess.PIPE, text=True
     )  # fmt: skip
     node = Node(program, model=path, live_port=port, adapted_model=adapted)
     rows = [row for row in sent(drives[ONE_THRUSTER]) if np.isfinite(row[2]).all()]

@@ -16,6 +16,7 @@ import ros2_tools
 import yaml
 from conftest import ROOT
 from cpp_tools import built, run
+from programs import piped
 
 sys.path.insert(0, str(ROOT / "tools"))
 from ros_parameters import files
@@ -285,10 +286,9 @@ def test_catkin_finds_both_packages_from_the_root(tmp_path):
     if subprocess.run([python, "-c", "import catkin_pkg"], check=False).returncode:
         pytest.skip("catkin_pkg is not installed")
     for version, kinds in (("", "catkin"), ("1", "catkin"), ("2", "ament_cmake cmake")):
-        done = subprocess.run(
-            [python, "-c", program], cwd=tmp_path, env={"ROS_VERSION": version},
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
+        done = piped(
+            [python, "-c", program], cwd=tmp_path, env={"ROS_VERSION": version}, check=True
+        )
         assert done.stderr == ""  # it would warn of what a package.xml must not have
         found = dict(line.split() for line in done.stdout.splitlines())
         assert set(found) == set(PACKAGES)

@@ -9,7 +9,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from cli_tools import PROGRAM, by_lines, refused
+from cli_tools import by_lines, refused
+from programs import PROGRAM, piped
 from test_model import frd
 from waiting import PATIENCE, free_port, until
 
@@ -57,10 +58,12 @@ def test_it_pipes_into_the_live_predictor(path):
     """Poses and commands are lines that `predict --live` reads; what it says is near the truth."""
     kinds = ("--speed", 0, "--duration", 8, "--lines")
     _, rows, _ = sim(path, *kinds, "pose,command", lines=commands())
-    predicted = subprocess.run(
-        [PROGRAM, "predict", str(path), "--live", "--rate", "10"], capture_output=True, text=True,
-        check=True, input="\n".join(map(json.dumps, rows)), timeout=PATIENCE,
-    )  # fmt: skip
+    predicted = piped(
+        [PROGRAM, "predict", str(path), "--live", "--rate", "10"],
+        check=True,
+        input="\n".join(map(json.dumps, rows)),
+        timeout=PATIENCE,
+    )
     assert predicted.stderr == ""
     answers = {round(a["t"], 6): a for a in map(json.loads, predicted.stdout.splitlines())}
     _, rows, _ = sim(path, *kinds, "truth", "--rate", 10, lines=commands())

@@ -5,11 +5,10 @@ import io
 import os
 import re
 import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 from conftest import at_length
+from programs import PROGRAM, printed
 from rich.cells import cell_len
 
 from seatrial.util import printing
@@ -19,7 +18,6 @@ from seatrial.util.errors import printable
 from seatrial.util.format import table
 from seatrial.util.printing import coloured, columns_of, say, tables_fit
 
-SEATRIAL = Path(sys.executable).parent / "seatrial"
 ESCAPE = re.compile(r"\x1b\[[\d;]*m")
 TABLE = """\
 RMS error
@@ -171,7 +169,7 @@ def on_terminal(*arguments, columns: int, **environment: str) -> str:
     master, slave = pty.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     process = subprocess.Popen(
-        [SEATRIAL, *arguments], stdin=subprocess.DEVNULL, stdout=slave, stderr=slave,
+        [PROGRAM, *arguments], stdin=subprocess.DEVNULL, stdout=slave, stderr=slave,
         env={**os.environ, **environment},
     )  # fmt: skip
     os.close(slave)
@@ -199,10 +197,7 @@ def test_inspect_on_a_terminal_fits_it(pool, columns):
     )
     bare = on_terminal("inspect", pool / "S1-AF", "-q", columns=columns, NO_COLOR="1")
     assert bare == ESCAPE.sub("", shown)
-    done = subprocess.run(
-        [SEATRIAL, "inspect", pool / "S1-AF"], capture_output=True, text=True, check=True
-    )
-    assert "\x1b" not in done.stdout
+    assert "\x1b" not in printed(PROGRAM, "inspect", pool / "S1-AF")
 
 
 def test_a_mistake_on_a_terminal_is_in_colour():

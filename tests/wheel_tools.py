@@ -7,6 +7,8 @@ import sys
 import zipfile
 from pathlib import Path
 
+from programs import printed
+
 VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
 SETTINGS = """\
 APT::Architecture "arm64";
@@ -18,11 +20,7 @@ Dir::Cache "{0}/cache";
 
 
 def quiet(*command: str | Path, **settings: str) -> str:
-    done = subprocess.run(
-        command, capture_output=True, text=True, check=False, env=settings or None
-    )
-    assert done.returncode == 0, f"{command}\n{done.stdout[-3000:]}\n{done.stderr[-3000:]}"
-    return done.stdout
+    return printed(*command, env=settings or None)
 
 
 def python_for_aarch64(folder: Path) -> Path:
