@@ -22,6 +22,15 @@ def least_norm(T, F, low, high, weights=None) -> np.ndarray:
     return quadprog.solve_qp(W, np.zeros(n), C, np.concatenate([F, low, -high]), 3)[0]
 
 
+def allocated(vehicle, scheme, **options):
+    """Its allocator where the scheme is for this boat, T (3, n), and its thrusts."""
+    try:
+        allocator = seatrial.Allocator(vehicle, scheme, **options)
+    except AllocationError:
+        assume(False)
+    return allocator, effectiveness(vehicle).T, Thrusts(vehicle)
+
+
 @given(vehicle=boats(), seed=st.integers(0, 10**6), share=st.sampled_from([0.2, 0.6, 0.95]))
 @settings(max_examples=60)
 def test_least_thrust_is_the_qps(vehicle, seed, share):
@@ -37,11 +46,7 @@ def test_least_thrust_is_the_qps(vehicle, seed, share):
 @settings(max_examples=60)
 def test_the_bias_is_the_qps_with_every_thruster_past_its_idle_command(vehicle, seed):
     """The same weights, bounds on each thruster's own side: the same thrusts."""
-    try:
-        allocator = seatrial.Allocator(vehicle, "null-space")
-    except AllocationError:
-        assume(False)
-    T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
+    allocator, T, chain = allocated(vehicle, "null-space")
     side, (low, high) = allocator.sides, chain.bounds
     n = len(side)
     idle_at = np.where(side > 0, allocator.edges[0], -allocator.edges[1]) + side * IDLE_MARGIN
@@ -71,11 +76,7 @@ def test_idling_takes_the_least_power_of_all_sides(vehicle):
     """SciPy's minimum of sum |y / full|^(3/2) over the null space, for every way to run."""
     optimize = pytest.importorskip("scipy.optimize")
     assume(len(vehicle.actuators) <= 6)
-    try:
-        allocator = seatrial.Allocator(vehicle, "null-space")
-    except AllocationError:
-        assume(False)
-    T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
+    allocator, T, chain = allocated(vehicle, "null-space")
     n = T.shape[1]
     low, high = chain.bounds
     found = {}
@@ -128,11 +129,7 @@ def depth(T, low, high, F) -> float:
 def test_saturation_takes_as_much_as_the_lp_says_yaw_first(vehicle, seed, scheme):
     """HiGHS: the largest share of yaw, then with that the largest of surge and sway together."""
     optimize = pytest.importorskip("scipy.optimize")
-    try:
-        allocator = seatrial.Allocator(vehicle, scheme)
-    except AllocationError:
-        assume(False)
-    T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
+    allocator, T, chain = allocated(vehicle, scheme)
     low, high = chain.bounds
     side = allocator.sides
     floor = chain.of(
@@ -181,11 +178,7 @@ def test_reach_is_the_lps(vehicle, seed):
 def test_sides_change_only_for_more_than_the_hysteresis(vehicle, seed, scheme):
     """Held wrenches are the nearest that SciPy finds without a change of side, and near enough."""
     optimize = pytest.importorskip("scipy.optimize")
-    try:
-        allocator = seatrial.Allocator(vehicle, scheme, hysteresis=0.05)
-    except AllocationError:
-        assume(False)
-    T, chain = effectiveness(vehicle).T, Thrusts(vehicle)
+    allocator, T, chain = allocated(vehicle, scheme, hysteresis=0.05)
     walk = np.cumsum(0.05 * np.random.default_rng(seed).normal(size=(40, 3)), axis=0)
     before = np.where(allocator.sides == 0, 1.0, allocator.sides)
     for F in walk:

@@ -9,7 +9,7 @@ import pytest
 from cli_tools import done
 from conftest import make_model
 from survey_boat import LAG, LATENCY, TRUTH, boat
-from tune_tools import in_loop
+from tune_tools import in_loop, without_guidance
 
 import seatrial
 from seatrial.control import (
@@ -278,13 +278,8 @@ def test_a_gains_file_is_read_as_it_was_written(model, tuning, tmp_path):
 
 
 def test_gains_without_guidance_are_no_gains_of_this_boat(tuning, tmp_path):
-    save_gains(tuning, tmp_path / "gains.yaml")
-    text = (tmp_path / "gains.yaml").read_text()
-    begin = text.index("guidance:")
-    end = text.index("\n", text.index("approach:", begin)) + 1
-    (tmp_path / "less.yaml").write_text(text[:begin] + text[end:])
     with pytest.raises(ControlError, match="guidance is for a boat without sway thrust"):
-        load_gains(tmp_path / "less.yaml")
+        load_gains(without_guidance(tuning, tmp_path / "gains.yaml"))
 
 
 @pytest.mark.system

@@ -16,7 +16,8 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.onboard.odometer import Odometer
 
 pytestmark = pytest.mark.system
-EPOCH = 1_700_000_000 * 10**9
+SECOND = 10**9  # [ns]
+EPOCH = 1_700_000_000 * SECOND
 
 
 @pytest.fixture(scope="module")
@@ -236,13 +237,23 @@ def test_the_parameters_stand_in_the_document():
         assert f"`{name}`" in page, name
 
 
+TENTHS = range(EPOCH, EPOCH + 6 * SECOND, SECOND // 10)  # [ns]
+
+
+def at_rest(late=0):
+    """A pose for each command, that much older [ns]."""
+    return [
+        event
+        for t in TENTHS[:30]
+        for event in (joy(t, 0, 0.5, 0, 0), f"{t} pose {t - late} map 0 0 0", f"{t} tick")
+    ]
+
+
 def test_inputs_stamped_ahead_of_the_clock_stop_the_odometry(program, model):
     """Within the window it is that of the clock's time; beyond it the filter has no state so old."""
-    second = 10**9
     events = []
-    for k in range(60):
-        t = EPOCH + k * second // 10
-        ahead = t + (3 * second // 10 if k < 30 else 2 * second)
+    for k, t in enumerate(TENTHS):
+        ahead = t + (3 * SECOND // 10 if k < 30 else 2 * SECOND)
         events += [joy(ahead, 0, 0.5, 0, 0).replace(f"{ahead} numbers", f"{t} numbers"),
                    f"{t} pose {ahead} map 0 0 0", f"{t} tick"]  # fmt: skip
     rows = play(program, events, model=model[1])
@@ -259,14 +270,10 @@ def test_inputs_stamped_ahead_of_the_clock_stop_the_odometry(program, model):
 @pytest.mark.parametrize("rate", [50, 0])
 def test_inputs_that_have_stopped_are_diagnosed_without_a_tick(program, model, rate):
     """With rate: 0 there is none after the last command."""
-    second = 10**9
-    events = []
-    for k in range(30):
-        t = EPOCH + k * second // 10
-        events += [joy(t, 0, 0.5, 0, 0), f"{t} pose {t} map 0 0 0", f"{t} tick"]
     told = []
     for later in (0, 7):
-        rows = play(program, [*events, f"{t + later * second} diagnose"], model=model[1], rate=rate)
+        asked = f"{TENTHS[29] + later * SECOND} diagnose"
+        rows = play(program, [*at_rest(), asked], model=model[1], rate=rate)
         told.append("\n".join(" ".join(row) for row in rows[30:]))
     silent = "no odometry: it follows each command (rate: 0), and none has come for 7 s"
     assert told[0].startswith("diagnosis 0 odometry by the model and poses")
@@ -277,12 +284,7 @@ def test_inputs_that_have_stopped_are_diagnosed_without_a_tick(program, model, r
 
 
 def test_poses_that_come_too_late_are_told_by_how_much(program, model):
-    second = 10**9
-    events = []
-    for k in range(30):
-        t = EPOCH + k * second // 10
-        late = t - 7 * second // 10
-        events += [joy(t, 0, 0.5, 0, 0), f"{t} pose {late} map 0 0 0", f"{t} tick"]
+    events = at_rest(late=7 * SECOND // 10)
     text = [" ".join(row) for row in play(program, events, model=model[1])]
     told = next(row for row in text if row.startswith("diagnosis"))
     assert told.startswith("diagnosis 2 a pose is not used: its stamp is 0.7 s before the newest")

@@ -11,7 +11,7 @@ from cpp_tools import built, fed
 from ros_drive import extrapolated
 from steered_boat import known
 from survey_boat import LAG, LATENCY, TRUTH, boat
-from tune_tools import mallard
+from tune_tools import mallard, without_guidance
 
 import seatrial
 from seatrial.control import (
@@ -219,12 +219,8 @@ def test_messages_out_of_order_are_not_used(program, written):
 def test_gains_without_guidance_are_refused_for_a_boat_without_sway(program, tmp_path):
     tuning = tune(survey(), 1.0)
     seatrial.save(tuning.model, tmp_path / "model.yaml")
-    save_gains(tuning, tmp_path / "gains.yaml")
-    text = (tmp_path / "gains.yaml").read_text()
-    begin = text.index("guidance:")
-    end = text.index("\n", text.index("approach:", begin)) + 1
-    (tmp_path / "gains.yaml").write_text(text[:begin] + text[end:])
-    code, _, error = run(program, [], model=tmp_path / "model.yaml", gains=tmp_path / "gains.yaml")
+    gains = without_guidance(tuning, tmp_path / "gains.yaml")
+    code, _, error = run(program, [], model=tmp_path / "model.yaml", gains=gains)
     assert code == 1
     assert (
         "authority is 0 in sway; expected more than 0, and 0 in sway with guidance: tune it"

@@ -8,6 +8,7 @@ from conftest import TABLE_II, make_model
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
+from seatrial.control.gains_file import save_gains
 from seatrial.simulation import Sensors, Simulator
 
 LAG, LATENCY = 0.08, 0.05  # [s]
@@ -27,6 +28,16 @@ def mallard(scheme="MP", spread=0.05, chain=CHAIN, **values):
     covariance = np.zeros((n + len(model.constants),) * 2)
     covariance[:n, :n] = np.diag((spread * model.coefficients) ** 2)
     return dataclasses.replace(model, covariance=covariance)
+
+
+def without_guidance(tuning, path):
+    """The file of gains, as of a boat with sway thrust."""
+    save_gains(tuning, path)
+    text = path.read_text()
+    begin = text.index("guidance:")
+    end = text.index("\n", text.index("approach:", begin)) + 1
+    path.write_text(text[:begin] + text[end:])
+    return path
 
 
 def in_loop(plant, controller, reference, seconds, *, rate=50.0, **scene):
