@@ -13,6 +13,7 @@ RATE = 20.0  # [Hz]
 STEP = 0.4  # [s] over which velocities are compared
 FEET = 1 / 0.3048
 MOTIONS = ("u", "v", "r")
+NAMES = {"x": "east", "y": "north", "yaw": "psi"}
 
 
 def columns(rate=RATE):
@@ -35,6 +36,13 @@ def written(path, head, *values, sep=",", below=()):
     lines = [sep.join(head), *below, *(sep.join(row) for row in zip(*cells, strict=True))]
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def logged(folder, values, head="t x y yaw left right", **more):
+    """A table of some of the columns, by their own names or those of NAMES."""
+    names = head.split()
+    own = [values[name] if name in values else values[NAMES[name]] for name in names]
+    return written(folder / "log.csv", names, *own, **more)
 
 
 def read(path):

@@ -12,7 +12,7 @@ from seatrial.io.tables.stamps import unwrapped
 from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.excitation import excitation
 from tests.logs import nanoseconds
-from tests.odd_logs import RATE, columns, moves_as_the_boat, read, refusal, written
+from tests.odd_logs import RATE, columns, logged, moves_as_the_boat, read, refusal
 
 
 @pytest.mark.parametrize("clock", ["%d.%m.%Y %H:%M:%S", "%s"])
@@ -21,10 +21,7 @@ def test_whole_seconds(tmp_path, clock):
     c = columns(10.0)
     begin = datetime(2026, 5, 11, 12, 0, 0)
     stamps = [(begin + timedelta(seconds=float(t))).strftime(clock) for t in c["t"]]
-    path = written(
-        tmp_path / "log.csv", ("time", "east", "north", "heading", "left", "right"), stamps,
-        c["east"], c["north"], c["heading"], c["left"], c["right"],
-    )  # fmt: skip
+    path = logged(tmp_path, c | {"time": stamps}, "time east north heading left right")
     recording = read(path)[1]
     assert len(recording.t) == len(stamps)
     assert any("10 rows each" in r for r in recording.remarks)
@@ -43,10 +40,7 @@ def test_whole_seconds(tmp_path, clock):
 def test_stamps_that_are_none(tmp_path, name, stamp, text):
     """What is wrong with the column that could be the stamps."""
     c = columns()
-    path = written(
-        tmp_path / "log.csv", (name, "x", "y", "yaw", "left", "right"), stamp(c["t"]), c["east"],
-        c["north"], c["psi"], c["left"], c["right"],
-    )  # fmt: skip
+    path = logged(tmp_path, c | {name: stamp(c["t"])}, f"{name} x y yaw left right")
     assert text in refusal(path)
 
 
@@ -54,10 +48,7 @@ def test_two_drives_and_a_night_between(tmp_path):
     """The hours without commands do not count: the axes are excited."""
     c = columns()
     later = {k: np.concatenate([v, v + (50_000.0 if k == "t" else 0.0)]) for k, v in c.items()}
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
-        *(later[k] for k in ("t", "east", "north", "psi", "left", "right")),
-    )  # fmt: skip
+    path = logged(tmp_path, later)
     vehicle, recording = read(path)
     once = seatrial.read(path, vehicle).cut(None, 119.0)
     found, expected = excitation(vehicle, recording), excitation(vehicle, once)
@@ -77,10 +68,8 @@ CLOCKS = {  # name of the column and its stamps of a time t [s] from the start
 def test_serial_days_and_counters_that_begin_again(tmp_path, name):
     """Days of spreadsheets; a counter of 16 or 32 bits, and the GPS week, go on where they begin again."""
     c = columns()
-    path = written(
-        tmp_path / "log.csv", (name, "x", "y", "yaw", "left", "right"),
-        [f"{v:.10f}" for v in CLOCKS[name](c["t"])], c["east"], c["north"], c["psi"], c["left"], c["right"],
-    )  # fmt: skip
+    stamps = [f"{v:.10f}" for v in CLOCKS[name](c["t"])]
+    path = logged(tmp_path, c | {name: stamps}, f"{name} x y yaw left right")
     recording = read(path)[1]
     assert len(recording.t) == len(c["t"])
     moves_as_the_boat(recording)
@@ -91,11 +80,7 @@ def test_minutes_and_seconds_of_a_spreadsheet(tmp_path):
     c = columns()
     tenths = np.floor((3540.0 + c["t"]) * 10 + 1e-6).astype(int)
     stamps = [f"{n // 600 % 60:02}:{n // 10 % 60:02}.{n % 10}" for n in tenths.tolist()]
-    path = written(
-        tmp_path / "log.csv", ("Time", "x", "y", "yaw", "left", "right"), stamps, c["east"], c["north"],
-        c["psi"], c["left"], c["right"],
-    )  # fmt: skip
-    recording = read(path)[1]
+    recording = read(logged(tmp_path, c | {"Time": stamps}, "Time x y yaw left right"))[1]
     assert recording.duration == pytest.approx(c["t"][-1], abs=0.1)
     moves_as_the_boat(recording)
 
@@ -107,11 +92,7 @@ def test_a_logger_that_was_started_again(tmp_path):
         k: np.concatenate([v[:1200], v[1200:] - (v[1200] if k == "t" else 0.0)])
         for k, v in c.items()
     }
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
-        *(again[k] for k in ("t", "east", "north", "psi", "left", "right")),
-    )  # fmt: skip
-    recording = read(path)[1]
+    recording = read(logged(tmp_path, again))[1]
     np.testing.assert_allclose(recording.raw[:, 0], c["east"], atol=1e-5)
     np.testing.assert_allclose(recording.commands.values[:, 0], c["left"], atol=1e-5)
     np.testing.assert_array_equal(recording.commands.stamps, recording.stamps)

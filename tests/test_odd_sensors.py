@@ -11,19 +11,16 @@ from tests import autopilot_logs
 from tests.autopilot_logs import TWIN, geodetic, trial
 from tests.init_tools import proposed
 from tests.logs import nanoseconds
-from tests.odd_logs import columns, moves_as_the_boat, read, refusal, written
+from tests.odd_logs import columns, logged, moves_as_the_boat, read, refusal, written
 
 
 def test_degrees_and_minutes(tmp_path):
     """NMEA 0183 writes 59 deg 54.462 min as 5954.462."""
     c = columns()
     lat, lon = geodetic(c["north"], c["east"])
-    minutes = [[f"{int(v) * 100 + (v % 1) * 60:.8f}" for v in values] for values in (lat, lon)]
-    path = written(
-        tmp_path / "log.csv", ("t", "lat", "lon", "heading", "left", "right"), c["t"], *minutes,
-        c["heading"], c["left"], c["right"],
-    )  # fmt: skip
-    vehicle, recording = read(path)
+    for name, values in (("lat", lat), ("lon", lon)):
+        c[name] = [f"{int(v) * 100 + (v % 1) * 60:.8f}" for v in values]
+    vehicle, recording = read(logged(tmp_path, c, "t lat lon heading left right"))
     assert vehicle.file.pose.origin == pytest.approx((lat[0], lon[0]), abs=1e-6)
     moves_as_the_boat(recording)
 
@@ -41,10 +38,7 @@ def test_compass_beside_x_and_y(tmp_path, kind):
     """Clockwise from y, though it is named yaw: as the boat moves."""
     c = columns()
     name, values = COMPASSES[kind]
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", name, "left", "right"), c["t"], c["east"], c["north"],
-        values(c["heading"]), c["left"], c["right"],
-    )  # fmt: skip
+    path = logged(tmp_path, c | {name: values(c["heading"])}, f"t x y {name} left right")
     moves_as_the_boat(read(path)[1])
 
 
@@ -52,10 +46,8 @@ def test_y_up(tmp_path):
     """Motive and Unity have y up: the boat moves in x and z."""
     c = columns()
     height = 0.1 + np.random.default_rng(2).normal(0, 0.001, len(c["t"]))
-    path = written(
-        tmp_path / "log.csv", ("t", "pos_x", "pos_y", "pos_z", "yaw", "left", "right"), c["t"], c["east"],
-        height, -c["north"], c["psi"], c["left"], c["right"],
-    )  # fmt: skip
+    own = {"pos_x": c["east"], "pos_y": height, "pos_z": -c["north"]}
+    path = logged(tmp_path, c | own, "t pos_x pos_y pos_z yaw left right")
     assert "y is up in this log" in refusal(path)
 
 
@@ -66,11 +58,7 @@ def test_two_boats_with_equal_stamps(tmp_path):
         k: np.column_stack([v, v if k == "t" else v[::-1] + (5.0 if k == "east" else 0.0)]).ravel()
         for k, v in c.items()
     }
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
-        *(two[k] for k in ("t", "east", "north", "psi", "left", "right")),
-    )  # fmt: skip
-    assert "are two robots, or two sources of poses" in refusal(path)
+    assert "are two robots, or two sources of poses" in refusal(logged(tmp_path, two))
 
 
 def imu_bag(path, heading, rate):
@@ -176,11 +164,7 @@ def test_a_compass_that_hangs(tmp_path):
     c = columns()
     hangs = (c["t"] >= 50.0) & (c["t"] < 62.0)
     c["psi"][hangs] = c["psi"][np.argmax(hangs)]
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"), c["t"], c["east"], c["north"],
-        c["psi"], c["left"], c["right"],
-    )  # fmt: skip
-    vehicle, recording = read(path)
+    vehicle, recording = read(logged(tmp_path, c))
     assert not recording.valid[hangs][1:].any()
     assert recording.valid[~hangs].all()
     assert [f.axis for f in vehicle.forces] == [0, 2]
@@ -196,11 +180,8 @@ def test_rounded_degrees(tmp_path):
 def test_tenths_and_hundredths_of_a_degree(tmp_path, parts):
     """MAVLink's hdg is 0 to 35999."""
     c = columns()
-    path = written(
-        tmp_path / "log.csv", ("t", "east", "north", "hdg", "left", "right"), c["t"], c["east"], c["north"],
-        np.floor(parts * c["heading"]), c["left"], c["right"],
-    )  # fmt: skip
-    moves_as_the_boat(read(path)[1])
+    c["hdg"] = np.floor(parts * c["heading"])
+    moves_as_the_boat(read(logged(tmp_path, c, "t east north hdg left right"))[1])
 
 
 def test_nmea_sentences(tmp_path):
@@ -217,14 +198,9 @@ def test_positions_between_those_of_a_slow_receiver(tmp_path):
     c = columns()
     for name in ("east", "north"):
         c[name] = np.interp(c["t"], c["t"][::20], c[name][::20])
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"),
-        *(c[k] for k in ("t", "east", "north", "psi", "left", "right")),
-    )  # fmt: skip
-    assert (
-        read(path)[1]
-        .doubts[0]
-        .startswith("only about every 20th position is measured; the others were interpolated")
+    (doubt, *_) = read(logged(tmp_path, c))[1].doubts
+    assert doubt.startswith(
+        "only about every 20th position is measured; the others were interpolated"
     )
     run = trial(TWIN, 120.0, 0)
     for rate in (1.0, 5.0, 20.0, 100.0):

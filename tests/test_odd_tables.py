@@ -8,7 +8,7 @@ from seatrial.boat.schema import as_column
 from seatrial.inspection.proposal.channel_scales import scale_of
 from tests.autopilot_logs import TWIN, trial
 from tests.logs import drive
-from tests.odd_logs import FEET, columns, moves_as_the_boat, read, refusal, written
+from tests.odd_logs import FEET, columns, logged, moves_as_the_boat, read, refusal, written
 
 
 def test_forces_beside_the_poses_are_commands(tmp_path):
@@ -28,24 +28,18 @@ def test_forces_beside_the_poses_are_commands(tmp_path):
 def test_feet(tmp_path, stated):
     """A metre has 3.28 ft, in the name of a column or in the line below the header."""
     c = columns()
-    head = ("t", "x_ft", "y_ft", "yaw", "left", "right")
-    below = ("s,ft,ft,rad,-,-",) if stated == "line of units" else ()
-    if below:
-        head = ("t", "x", "y", "yaw", "left", "right")
-    path = written(
-        tmp_path / "log.csv", head, c["t"], c["east"] * FEET, c["north"] * FEET, c["psi"],
-        c["left"], c["right"], below=below,
-    )  # fmt: skip
+    x, y, below = "x_ft", "y_ft", ()
+    if stated == "line of units":
+        x, y, below = "x", "y", ("s,ft,ft,rad,-,-",)
+    own = {x: c["east"] * FEET, y: c["north"] * FEET}
+    path = logged(tmp_path, c | own, f"t {x} {y} yaw left right", below=below)
     moves_as_the_boat(read(path)[1])
 
 
 def test_comments_headers_and_marks_among_the_rows(tmp_path):
     """A logger that was started again writes its header again; cells without a value say so."""
     c = columns()
-    head = ("t", "x", "y", "yaw", "left", "right")
-    path = written(
-        tmp_path / "log.csv", head, c["t"], c["east"], c["north"], c["psi"], c["left"], c["right"]
-    )
+    path = logged(tmp_path, c)
     lines = path.read_text().splitlines()
     for i, mark in zip(
         range(300, 1200, 100),
@@ -99,11 +93,8 @@ def test_throttle_and_reverse_switch(tmp_path):
 def test_numbers_with_a_unit_in_each_cell(tmp_path):
     """Columns of text are named."""
     c = columns()
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"), c["t"],
-        [f"{v:.3f} m" for v in c["east"]], [f"{v:.3f} m" for v in c["north"]], c["psi"], c["left"], c["right"],
-    )  # fmt: skip
-    assert "Columns with text, not numbers: x ('" in refusal(path)
+    stated = {name: [f"{v:.3f} m" for v in c[name]] for name in ("east", "north")}
+    assert "Columns with text, not numbers: x ('" in refusal(logged(tmp_path, c | stated))
 
 
 def test_channels_logged_on_change_in_one_table(tmp_path):
@@ -129,11 +120,8 @@ def test_channels_logged_on_change_in_one_table(tmp_path):
 def test_commands_whose_neutral_is_in_the_middle(tmp_path, neutral, full):
     """Analogue sticks, bytes, SBUS, per cent, duty cycles: rest is where the log begins."""
     c = columns()
-    path = written(
-        tmp_path / "log.csv", ("t", "x", "y", "yaw", "left", "right"), c["t"], c["east"], c["north"],
-        c["psi"], np.rint(neutral + full * c["left"]), np.rint(neutral + full * c["right"]),
-    )  # fmt: skip
-    vehicle, recording = read(path)
+    raw = {name: np.rint(neutral + full * c[name]) for name in ("left", "right")}
+    vehicle, recording = read(logged(tmp_path, c | raw))
     assert [as_column(v).offset for v in vehicle.file.commands.inputs.values()] == [
         neutral,
         neutral,
