@@ -10,6 +10,7 @@ from logs import drive, half
 from scipy.spatial.transform import Rotation
 
 import seatrial
+from tests.sheets import sheet
 
 RATE = 30.0  # [Hz]
 LENGTHS = {"Meters": 1.0, "Centimeters": 1e2, "Millimeters": 1e3}
@@ -182,10 +183,8 @@ def far(pose):
 
 def commands(log, folder, clock=lambda t: t):
     """The table of the commands beside the take."""
-    rows = np.column_stack([clock(log.command_t), log.command])
-    np.savetxt(
-        folder / "commands.csv", rows, fmt="%.6f", delimiter=",", header="t,F_u,F_v,F_r", comments=""
-    )  # fmt: skip
+    t = clock(log.command_t)
+    sheet(folder / "commands.csv", "t,F_u,F_v,F_r", t, log.command, form="%.6f")
 
 
 def taken(log, folder, *bodies, clock=lambda t: t, **how):

@@ -5,6 +5,8 @@ import numpy as np
 import pytest
 from survey_boat import driven
 
+from tests.sheets import sheet
+
 LEVER, CURRENT = (0.30, -0.12), (0.05, -0.04)  # [m], [m/s]
 SECONDS = 480.0
 
@@ -17,11 +19,10 @@ def tables(folder, recording, *, lever=(0.0, 0.0), current=(0.0, 0.0), flip=Fals
     y = eta[:, 1] + s * lever[0] + c * lever[1] + current[1] * t
     folder.mkdir(parents=True)
     psi = eta[:, 2] + (np.pi if flip else 0.0)
-    poses = np.column_stack([t + 100.0, x, y, psi])
-    np.savetxt(folder / "poses.csv", poses, "%.6f", ",", header="t,x,y,psi", comments="")
-    stamps = (recording.commands.stamps - recording.stamps[0]) * 1e-9 + 100.0
-    commands = np.column_stack([stamps, recording.commands.values])
-    np.savetxt(folder / "commands.csv", commands, "%.6f", ",", header="t,left,right", comments="")
+    sheet(folder / "poses.csv", "t,x,y,psi", t + 100.0, x, y, psi, form="%.6f")
+    own = recording.commands
+    stamps = (own.stamps - recording.stamps[0]) * 1e-9 + 100.0
+    sheet(folder / "commands.csv", "t,left,right", stamps, own.values, form="%.6f")
     return folder
 
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import cli_tools
 import msgspec
-import numpy as np
 import pytest
 
 import seatrial
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
+from tests.sheets import sheet
 
 NAMES = ("F_u", "F_v", "F_r")
 
@@ -34,8 +34,7 @@ def tables(log, folder, **changes):
         ("poses", log.pose_t, log.pose, changes.get("pose", "t,x,y,psi")),
         ("commands", log.command_t, log.command, changes.get("commands", "t,F_u,F_v,F_r")),
     ):
-        rows = np.column_stack([t * changes.get("second", 1.0), values])
-        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
+        sheet(folder / f"{name}.csv", head, t * changes.get("second", 1.0), values)
     return folder
 
 

@@ -11,6 +11,7 @@ from html_tables import Tables
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
+from sheets import sheet
 
 import seatrial
 from seatrial import _core
@@ -40,12 +41,9 @@ def place(tmp_path_factory):
     )
     run = folder / "drive"
     run.mkdir()
-    header = "t,F_u,F_v,F_r"
-    np.savetxt(
-        run / "commands.csv", np.column_stack([t, sticks]), "%.6f", ",", header=header, comments=""
-    )
+    sheet(run / "commands.csv", "t,F_u,F_v,F_r", t, sticks, form="%.6f")
     poses = np.column_stack([t, 0.1 * t, 0 * t, 0.01 * t])[::3]
-    np.savetxt(run / "poses.csv", poses, "%.6f", ",", header="t,x,y,psi", comments="")
+    sheet(run / "poses.csv", "t,x,y,psi", poses, form="%.6f")
     return folder
 
 

@@ -9,6 +9,7 @@ import pytest
 from capture_logs import body, commands, far, minute, motive, read, taken
 from odd_logs import columns
 from scipy.spatial.transform import Rotation
+from sheets import sheet
 from test_motion_capture import EXPORTS
 
 import seatrial
@@ -67,8 +68,7 @@ def turned_take(folder, degrees):
     folder.mkdir()
     pose = np.column_stack([c["east"], c["north"], c["psi"] + np.radians(degrees)])
     motive(folder / "take.csv", c["t"], [body("boat", pose)], markers=0)
-    rows = np.column_stack([c["t"], c["left"], c["right"]])
-    np.savetxt(folder / "commands.csv", rows, delimiter=",", header="t,left,right", comments="")
+    sheet(folder / "commands.csv", "t,left,right", c["t"], c["left"], c["right"])
 
 
 @pytest.mark.parametrize("degrees", [37, 135])

@@ -9,6 +9,7 @@ import pytest
 import yaml
 from cli_tools import main, refused, run
 from conftest import CSE1, make_model
+from sheets import sheet
 from survey_boat import TRUTH, boat
 
 from seatrial.boat.model_file import load, save
@@ -72,7 +73,7 @@ def spoiled(pool):
     for name, factor in (("degrees", [1, 1, 1, 57.3]), ("mm", [1, 1000, 1000, 1])):
         shutil.copytree(pool / "S7-AF", pool / name)
         poses = np.loadtxt(pool / name / "poses.csv", delimiter=",", skiprows=1) * factor
-        np.savetxt(pool / name / "poses.csv", poses, delimiter=",", header="t,x,y,psi", comments="")
+        sheet(pool / name / "poses.csv", "t,x,y,psi", poses)
     (pool / "brief").mkdir()
     for name in ("poses.csv", "commands.csv"):  # a minute
         head, *rows = (pool / "S7-AF" / name).read_text().splitlines()

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sheets import sheet
 from survey_boat import TRUTH, both, driven
 
 import seatrial
@@ -35,9 +36,7 @@ def written(folder, recordings, rows=lambda i, table: table):
             own = (r.stamps, r.raw) if name == "poses" else (r.commands.stamps, r.commands.values)
             t = 1e-9 * own[0] - BACK * i + 100.0
             parts.append(rows(i, np.column_stack([t, own[1]])))
-        np.savetxt(
-            folder / f"{name}.csv", np.concatenate(parts), delimiter=",", header=head, comments=""
-        )
+        sheet(folder / f"{name}.csv", head, np.concatenate(parts))
     return folder
 
 
@@ -99,8 +98,7 @@ def test_poses_alone_that_go_back_are_left_out(tmp_path):
     vehicle, (first, second) = drives()
     folder = written(tmp_path / "run", [first, second])
     own = first.commands
-    table = np.column_stack([1e-9 * own.stamps + 100.0, own.values])
-    np.savetxt(folder / "commands.csv", table, delimiter=",", header="t,left,right", comments="")
+    sheet(folder / "commands.csv", "t,left,right", 1e-9 * own.stamps + 100.0, own.values)
     found = read(folder, vehicle)
     assert not any("drives, one after" in text for text in found.remarks)
     assert any(f.kind is FaultKind.STAMP for f in found.faults)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sheets import sheet
 from test_delays import with_pose
 
 from seatrial.io import read
@@ -23,10 +24,8 @@ def test_a_table_is_read_at_the_time_of_the_heading(tmp_path):
     def place(t):
         return np.column_stack([0.3 * t + 0.5 * np.cos(turn * t), 0.5 * np.sin(turn * t)])
 
-    rows = np.column_stack([t, place(t - 0.3), turn * (t - 0.1), np.zeros((len(t), 3))])
-    path = tmp_path / "run.csv"
-    names = "t,x,y,psi,F_u,F_v,F_r"
-    np.savetxt(path, rows, delimiter=",", header=names, comments="", fmt="%.12g")
+    columns = (t, place(t - 0.3), turn * (t - 0.1), np.zeros((len(t), 3)))
+    path = sheet(tmp_path / "run.csv", "t,x,y,psi,F_u,F_v,F_r", *columns, form="%.12g")
     vehicle = with_pose(MIDDLE.vehicle([]), delay=0.3, heading_delay=0.1, lever=[0.5, 0.0])
     recording = read(path, vehicle)
     assert recording.position_delay == pytest.approx(0.2)

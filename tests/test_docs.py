@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import at_length
 from programs import printed
+from sheets import sheet
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -72,10 +73,7 @@ def test_the_documented_vehicle_file_of_several_tables_reads_them(tmp_path):
         ("imu", "secs,nsecs,heading,gyro_z", [np.floor(t), np.round((t % 1) * 1e9), compass, 0.3 + 0.2 * np.cos(0.4 * t)]),
         ("motors", "time,ch1,ch3", [t, np.where(t < 2, 0, 1700), 1300 + 0 * t]),
     ):  # fmt: skip
-        np.savetxt(
-            folder / f"{name}.csv", np.column_stack(columns), delimiter=",", header=head, comments="",
-            fmt="%.12g",
-        )  # fmt: skip
+        sheet(folder / f"{name}.csv", head, *columns, form="%.12g")
     record = seatrial.read(folder, vehicle)
     heading = np.angle(np.exp(1j * (record.eta[:, 2] - turned[: len(record.t)])))
     np.testing.assert_allclose(heading, 0.0, atol=1e-6)

@@ -4,6 +4,7 @@
 import numpy as np
 import pytest
 from conftest import on_request
+from sheets import two_sheets
 from survey_boat import TRUTH, blown
 
 from seatrial.inspection.consistency.check import check_consistency
@@ -35,13 +36,7 @@ def test_gains_in_wind_are_as_sure_as_in_calm_air(seed):
 def test_init_in_wind_proposes_equal_thrusters_and_the_offset(seed, degrees, tmp_path):
     _, recording = blown(WIND, 1.5, seconds=150.0, seed=seed)
     poses = recording.eta + np.radians([0.0, 0.0, degrees])
-    for name, head, rows in (
-        ("poses", "t,x,y,psi", [recording.t, poses]),
-        ("commands", "t,left,right", [recording.seconds(recording.commands.stamps), recording.commands.values]),
-    ):  # fmt: skip
-        table = np.column_stack(rows)
-        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=head, comments="")
-    found = init(tmp_path)
+    found = init(two_sheets(tmp_path, recording, "left", "right", poses=poses))
     assert {name: force["of"] for name, force in found.drive.forces.items()} == {
         "F_u": {"left": 0.5, "right": 0.5},
         "F_r": {"left": -0.5, "right": 0.5},

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from init_tools import NAMES, one_table, refused, tables, with_papers_terms
 from logs import JOY, drive, half, nanoseconds
+from sheets import sheet
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -249,8 +250,7 @@ def allocated(log, folder):
     mix = np.array([[1, 1, 1], [1, -1, -1], [1, 1, -1], [1, -1, 1]]) / 3.0
     path = tables(log, folder) / "commands.csv"
     rows = np.loadtxt(path, delimiter=",", skiprows=1)
-    thrusters = np.column_stack([rows[:, 0], 1500.0 + 400.0 * rows[:, 1:] @ mix.T])
-    np.savetxt(path, thrusters, delimiter=",", header="t,fl,fr,rl,rr", comments="")
+    sheet(path, "t,fl,fr,rl,rr", rows[:, 0], 1500.0 + 400.0 * rows[:, 1:] @ mix.T)
     return folder
 
 

@@ -10,6 +10,7 @@ import yaml
 from conftest import CSE1
 from init_tools import NAMES, refused, same_boat, tables, with_papers_terms
 from logs import drive, half, nanoseconds
+from sheets import sheet, two_sheets
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -201,16 +202,10 @@ def test_a_lever_of_a_boat_that_is_quick_in_yaw_does_not_hide_the_stick_for_sway
 ):
     """Turning moves such a sensor aside more than any command for sway does."""
     _, recordings = driven(MIDDLE, {"lag": 0.1}, seed=3, white=2e-3, seconds=300.0, drives=1)
-    eta, commands = poses_of_origin(recordings[0], -np.array(lever)).eta, recordings[0].commands
+    eta = poses_of_origin(recordings[0], -np.array(lever)).eta
     folder = tmp_path / "quick"
     folder.mkdir()
-    for name, stamps, values, head in (
-        ("poses", recordings[0].stamps, eta, "t,x,y,psi"),
-        ("commands", commands.stamps, commands.values, "t,F_u,F_v,F_r"),
-    ):
-        rows = np.column_stack([(stamps - recordings[0].stamps[0]) * 1e-9, values])
-        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
-    vehicle, _ = propose(folder)
+    vehicle, _ = propose(two_sheets(folder, recordings[0], *NAMES, poses=eta))
     assert set(vehicle.inputs) == set(NAMES)
     assert not vehicle.file.forces
     assert vehicle.lever == pytest.approx(lever, abs=0.1)
@@ -256,9 +251,7 @@ def test_places_that_are_given_are_used_where_the_recording_shows_weights(
     assert "1 of 2 thrusters given; one each for left and right" in said
     sticks = tables(drive(120.0), tmp_path / "two")
     rows = np.loadtxt(sticks / "commands.csv", delimiter=",", skiprows=1)
-    np.savetxt(
-        sticks / "commands.csv", rows[:, [0, 1, 3]], delimiter=",", header="t,F_u,F_r", comments=""
-    )
+    sheet(sticks / "commands.csv", "t,F_u,F_r", rows[:, [0, 1, 3]])
     said = refused(capsys, sticks, "-o", tmp_path / "v.yaml", "--thrusters", "0 0.3 0; 0 -0.3 0")
     assert (
         "--thrusters: the commands are F_u and F_r. Places are used with sticks of surge, sway and yaw"
@@ -326,15 +319,7 @@ def test_a_rudder_is_no_stick_of_yaw(helm, named, tmp_path, propose):
     recording = steered_boat.driven(steered_boat.known(), seed=1)
     log = tmp_path / "boat"
     log.mkdir()
-    signal = recording.commands
-    for name, head, rows in (
-        ("poses", "t,x,y,psi", [recording.t, recording.raw]),
-        ("commands", f"t,throttle,{helm}", [recording.seconds(signal.stamps), signal.values]),
-    ):
-        np.savetxt(
-            log / f"{name}.csv", np.column_stack(rows), delimiter=",", header=head, comments=""
-        )
-    vehicle, text = propose(log)
+    vehicle, text = propose(two_sheets(log, recording, "throttle", helm))
     (entry,) = re.findall(r"^(#? *)- .*steered: \{of: \[\[throttle, (\w+)\]\]", text, re.MULTILINE)
     assert entry == ("  " if named else "#   ", helm)
     if named:

@@ -13,6 +13,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from init_tools import NAMES, refused, tables
 from logs import AXES_OF_JOY, JOY, POSE, drive, half
+from sheets import sheet
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -145,8 +146,7 @@ def test_nothing_is_asked_that_is_known(log, tmp_path):
 
 def test_of_several_tables_that_of_the_commands_is_found_or_named(log, tmp_path, propose, capsys):
     folder = tables(log, tmp_path / "pool")
-    rows = np.column_stack([np.arange(90.0), np.linspace(25, 24, 90)])
-    np.savetxt(folder / "battery.csv", rows, delimiter=",", header="t,volt", comments="")
+    sheet(folder / "battery.csv", "t,volt", np.arange(90.0), np.linspace(25, 24, 90))
     _, text = propose(folder)
     assert yaml.safe_load(text)["commands"]["file"] == "commands.csv"
     (folder / "commands.csv").rename(folder / "sent.csv")

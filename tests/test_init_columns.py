@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from sheets import sheet
 
 from seatrial.inspection.proposal.columns.pose import choose_pose
 from seatrial.inspection.proposal.sources import Choices, Sureness
@@ -30,10 +31,8 @@ VALUES = {
 def table(path, names):
     """A table whose columns `NAME=VALUES` have these names and values."""
     pairs = [name.rpartition("=")[::2] for name in names.split("|")]
-    rows = np.column_stack([VALUES[value] for _, value in pairs])
     head = ",".join(name for name, _ in pairs)
-    np.savetxt(path, rows, fmt="%.12g", delimiter=",", header=head, comments="")
-    return path
+    return sheet(path, head, *(VALUES[value] for _, value in pairs), form="%.12g")
 
 
 def pose_of(path, axes="forward-left-up", pose=None, ask=None):

@@ -5,8 +5,10 @@ import re
 
 import numpy as np
 import pytest
+from init_tools import tables
 from inspect_tools import GOOD, said
 from logs import EPOCH, JOY, POSE, drive, nanoseconds
+from sheets import sheet
 
 from seatrial.io.bags.write import BagTopic, write_bag
 
@@ -85,15 +87,8 @@ def test_the_columns_of_tables(look, tmp_path):
     folder = tmp_path / "log"
     folder.mkdir()
     log = drive()
-    rows = np.column_stack([1e3 * (log.pose_t + EPOCH * 1e-9), log.pose, np.zeros(1350)])
-    np.savetxt(
-        folder / "poses.csv",
-        rows,
-        delimiter=",",
-        header="stamp,x,y,psi,ok",
-        comments="",
-        fmt="%.16g",
-    )
+    t = 1e3 * (log.pose_t + EPOCH * 1e-9)
+    sheet(folder / "poses.csv", "stamp,x,y,psi,ok", t, log.pose, np.zeros(1350), form="%.16g")
     rows = zip(log.command_t, log.command[:, 0], strict=True)
     lines = ["t;mode;F_u", *(f"{t};manual;{f}" for t, f in rows)]
     lines[50] = "0.98;;n/a"
@@ -117,15 +112,7 @@ def test_the_columns_of_tables(look, tmp_path):
 def test_what_is_known_of_a_recording_in_a_table(look, tmp_path, mp):
     """No arrivals, so no delays; everything else as from a bag."""
     log = drive()
-    folder = tmp_path / "log"
-    folder.mkdir()
-    for name, t, values, head in (
-        ("poses", log.pose_t, log.pose, "t,x,y,psi"),
-        ("commands", log.command_t, log.command, "t,F_u,F_v,F_r"),
-    ):
-        rows = np.column_stack([t, values])
-        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header=head, comments="")
-    text, found = look(folder, vehicle="mallard-mp")
+    text, found = look(tables(log, tmp_path / "log"), vehicle="mallard-mp")
     (recording,) = found["recordings"]
     assert recording["verdicts"] == [GOOD]
     assert [s["clock"] for s in recording["streams"]] == ["column of the table"] * 2

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from sheets import sheet
 from survey_boat import driven, pulses
 
 import seatrial
@@ -39,9 +40,8 @@ def test_identify_and_the_recording_say_so(tmp_path):
     rows = np.column_stack([seconds, values, seconds + 0.02, 0.0 * values]).reshape(-1, 3)
     folder = tmp_path / "mixed"
     folder.mkdir()
-    poses = np.column_stack([drive.t, drive.raw])
-    for name, head, table in (("poses", "t,x,y,psi", poses), ("commands", "t,left,right", rows)):
-        np.savetxt(folder / f"{name}.csv", table, "%.6f", ",", header=head, comments="")
+    sheet(folder / "poses.csv", "t,x,y,psi", drive.t, drive.raw, form="%.6f")
+    sheet(folder / "commands.csv", "t,left,right", rows, form="%.6f")
     recording = seatrial.read(folder, vehicle)
     (doubt,) = recording.doubts
     assert f"mixed: {doubt}" in seatrial.identify([recording], vehicle).warnings

@@ -20,6 +20,7 @@ from capture_logs import (
 )
 from odd_logs import columns
 from scipy.spatial.transform import Rotation
+from sheets import sheet
 
 import seatrial
 from seatrial.commands.cli import main
@@ -219,8 +220,7 @@ def test_commands_whose_clock_began_at_another_time(late, tmp_path):
         c["t"],
         [body("boat", np.column_stack([c[k] for k in ("east", "north", "psi")]))],
     )
-    rows = np.column_stack([c["t"] + late, c["left"], c["right"]])
-    np.savetxt(folder / "commands.csv", rows, delimiter=",", header="t,left,right", comments="")
+    sheet(folder / "commands.csv", "t,left,right", c["t"] + late, c["left"], c["right"])
     if late > 5.0:
         with pytest.raises(
             RecordingError, match="if each table has its own, set 'offset: SECONDS' at"

@@ -11,6 +11,7 @@ import yaml
 from autopilot_logs import ARMED, DISARMED, ardupilot
 from mavlink_logs import telemetry
 from px4_logs import px4
+from sheets import two_sheets
 from steered_logs import ARM, FULL_ANGLE, steered_boat, steered_trial
 from survey_boat import both
 
@@ -18,7 +19,6 @@ import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.proposal.propose import init
 from seatrial.io.reader import read
-from seatrial.recording.signal import Signal
 
 FRD = "forward-right-down"
 WRITERS = {"run.BIN": ardupilot, "run.tlog": telemetry, "run.ulg": px4}
@@ -104,17 +104,8 @@ def test_a_stick_of_two_thrusters_that_is_called_steering_is_a_stick(tmp_path):
     """By its name it may be an angle; the boat turns without thrust, too."""
     _, recording = survey_boat.driven({}, [both] * 2)
     left, right = recording.commands.values.T
-    own = Signal(
-        ("throttle", "steering"),
-        recording.commands.stamps,
-        np.column_stack([left + right, right - left]) / 2.0,
-    )
-    for name, head, rows in (
-        ("poses", "t,x,y,psi", [recording.t, recording.raw]),
-        ("commands", "t,throttle,steering", [recording.seconds(own.stamps), own.values]),
-    ):
-        table = np.column_stack(rows)
-        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=head, comments="")
+    values = np.column_stack([left + right, right - left]) / 2.0
+    two_sheets(tmp_path, recording, "throttle", "steering", values=values)
     text = init(tmp_path).text
     assert "F_r: {column: steering" in text
     assert re.search(r"^# +- \{name: steering.*steered", text, re.MULTILINE)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import steered_boat
 import survey_boat
+from sheets import two_sheets
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
@@ -69,14 +70,9 @@ def test_a_stick_of_yaw_is_no_rudder(most):
 def test_init_asks_of_a_rudder_without_a_telling_name(pulses, tmp_path):
     """Also of pulse widths, which are not 0 at rest."""
     recording = steered_boat.driven(steered_boat.known(), seed=1)
-    own = recording.commands
-    values = 1500.0 + 400.0 * own.values if pulses else own.values
-    for name, head, rows in (
-        ("poses", "t,x,y,psi", [recording.t, recording.raw]),
-        ("commands", "t,ch1,ch3", [recording.seconds(own.stamps), values]),
-    ):
-        table = np.column_stack(rows)
-        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header=head, comments="")
+    own = recording.commands.values
+    values = 1500.0 + 400.0 * own if pulses else own
+    two_sheets(tmp_path, recording, "ch1", "ch3", values=values)
     (line,) = (text for text in seatrial.init(tmp_path).text.splitlines() if ANGLE in text)
     assert "column: ch3" in line
     assert "turns the boat only with the thrust of ch1" in line
