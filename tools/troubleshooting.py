@@ -48,7 +48,9 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
     "Estimate": {
         K.CONTRADICTED: "A wrong sign, unit or order makes a model of another boat, which is fit for nothing.",
         K.SHORT_BLOCKS: "Standard errors may be too small.",
-        K.AT_BOUND: "The likelihood rises beyond the range: the model lacks something, or the boat has no such stage.",
+        K.AT_BOUND: "The boat has no such stage, or the model lacks something.",
+        K.BEYOND_RANGE: "No usual thruster, rudder or sensor has such a constant: the model lacks something, or a clock "
+        "or a scale is wrong.",
         K.MISSING_TERM: "The model has no such term, and the data show it.",
         K.MODEL_MISMATCH: "The structure does not describe this boat fully. Standard errors account for it.",
         K.OUTLIERS: "More than a few false matches: the poses have errors of another kind.",

@@ -55,6 +55,7 @@ class FindingKind(Enum):
     CONTRADICTED = ("contradicted", estimate.CONTRADICTED)
     SHORT_BLOCKS = ("short-blocks", estimate.SHORT_BLOCKS)
     AT_BOUND = ("at-bound", estimate.AT_BOUND)
+    BEYOND_RANGE = ("beyond-range", estimate.BEYOND_RANGE)
     MISSING_TERM = ("missing-term", estimate.MISSING_TERM)
     MODEL_MISMATCH = ("model-mismatch", estimate.MODEL_MISMATCH)
     OUTLIERS = ("outliers", estimate.OUTLIERS)
@@ -125,6 +126,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.THRUSTER_LAYOUT_CONTRADICTED,
     FindingKind.COMMANDS_LOOK_SAMPLED,
     FindingKind.LATE_COMMANDS,
+    FindingKind.BEYOND_RANGE,
     # the model lacks something that biases its coefficients
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEVEN_CURRENT,

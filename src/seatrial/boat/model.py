@@ -148,7 +148,8 @@ class Model(ByFields):
     @cached_property
     def at_bounds(self) -> frozenset[str]:
         """Names of parameters that ended at the bound of their range: the data say no more of them."""
-        names = [finding.part("parameter") for finding in self.findings_of(FindingKind.AT_BOUND)]
+        kinds = FindingKind.AT_BOUND, FindingKind.BEYOND_RANGE
+        names = [finding.part("parameter") for finding in self.findings_of(*kinds)]
         return frozenset(name for name in names if self.standard_errors.get(name) == 0.0)
 
     @cached_property

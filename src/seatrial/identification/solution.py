@@ -190,13 +190,14 @@ class Fit:
         return [finding_of(FindingKind.LEVER_ARM_ERRORS, ahead=ahead, aside=aside)]
 
     def _delays(self) -> list[Finding]:
-        """The delays of position and heading with standard errors, where they were estimated."""
+        """The delays of position and heading with standard errors, where estimated and not at a bound."""
         errors = [self.errors.get(name) for name in DELAY_NAMES]
         late = with_further_delays(self.problem, self.theta).delays
         if None not in errors:
             return [
-                finding_of(FindingKind.DELAY, what, delay=delay, error=error or 0.0)
+                finding_of(FindingKind.DELAY, what, delay=delay, error=error)
                 for what, delay, error in zip(("position", "heading"), late, errors, strict=True)
+                if error
             ]
         older, newer = ("position", "heading") if late[0] >= late[1] else ("heading", "position")
         return [
@@ -208,7 +209,7 @@ class Fit:
                 error=error,
             )
             for error in errors
-            if error is not None
+            if error
         ]
 
 

@@ -25,7 +25,11 @@ from seatrial.util.statistics import inverse_of
 
 MOST_SEARCHED = 120_000  # poses of a search: 40 min at 50 Hz
 WARM_PASSES = 12  # full ones of a warm search, at most
-RENEWED = (FindingKind.AT_BOUND, FindingKind.SHORT_BLOCKS)  # findings of every search
+RENEWED = (  # findings of every search
+    FindingKind.AT_BOUND,
+    FindingKind.BEYOND_RANGE,
+    FindingKind.SHORT_BLOCKS,
+)
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 """The actuator models of a vehicle file."""
 
 from seatrial.boat.actuators.constants import (
+    ABSENT_AT,
     BOUNDS,
     CURVE,
     ESTIMATE,
@@ -15,6 +16,6 @@ from seatrial.boat.actuators.reader import ChainReader
 from seatrial.boat.actuators.stated_values import stated
 
 __all__ = [
-    "BOUNDS", "CURVE", "ESTIMATE", "SHORTEST_LAG", "STAGES", "STARTS", "USES", "ChainReader", "Constants",
-    "stated",
+    "ABSENT_AT", "BOUNDS", "CURVE", "ESTIMATE", "SHORTEST_LAG", "STAGES", "STARTS", "USES", "ChainReader",
+    "Constants", "stated",
 ]  # fmt: skip

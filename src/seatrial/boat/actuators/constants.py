@@ -56,6 +56,10 @@ BOUNDS = {  # least and largest value of an estimated constant, by the first par
     "steer_rate": (3.0, 1000.0),  # [deg/s]
     "steer_dead_zone": (0.0, 0.6),
 }
+ABSENT_AT = {  # the end of the range (0: least, 1: largest value) at which a boat has no such stage
+    "lag": 0, "edge_forward": 0, "edge_reverse": 0, "pair_dead_zone": 0, "steer_dead_zone": 0,
+    "slew_rate": 1, "steer_rate": 1,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,48 @@ SHORT_BLOCKS = Spec(
 )
 AT_BOUND = Spec(
     "{parameter}: the estimate is at the bound {bound:g} of its range and has no standard error",
-    "A lag or a dead zone at its lower bound means that there is none. A latency at a bound means that a clock is "
-    "wrong",
+    "A lag or a dead zone at its lower bound, or a rate limit at its upper one, means that there is none",
     {"parameter": ONE_NAME},
     {"bound": "of the parameter"},
     signed=("bound",),
     parameter=("bound",),
+)
+_SLOW = (
+    "Does a controller, a ramp or a filter act between command and thrust? Log what it gives out, or state the "
+    "constant in the vehicle file (chain)"
+)
+_CURVE = "Check offset and scale of the inputs in the vehicle file. If they are right, state the constant (chain)"
+_CLOCK = "Are poses and commands stamped by one clock? Correct the stamps, or state it in the vehicle file"
+BEYOND_RANGE = Spec(
+    "{parameter}: the estimate is at the bound {bound:g} of its range, and poses would fit better beyond it. So "
+    "other parameters stand in for it, and are off by more than their intervals",
+    "{stage_means}",
+    {"parameter": ONE_NAME},
+    {"bound": "of the parameter"},
+    {
+        "stage": {
+            "latency": _CLOCK,
+            "delay_position": _CLOCK,
+            "delay_heading": _CLOCK,
+            "lag": _SLOW,
+            "slew_rate": _SLOW,
+            "steer_rate": _SLOW,
+            "edge_forward": _CURVE,
+            "edge_reverse": _CURVE,
+            "reverse_ratio": _CURVE,
+            "power": _CURVE,
+            "scale_power": _CURVE,
+            "gain": _CURVE,
+            "pair_offset_along": _CURVE,
+            "pair_offset_across": _CURVE,
+            "pair_dead_zone": _CURVE,
+            "steer_offset": _CURVE,
+            "steer_dead_zone": _CURVE,
+            "steer_angle": "State angle_deg. If the rudder acts by the flow, not by the propeller's race, "
+            "write its terms with |u| * u and a deflection (docs/vehicle.md, a rudder)",
+        }
+    },
+    signed=("bound",),
 )
 MISSING_TERM = Spec(
     "missing term: {term} in {axis} is {errors:.1f} standard errors from 0. With it {axis} is predicted "

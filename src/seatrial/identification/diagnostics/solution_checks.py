@@ -7,6 +7,7 @@ from statistics import NormalDist
 import numpy as np
 
 from seatrial import _core
+from seatrial.boat.actuators.constants import ABSENT_AT
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.model import SURELY, Model
 from seatrial.boat.noise_parameters import (
@@ -166,12 +167,18 @@ def _of_a_filter(at: Point) -> list[Finding]:
 
 
 def at_bound_findings(at: Point) -> list[Finding]:
-    """A finding on each parameter that ends at a bound."""
+    """A finding on each parameter that ends at a bound: of its physical range, or of the one that is searched."""
     problem, findings = at.runs.problem, []
     for i, low, high in np.column_stack([problem.free, *problem.bounds])[at_bounds(at)]:
-        value = at.theta[int(i)]
-        end = low if abs(value - low) < abs(value - high) else high
-        findings.append(finding_of(FindingKind.AT_BOUND, problem.names[int(i)], bound=float(end)))
+        value, name = at.theta[int(i)], problem.names[int(i)]
+        end = int(abs(value - low) >= abs(value - high))
+        bound, stage = float((low, high)[end]), name.partition(".")[0]
+        searched = int(i) >= problem.n_coefficients and ABSENT_AT.get(stage) != end
+        if searched:
+            found = finding_of(FindingKind.BEYOND_RANGE, name, bound=bound, stage=stage)
+        else:
+            found = finding_of(FindingKind.AT_BOUND, name, bound=bound)
+        findings.append(found)
     return findings
 
 
