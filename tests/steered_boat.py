@@ -92,12 +92,14 @@ def known(entry: Mapping[str, Any] | None = None, **changed: Any) -> seatrial.Mo
     return make_model(boat, {n: COEFFICIENTS[n] for n in boat.structure.coefficients}, step=1 / 60)
 
 
-def driven(model: seatrial.Model, seed: int, duration: float = 240.0) -> Recording:
-    """Random commands, held for 1 to 4 s; poses at 10 Hz with noise of 5 mm and 3 mrad."""
+def driven(
+    model: seatrial.Model, seed: int, duration: float = 240.0, least: float = 0.1
+) -> Recording:
+    """Random commands, held for 1 to 4 s; poses at 10 Hz with noise of 5 mm and 3 mrad. least: of the thrust."""
     rng = np.random.default_rng(seed)
     t_c = np.cumsum(rng.uniform(1.0, 4.0, int(duration / 2.5)))
     t_c = np.concatenate([[0.0], t_c[t_c < duration]])
-    rows = np.column_stack([rng.uniform(0.1, 1.0, len(t_c)), rng.uniform(-1.0, 1.0, len(t_c))])
+    rows = np.column_stack([rng.uniform(least, 1.0, len(t_c)), rng.uniform(-1.0, 1.0, len(t_c))])
     commands = Signal(model.vehicle.inputs, (t_c * 1e9).astype(np.int64), rows)
     t = np.arange(0.0, duration, 0.1)
     stamps = np.rint(t * 1e9).astype(np.int64)

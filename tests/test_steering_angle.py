@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 import steered_boat
 import survey_boat
+import yaml
 from sheets import two_sheets
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.consistency.check import check_consistency
+from seatrial.inspection.proposal.sources import Choices
 from seatrial.recording.signal import Signal
 
 ANGLE = "is it the angle of a rudder or thruster? Then write 'steered' below chain"
@@ -33,9 +35,11 @@ def said(recording, vehicle):
     return [text for text in check_consistency([recording], vehicle).text if ANGLE in text]
 
 
+@pytest.mark.parametrize("least", [0.1, -1.0])
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_rudder_that_the_file_has_as_a_stick_is_named(seed):
-    recording = steered_boat.driven(steered_boat.known(), seed=seed)
+def test_a_rudder_that_the_file_has_as_a_stick_is_named(seed, least):
+    """Also with thrust both ways, where the rudder alone turns the boat neither way on average."""
+    recording = steered_boat.driven(steered_boat.known(), seed=seed, least=least)
     (text,) = said(recording, sticks(("motor", "helm")))
     assert text.startswith("helm: turns the boat only with the thrust of motor: is it")
 
@@ -64,6 +68,32 @@ def test_a_stick_of_yaw_is_no_rudder(most):
     stick = Signal(("thrust", "turn"), recording.commands.stamps, values)
     assert said(replace(recording, commands=stick), sticks(stick.names)) == []
     assert said(recording, vehicle) == []
+
+
+def test_a_bow_thruster_is_no_rudder():
+    """It turns the boat little, and whatever the thrusters astern do."""
+    vehicle, recording = survey_boat.driven({}, [lambda g: g.uniform(-1, 1)] * 3, bow=True)
+    assert said(recording, vehicle) == []
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+@pytest.mark.parametrize("turned", [(1, 1), (1, -1), (-1, 1)])
+@pytest.mark.parametrize("least", [0.1, -1.0])
+def test_init_states_a_rudder_and_its_sense(least, turned, axes, tmp_path):
+    """Of a table in which throttle or rudder count the other way, or with y to starboard."""
+    recording = steered_boat.driven(steered_boat.known(), seed=1, least=least)
+    own = recording.commands
+    poses = recording.raw * (1.0 if axes == "forward-left-up" else [1.0, -1.0, -1.0])
+    values = own.values * turned
+    two_sheets(tmp_path, recording, "throttle", "rudder", poses=poses, values=values)
+    file = yaml.safe_load(seatrial.init(tmp_path, choices=Choices(axes=axes)).text)
+    assert [group.get("steered", {}).get("of") for group in file["chain"]] == [
+        None, [["throttle", "rudder"]],
+    ]  # fmt: skip
+    signs = {name: column.get("sign", 1) for name, column in file["commands"]["inputs"].items()}
+    # true angles push to port at the stern; in axes to starboard a positive angle does that to starboard
+    mirrored = 1 if axes == "forward-left-up" else -1
+    assert signs == {"throttle": turned[0], "rudder": turned[1] * mirrored}
 
 
 @pytest.mark.parametrize("pulses", [False, True])

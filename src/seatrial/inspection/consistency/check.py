@@ -149,7 +149,9 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     )
     angles = steering_angles(runs, np.array([g.t for g in found]), mirrored=mirrored)
     known = angle_names(vehicle.file.chain)
-    steer = tuple(f"{n}: {angle_text(thrust)}" for n, thrust in angles.items() if n not in known)
+    steer = tuple(
+        f"{n}: {angle_text(turned.thrust)}" for n, turned in angles.items() if n not in known
+    )
     remarks = (
         *said,
         *steer,

@@ -2,7 +2,7 @@
 """Inputs that are angles: a rudder or a turned thruster turns the boat by the thrust of another input."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,22 +17,33 @@ STEERED = (
 )
 
 
-def steering_angles(runs: Sequence[Run], t: Array, *, mirrored: bool = False) -> dict[str, str]:
+@dataclass(frozen=True)
+class SteeringAngle:
+    """What an input that looks like an angle turns."""
+
+    thrust: str  # the input that it turns
+    t: float  # of the yaw gain of their product, forward-left-up
+
+
+def steering_angles(
+    runs: Sequence[Run], t: Array, *, mirrored: bool = False
+) -> dict[str, SteeringAngle]:
     """By input that looks like an angle, the thrust that it turns.
 
     With the product of the two beside all inputs, the product turns the boat, and more clearly than the angle.
+    With thrust both ways the angle alone turns it either way, and has no gain.
     runs: with commands that are 0 at rest; t: (3, n) of their gains.
     """
     names = runs[0].commands.names
     ahead = np.abs(t[0]) >= CLEAR_T
-    turns = (np.abs(t[2]) >= CLEAR_T) & ~ahead
-    angles: dict[str, str] = {}
-    for k in np.flatnonzero(turns).tolist():
+    angles: dict[str, SteeringAngle] = {}
+    for k in np.flatnonzero(~ahead).tolist():
         thrusts = np.flatnonzero(ahead).tolist()
         found = {j: _with_product(runs, k, j, mirrored=mirrored) for j in thrusts}
-        clear = {j: of for j, (own, of) in found.items() if of >= max(CLEAR_T, own)}
+        clear = {j: of for j, (own, of) in found.items() if abs(of) >= max(CLEAR_T, abs(own))}
         if clear:
-            angles[names[k]] = names[max(clear, key=lambda j: clear[j])]
+            j = max(clear, key=lambda j: abs(clear[j]))
+            angles[names[k]] = SteeringAngle(names[j], clear[j])
     return angles
 
 
@@ -44,7 +55,7 @@ def angle_text(thrust: str) -> str:
 def _with_product(
     runs: Sequence[Run], angle: int, thrust: int, *, mirrored: bool
 ) -> tuple[float, float]:
-    """|t| of the yaw gains of an input and of its product with another one, beside all inputs."""
+    """t of the yaw gains of an input and of its product with another one, beside all inputs."""
     products = []
     for run in runs:
         own = run.commands
@@ -52,5 +63,5 @@ def _with_product(
         products.append(replace(run, commands=Signal((PRODUCT,), own.stamps, product)))
     wider = [np.dstack([run.inputs, more.inputs]) for run, more in zip(runs, products, strict=True)]
     motion, inputs = without_drag(runs, np.concatenate(wider, axis=1), mirrored=mirrored)
-    t = np.abs(gains_of_axis(motion[:, 2], inputs, blocks(runs)).t)
+    t = gains_of_axis(motion[:, 2], inputs, blocks(runs)).t
     return float(t[angle]), float(t[-1])

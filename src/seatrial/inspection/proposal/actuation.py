@@ -67,17 +67,23 @@ def steered(found: Channels) -> Steered | None:
     across turns the boat, too, so no force of yaw is proposed.
     """
     assigned = {a.axis: a.channel for a in found.assigned}
-    if found.shared or set(assigned) != {0, 2}:
+    thrust = assigned.pop(0, None)
+    turned = [name for name, angle in found.angles.items() if angle.thrust == thrust]
+    by_motion = len(turned) == 1 and set(assigned.values()) <= set(turned)
+    by_name = set(assigned) == {2} and steers(assigned[2])
+    if found.shared or thrust is None or not (by_motion or by_name):
         return None
-    thrust, angle = assigned[0], assigned[2]
-    by_motion = found.angles.get(angle) == thrust
-    if not by_motion and not steers(angle):
-        return None
+    angle = turned[0] if by_motion else assigned[2]
     k, j = found.names.index(thrust), found.names.index(angle)
-    inputs = {thrust: _towards(found, thrust, 0, 1.0), angle: _towards(found, angle, 2, -1.0)}
+    # a gain of the angle alone is that of its product with a thrust ahead
+    t = found.angles[angle].t * np.sign(found.t[0, k]) if by_motion else found.t[2, j]
+    inputs = {
+        thrust: _towards(found, thrust, 0, 1.0),
+        angle: _turned(found.columns[angle], against=t > 0.0),
+    }
     remarks = {
         thrust: f"moves surge (t {abs(found.t[0, k]):.0f})",
-        angle: f"turns the boat (t {abs(found.t[2, j]):.0f}) with the thrust of {thrust}: an angle, below chain",
+        angle: f"turns the boat (t {abs(t):.0f}) with the thrust of {thrust}: an angle, below chain",
     }
     forces = {
         WRENCH[0]: {"axis": AXES[0], "of": {thrust: 1.0}},
@@ -88,8 +94,13 @@ def steered(found: Channels) -> Steered | None:
 
 def _towards(found: Channels, channel: str, axis: int, sense: float) -> dict[str, Any]:
     """The column with the sign by which the channel moves an axis in this sense."""
-    column = found.columns[channel]
-    if found.t[axis, found.names.index(channel)] * sense > 0.0:
+    t = found.t[axis, found.names.index(channel)]
+    return _turned(found.columns[channel], against=t * sense <= 0.0)
+
+
+def _turned(column: dict[str, Any], *, against: bool) -> dict[str, Any]:
+    """A column, with the other sign where it counts `against`."""
+    if not against:
         return column
     kept = {key: value for key, value in column.items() if key != "sign"}
     return kept if column.get("sign", 1) < 0 else kept | {"sign": -1}
@@ -110,7 +121,7 @@ def _thruster_remark(found: Channels, name: str) -> str:
 def _angle_remark(found: Channels, name: str) -> str:
     """That a channel looks like an angle, by the motion of the boat or by its name."""
     if name in found.angles:
-        return f"; check: {angle_text(found.angles[name])}"
+        return f"; check: {angle_text(found.angles[name].thrust)}"
     return f"; check: {STEERED}" if steers(name) else ""
 
 

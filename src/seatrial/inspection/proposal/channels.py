@@ -14,6 +14,7 @@ from seatrial.inspection.consistency.channel_assignment import (
     Assignment,
     assignments,
 )
+from seatrial.inspection.consistency.steering_angle import SteeringAngle
 from seatrial.util.frames import Array
 
 LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
@@ -38,7 +39,7 @@ class Channels:
     gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
     spread: Array  # (n,) standard deviation of the command
     driven: NDArray[np.bool_]  # (rows, n) where the command is not at rest
-    angles: Mapping[str, str] = field(default_factory=dict)  # those like angles: the thrust turned
+    angles: Mapping[str, SteeringAngle] = field(default_factory=dict)  # those like angles
 
     def twin(self, name: str) -> str:
         """Another channel that acts alike and is never driven together with this one: a second source."""

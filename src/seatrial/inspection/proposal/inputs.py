@@ -247,4 +247,7 @@ def _channels(
     # as commands, 0 at rest
     own = [replace(s, values=(s.values * draft.input_signs - rests) / sizes) for s in signals]
     angles = steering_angles([read_run(r, s) for r, s in zip(recordings, own, strict=True)], t)
+    signs = dict(zip(names, draft.input_signs.tolist(), strict=True))
+    turn = -1.0 if sources.axes == "forward-right-down" else 1.0
+    angles = {n: replace(a, t=turn * signs[n] * signs[a.thrust] * a.t) for n, a in angles.items()}
     return Channels(names, columns, t, gains * sizes, spread, driven, angles)
