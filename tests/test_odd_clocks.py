@@ -34,6 +34,7 @@ def test_whole_seconds(tmp_path, clock):
         ("sample", lambda t: np.rint(RATE * t), "sample counts rows and is no time: with a known rate"),
         ("timestamp", lambda t: np.full(len(t), 1.7785e9), "timestamp has 1 different values in 2398 rows: it was rounded"),
         ("t", lambda t: t[::-1], "t falls from row to row: sort the rows by it"),
+        ("t", lambda t: np.roll(t.reshape(2, -1), 1, axis=0).T.ravel(), "t goes back in 50 % of the rows: sort them by it"),
         ("time", lambda t: ["a quarter past two"] * len(t), "time has 'a quarter past two', which is not in a known format"),
     ],
 )  # fmt: skip

@@ -19,6 +19,7 @@ from seatrial.inspection.proposal.columns.signals import LISTED, shown
 from seatrial.inspection.proposal.sources import Recognised, Sureness
 from seatrial.io.columns import DATE_TIME_UNIT, DAY, SERIAL_DAYS, ColumnView, TableSeen
 from seatrial.util.errors import RecordingError
+from seatrial.util.format import percent
 
 MOST_REST = 1e9  # [ns] of a second
 # share of a clock's steps that go ahead, jumps back included; of a position about half do
@@ -96,8 +97,11 @@ def _why_none(table: TableSeen, column: ColumnView) -> str:
         )
     values = table.numbers(name)
     count = len(np.unique(values[np.isfinite(values)]))
-    if np.mean(np.diff(values) < 0.0) > LEAST_RISING:
+    back = float(np.mean(np.diff(values) < 0.0))
+    if back > LEAST_RISING:
         return f"{name} falls from row to row: sort the rows by it. "
+    if back > 1.0 - LEAST_RISING:
+        return f"{name} goes back in {percent(back)} of the rows: sort them by it. "
     return f"{name} has {count} different values in {rows} rows: it was rounded; write it with more digits. "
 
 
