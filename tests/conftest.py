@@ -22,13 +22,13 @@ import msgspec
 import numpy as np
 import pytest
 from bag_tools import Sent
+from cli_tools import done
 from hypothesis import HealthCheck, settings
 from report_pages import browser  # noqa: F401  a fixture
 from shares import shared_out
 
 import seatrial
 from seatrial.boat.model_file import save
-from seatrial.commands.cli import main
 from seatrial.io.trial_files import write_setting, write_trial
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import Trial, plant_model, simulate
@@ -269,6 +269,12 @@ def in_coarse_steps(model: seatrial.Model) -> seatrial.Model:
     return replace(model, integration=integration)
 
 
+def all_values(model):
+    """Its coefficients and constants, by name."""
+    constants = dict(zip(model.vehicle.constants.names, model.constants, strict=True))
+    return {**model.values, **constants}
+
+
 def make_model(
     vehicle: seatrial.Vehicle, values: dict[str, float], scheme="runge-kutta", step=1 / 30
 ):
@@ -301,12 +307,10 @@ def propose(tmp_path, capsys):
 
     def run(recording, *more):
         out = tmp_path / f"{recording.name}.yaml"
-        code = main(["init", str(recording), "-o", str(out), "-q", *map(str, more)])
-        shown = capsys.readouterr()
-        assert (code, shown.err) == (0, "")
+        shown = done(capsys, "init", recording, "-o", out, "-q", *more)
         text = out.read_text()
-        assert text in shown.out
-        assert f"wrote {out}\nnext: seatrial inspect {recording} --vehicle {out}" in shown.out
+        assert text in shown
+        assert f"wrote {out}\nnext: seatrial inspect {recording} --vehicle {out}" in shown
         return seatrial.load_vehicle(out), text
 
     return run
@@ -318,11 +322,9 @@ def look(tmp_path, capsys):
 
     def run(*recordings, vehicle=None, more=()):
         out = tmp_path / "inspect.json"
-        extra = [] if vehicle is None else ["--vehicle", str(vehicle)]
-        code = main(["inspect", *map(str, recordings), *extra, *more, "--json", str(out)])
-        shown = capsys.readouterr()
-        assert (code, shown.err) == (0, "")
-        return shown.out, json.loads(out.read_text(), parse_constant=pytest.fail)
+        extra = [] if vehicle is None else ["--vehicle", vehicle]
+        shown = done(capsys, "inspect", *recordings, *extra, *more, "--json", out)
+        return shown, json.loads(out.read_text(), parse_constant=pytest.fail)
 
     return run
 

@@ -61,6 +61,12 @@ class Visit:
         """Wait until a script's value is true (the page's policy forbids wait_for_function)."""
         waiting.until(lambda: self.page.evaluate(script, argument), script)
 
+    def close(self):
+        """It has asked for nothing, and complained about nothing."""
+        self.context.close()
+        assert self.requests == []
+        assert self.complaints == []
+
     def wide(self):
         """The open recording's plot of surge velocity, drawn."""
         plot = self.page.locator(f"details[open] {WIDE}")

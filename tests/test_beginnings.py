@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import at_length, on_request
+from conftest import all_values, at_length, on_request
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, both, driven, even
 
 import seatrial
@@ -81,10 +81,7 @@ def test_few_seconds_beside_a_prior_are_not_surer_than_they_can_be():
     for seed in range(12):
         _, short = driven(zone, [both, both], seconds=20.0, seed=seed)
         model = seatrial.identify([short], vehicle, prior=before)
-        got = {
-            **model.values,
-            **dict(zip(model.vehicle.constants.names, model.constants, strict=True)),
-        }
+        got = all_values(model)
         off += [(got[n] - x) / model.standard_errors[n] for n, x in truth.items()]
     assert np.sqrt(np.mean(np.square(off))) < 1.2  # 1.33 by the blocks' scatter alone
     assert np.mean(np.abs(off) > 1.96) < 0.1

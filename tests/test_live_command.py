@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import waiting
-from conftest import make_model
+from conftest import all_values, make_model
 from survey_boat import TRUTH, boat
 from waiting import PATIENCE, free_port
 
@@ -142,10 +142,7 @@ def test_the_estimate_at_the_end_is_that_of_the_saved_model(session):
     out, seen, _ = session
     model = seatrial.load(out / "model.yaml")
     for one in seen["end"]["parameters"]:
-        value = {
-            **model.values,
-            **dict(zip(model.vehicle.constants.names, model.constants, strict=True)),
-        }[one["name"]]
+        value = all_values(model)[one["name"]]
         assert abs(one["value"] - value) < max(3.0 * one["error"], 1e-9), one["name"]
 
 

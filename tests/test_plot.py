@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 import pytest
 import steered_boat
-from conftest import TABLE_II, make_model
+from conftest import TABLE_II, all_values, make_model
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from survey_boat import TRUTH, boat, driven
@@ -73,10 +73,7 @@ def test_a_model_shows_its_relative_intervals(model):
     labels = [tick.get_text() for tick in axes.get_yticklabels()]
     names = [name for name in model.parameters if model.standard_errors[name] > 0]
     assert [label.partition(" = ")[0] for label in labels] == [symbol(name) for name in names]
-    values = {
-        **model.values,
-        **dict(zip(model.vehicle.constants.names, model.constants, strict=True)),
-    }
+    values = all_values(model)
     shown = {}
     for group in ("surge", "sway", "yaw", "thrusters"):
         for share, place in line(axes, group):

@@ -7,12 +7,11 @@ from functools import partial
 
 import numpy as np
 import pytest
-from cli_tools import documented, refused
+from cli_tools import documented, done, refused
 from scipy import stats
 
 import seatrial
 from seatrial import _core
-from seatrial.commands.cli import main
 from seatrial.identification.estimator import OutputErrorSettings, fit, output_error
 from seatrial.identification.likelihood.optimiser import Outcome, full_pass
 from seatrial.identification.selection.score_information import (
@@ -294,12 +293,9 @@ def test_the_command_writes_a_vehicle_that_identifies(tmp_path, capsys, mp):
     records = [str(write_trial(t, tmp_path)) for t in simulate(plan, mp)]
     vehicle, out, scores = tmp_path / "vehicle-MP.yaml", tmp_path / "new.yaml", tmp_path / "s.json"
     common = ["select", *records, "--vehicle", str(vehicle)]
-    code = main(
-        [*common, "--candidates", "Y_r * r", "N_v * v", "-o", str(out), "--json", str(scores)]
-    )
-    shown = capsys.readouterr()
-    assert (code, shown.err) == (0, "")
-    assert "stays: weak: distinguishable from zero" in shown.out
+    terms = ("--candidates", "Y_r * r", "N_v * v")
+    shown = done(capsys, *common, *terms, "-o", out, "--json", scores)
+    assert "stays: weak: distinguishable from zero" in shown
     content = documented("select", scores)
     assert {t["coefficient"]: t["kept"] for t in content["terms"]}["Y_r"] is False
     assert content["structure"] == seatrial.load_vehicle(str(out)).structure.lines()
