@@ -8,12 +8,14 @@ import pytest
 import steered_boat
 import survey_boat
 import yaml
+from conftest import make_model
 from sheets import two_sheets
 
 import seatrial
 from seatrial.boat.vehicle import vehicle_from
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.proposal.sources import Choices
+from seatrial.inspection.proposal.vehicle_file import FLOW_STRUCTURE
 from seatrial.recording.signal import Signal
 
 ANGLE = "is it the angle of a rudder or thruster? Then write 'steered' below chain"
@@ -31,8 +33,8 @@ def sticks(names):
     return vehicle_from(content, "v.yaml")
 
 
-def said(recording, vehicle):
-    return [text for text in check_consistency([recording], vehicle).text if ANGLE in text]
+def said(recording, vehicle, words=ANGLE):
+    return [text for text in check_consistency([recording], vehicle).text if words in text]
 
 
 @pytest.mark.parametrize("least", [0.1, -1.0])
@@ -94,6 +96,37 @@ def test_init_states_a_rudder_and_its_sense(least, turned, axes, tmp_path):
     # true angles push to port at the stern; in axes to starboard a positive angle does that to starboard
     mirrored = 1 if axes == "forward-left-up" else -1
     assert signs == {"throttle": turned[0], "rudder": turned[1] * mirrored}
+
+
+FLOW = {  # a rudder whose force grows with the square of the speed, and the free added mass of every axis
+    "X_u": -0.25, "X_uu": -0.5, "X_F": 1.2, "X_vr": 0.4, "Y_v": -0.6, "Y_vv": -1.2, "Y_ur": 0.3, "Y_d": -0.6,
+    "N_r": -0.8, "N_rr": -0.5, "N_uv": -1.0, "N_d": 2.5,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("axes", ["forward-left-up", "forward-right-down"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_rudder_in_the_flow_is_known_and_its_model_is_right(sign, axes, tmp_path):
+    """Before, it was proposed as one in the race, or as a stick; all of sway and yaw was off without a word."""
+    content = sticks(("motor", "helm")).to_mapping()
+    content["structure"] = yaml.safe_load("\n".join(FLOW_STRUCTURE))["structure"]
+    truth = make_model(vehicle_from(content, "truth"), FLOW)
+    recording = steered_boat.driven(truth, seed=1, duration=400.0)
+    (text,) = said(recording, sticks(("motor", "helm")), "helm: turns the boat")
+    assert text.startswith("helm: turns the boat only at speed: is it a rudder in the flow?")
+    assert said(recording, truth.vehicle, "helm: turns the boat") == []
+    poses = recording.raw * (1.0 if axes == "forward-left-up" else [1.0, -1.0, -1.0])
+    turned_values = recording.commands.values * [1, sign]
+    two_sheets(tmp_path, recording, "throttle", "rudder", poses=poses, values=turned_values)
+    file = yaml.safe_load(seatrial.init(tmp_path, choices=Choices(axes=axes)).text)
+    turned = (
+        sign if axes == "forward-left-up" else -sign
+    )  # positive turns to positive psi of the file
+    assert file["commands"]["inputs"]["rudder"].get("sign", 1) == turned
+    vehicle = vehicle_from(file, "v.yaml")
+    model = seatrial.identify([seatrial.read(tmp_path, vehicle)], vehicle)
+    assert not model.warnings
+    assert survey_boat.as_stated(model, FLOW) == {}
 
 
 @pytest.mark.parametrize("pulses", [False, True])

@@ -46,7 +46,7 @@ from seatrial.inspection.consistency.steering_angle import angle_text, steering_
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array
+from seatrial.util.frames import AXES, Array
 
 STRAIGHT_HEADING = 0.1  # [rad] least standard deviation of the heading that shows the handedness
 MOST_WINDOWED = 7200.0  # [s] of recordings at full window rate; longer ones are thinned to it
@@ -148,10 +148,8 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
         *steering_inconsistencies(vehicle, surge_t(vehicle, search, repair), effects),
     )
     angles = steering_angles(runs, np.array([g.t for g in found]), mirrored=mirrored)
-    known = angle_names(vehicle.file.chain)
-    steer = tuple(
-        f"{n}: {angle_text(turned.thrust)}" for n, turned in angles.items() if n not in known
-    )
+    known = {*angle_names(vehicle.file.chain), *_rudders_in_flow(vehicle)}
+    steer = tuple(f"{n}: {angle_text(turned)}" for n, turned in angles.items() if n not in known)
     remarks = (
         *said,
         *steer,
@@ -161,6 +159,15 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     )
     names = tuple(vehicle.inputs[i] for i in unexcited)
     return ConsistencyReport(wrong, _table(vehicle, found), remarks, repair, search, names, steer)
+
+
+def _rudders_in_flow(vehicle: Vehicle) -> set[str]:
+    """Inputs whose force in yaw the structure has with |u| only."""
+    turning = {name: f.of for name, f in (vehicle.file.forces or {}).items() if f.axis == AXES[2]}
+    terms = [t.factors for t in vehicle.structure.terms if set(t.factors) & set(turning)]
+    still = {name for factors in terms if "|u|" not in factors for name in factors}
+    flow = {name for factors in terms for name in factors} - still
+    return {n for name, of in turning.items() if name in flow for n in of}
 
 
 def _not_excited(vehicle: Vehicle, *, commanded: bool) -> ConsistencyReport:

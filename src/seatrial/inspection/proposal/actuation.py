@@ -25,6 +25,7 @@ class Steered:
     angle: str
     parts: Parts  # inputs, remarks and forces of them
     sure: bool  # by the motion of the boat and by the angle's name
+    flow: bool = False  # a rudder in the flow: its force is that times |u| u
 
 
 def thrusters(found: Channels) -> Parts:
@@ -64,7 +65,7 @@ def steered(found: Channels) -> Steered | None:
     """The thrust and the angle of a boat that has no other input; None: it has no angle, or others.
 
     The angle is that of a push from astern: a positive one turns the boat against the file's yaw. Its force
-    across turns the boat, too, so no force of yaw is proposed.
+    across turns the boat, too, so no force of yaw is proposed. A rudder in the flow is a force of yaw by itself.
     """
     assigned = {a.axis: a.channel for a in found.assigned}
     thrust = assigned.pop(0, None)
@@ -75,21 +76,28 @@ def steered(found: Channels) -> Steered | None:
         return None
     angle = turned[0] if by_motion else assigned[2]
     k, j = found.names.index(thrust), found.names.index(angle)
+    flow = by_motion and found.angles[angle].flow
     # a gain of the angle alone is that of its product with a thrust ahead
-    t = found.angles[angle].t * np.sign(found.t[0, k]) if by_motion else found.t[2, j]
+    t = found.t[2, j]
+    if by_motion:
+        t = found.angles[angle].t * (1.0 if flow else np.sign(found.t[0, k]))
     inputs = {
         thrust: _towards(found, thrust, 0, 1.0),
-        angle: _turned(found.columns[angle], against=t > 0.0),
+        angle: _turned(found.columns[angle], against=t < 0.0 if flow else t > 0.0),
     }
+    how = "at speed: a rudder in the flow, below structure"
+    if not flow:
+        how = f"with the thrust of {thrust}: an angle, below chain"
     remarks = {
         thrust: f"moves surge (t {abs(found.t[0, k]):.0f})",
-        angle: f"turns the boat (t {abs(t):.0f}) with the thrust of {thrust}: an angle, below chain",
+        angle: f"turns the boat (t {abs(t):.0f}) {how}",
     }
+    axis = 2 if flow else 1
     forces = {
         WRENCH[0]: {"axis": AXES[0], "of": {thrust: 1.0}},
-        WRENCH[1]: {"axis": AXES[1], "of": {angle: 1.0}},
+        WRENCH[axis]: {"axis": AXES[axis], "of": {angle: 1.0}},
     }
-    return Steered(thrust, angle, (inputs, remarks, forces), sure=by_motion and steers(angle))
+    return Steered(thrust, angle, (inputs, remarks, forces), by_motion and steers(angle), flow)
 
 
 def _towards(found: Channels, channel: str, axis: int, sense: float) -> dict[str, Any]:
@@ -121,7 +129,7 @@ def _thruster_remark(found: Channels, name: str) -> str:
 def _angle_remark(found: Channels, name: str) -> str:
     """That a channel looks like an angle, by the motion of the boat or by its name."""
     if name in found.angles:
-        return f"; check: {angle_text(found.angles[name].thrust)}"
+        return f"; check: {angle_text(found.angles[name])}"
     return f"; check: {STEERED}" if steers(name) else ""
 
 

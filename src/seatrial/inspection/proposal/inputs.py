@@ -249,5 +249,8 @@ def _channels(
     angles = steering_angles([read_run(r, s) for r, s in zip(recordings, own, strict=True)], t)
     signs = dict(zip(names, draft.input_signs.tolist(), strict=True))
     turn = -1.0 if sources.axes == "forward-right-down" else 1.0
-    angles = {n: replace(a, t=turn * signs[n] * signs[a.thrust] * a.t) for n, a in angles.items()}
+    angles = {
+        n: replace(a, t=turn * signs[n] * (1.0 if a.flow else signs[a.thrust]) * a.t)
+        for n, a in angles.items()
+    }
     return Channels(names, columns, t, gains * sizes, spread, driven, angles)

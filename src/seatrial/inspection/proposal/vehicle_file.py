@@ -62,9 +62,18 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
         *_steered(drive, sources),
         "",
         *_scales(drive, sources),
-        *_structure(),
+        *_structure(drive),
     ]
     return "\n".join(lines) + "\n"
+
+
+# drag and free added mass of every axis, and the rudder
+FLOW_STRUCTURE = [
+    "structure:                         # the rudder's force grows with |u| * u",
+    "  surge: [v * r, X_u * u, X_uu * |u| * u, X_F * F_u, X_vr * v * r]",
+    "  sway: [-1 * u * r, Y_v * v, Y_vv * |v| * v, Y_ur * u * r, Y_d * |u| * u * F_r]",
+    "  yaw: [N_r * r, N_rr * |r| * r, N_uv * u * v, N_d * |u| * u * F_r]",
+]
 
 
 def _pose(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
@@ -175,8 +184,13 @@ def _steered(drive: Drive, sources: Sources) -> list[str]:
         f"  - {_flow(thrust_group)}",
         f"  - {_flow(angle_group)}",
     ]
+    if found.flow:
+        angle_group.pop("steered")
+        chain = ["chain:", f"  - {_flow(thrust_group)}", f"  - {_flow(angle_group)}"]
     if found.sure:
         return chain
+    if found.flow:
+        chain += FLOW_STRUCTURE
     inputs, _, forces = found.parts
     lines = ["  inputs:", *(f"    {_line(name, column)}" for name, column in inputs.items())]
     lines += ["forces:", *(f"  {_line(name, force)}" for name, force in forces.items()), *chain]
@@ -233,7 +247,9 @@ def _on_forces(drive: Drive, choices: Choices) -> list[str]:
     ]
 
 
-def _structure() -> list[str]:
+def _structure(drive: Drive) -> list[str]:
+    if drive.steered is not None and drive.steered.sure and drive.steered.flow:
+        return FLOW_STRUCTURE
     choice = "the recordings choose the terms; or list your own, or 'mallard', the paper's"
     return [_commented("structure: auto", choice)]
 
