@@ -8,9 +8,9 @@ import numpy as np
 from init_tools import proposed
 from logs import drive, half
 from scipy.spatial.transform import Rotation
+from sheets import sheet
 
 import seatrial
-from tests.sheets import sheet
 
 RATE = 30.0  # [Hz]
 LENGTHS = {"Meters": 1.0, "Centimeters": 1e2, "Millimeters": 1e3}

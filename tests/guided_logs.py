@@ -3,9 +3,8 @@
 
 import numpy as np
 import pytest
+from sheets import sheet
 from survey_boat import driven
-
-from tests.sheets import sheet
 
 LEVER, CURRENT = (0.30, -0.12), (0.05, -0.04)  # [m], [m/s]
 SECONDS = 480.0

@@ -6,11 +6,11 @@ from dataclasses import replace
 import cli_tools
 import msgspec
 import pytest
+from sheets import sheet
 
 import seatrial
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
-from tests.sheets import sheet
 
 NAMES = ("F_u", "F_v", "F_r")
 
