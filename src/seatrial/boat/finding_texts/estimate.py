@@ -12,7 +12,7 @@ SHORT_BLOCKS = Spec(
 )
 AT_BOUND = Spec(
     "{parameter}: the estimate is at the bound {bound:g} of its range and has no standard error",
-    "A lag or a dead zone at its lower bound, or a rate limit at its upper one, means that there is none",
+    "Drag at 0, a lag or a dead zone at its least, a rate limit at its largest: the recordings show none of it",
     {"parameter": ONE_NAME},
     {"bound": "of the parameter"},
     signed=("bound",),
