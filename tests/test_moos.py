@@ -83,6 +83,22 @@ def test_coefficients_are_the_truth_within_their_errors(tmp_path):
     assert model.values["X_F"] == pytest.approx(truth["X_F"], rel=0.01)
 
 
+def test_tables_of_it_say_that_each_command_is_exact(tmp_path):
+    """A table alone leaves open whether its commands are samples."""
+    path = moos(tmp_path / "run.alog", trial(TWIN))
+    recording = seatrial.read(path, proposed(path))
+    out = tmp_path / "tables"
+    assert (
+        main(["convert", str(path), "--vehicle", str(tmp_path / "vehicle.yaml"), "-o", str(out)])
+        == 0
+    )
+    vehicle = seatrial.load_vehicle(out / "vehicle.yaml")
+    assert vehicle.file.commands.sampled is False
+    again = seatrial.read(out, vehicle)
+    assert not again.command_period
+    np.testing.assert_array_equal(again.commands.values, recording.commands.values)
+
+
 def test_thrust_and_rudder_are_inputs_together(tmp_path):
     path = moos(tmp_path / "run.alog", trial(TWIN), names=("DESIRED_THRUST", "DESIRED_RUDDER"))
     assert proposed(path).inputs == ("DESIRED_THRUST", "DESIRED_RUDDER")

@@ -186,6 +186,8 @@ def _content(found: Sequence[_Signal], vehicle: Vehicle) -> dict[str, Any]:
     sampled = sampled_commands([s.rows.stream for s in found], stated)
     if sampled is not None and sampled.clock is Clock.LOG:
         content["commands"]["sampled"] = are_samples(sampled, stated) or "estimate"
+    elif sampled is None and stated is None:
+        content["commands"]["sampled"] = False  # a table of them would leave it open
     return content
 
 
