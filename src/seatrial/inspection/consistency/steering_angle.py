@@ -103,6 +103,7 @@ def _of_flow(runs: Sequence[Run], angle: int, *, mirrored: bool) -> list[Array]:
 def _with_product(
     runs: Sequence[Run], angle: int, products: Sequence[Array], mirrored: bool
 ) -> _Product:
+    """What the products (DELAYS, m, 1) of an input explain of the yaw beside all inputs."""
     wider = [np.dstack([run.inputs, more]) for run, more in zip(runs, products, strict=True)]
     motion, inputs = without_drag(runs, np.concatenate(wider, axis=1), mirrored=mirrored)
     t = gains_of_axis(motion[:, 2], inputs, blocks(runs)).t

@@ -8,6 +8,7 @@ from typing import Any
 import yaml
 
 from seatrial.boat.vehicle import WRENCH
+from seatrial.inspection.proposal.actuation import Steered
 from seatrial.inspection.proposal.inputs import Drive
 from seatrial.inspection.proposal.sources import Choices, Sources, place_of
 from seatrial.util.frames import AXES
@@ -67,6 +68,10 @@ def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
     return "\n".join(lines) + "\n"
 
 
+STEERED_CHAIN = [
+    "chain:                             # angle_deg: [deg] at command 1; beside it, where the gear has a rate",
+    "                                   # limit [deg/s], rate_deg: estimate",
+]
 # drag and free added mass of every axis, and the rudder
 FLOW_STRUCTURE = [
     "structure:                         # the rudder's force grows with |u| * u",
@@ -173,24 +178,11 @@ def _steered(drive: Drive, sources: Sources) -> list[str]:
     found = drive.steered
     if found is None:
         return []
-    angle = "estimate" if sources.full_angle is None else sources.full_angle
-    own = {"latency": "estimate", "lag": "estimate"}
-    entry = {"of": [[found.thrust, found.angle]], "angle_deg": angle}
-    thrust_group = {"name": found.thrust, "actuators": [found.thrust], **own}
-    angle_group = {"name": found.angle, "actuators": [found.angle], **own, "steered": entry}
-    chain = [
-        "chain:                             # angle_deg: [deg] at command 1; beside it, where the gear has a rate",
-        "                                   # limit [deg/s], rate_deg: estimate",
-        f"  - {_flow(thrust_group)}",
-        f"  - {_flow(angle_group)}",
-    ]
-    if found.flow:
-        angle_group.pop("steered")
-        chain = ["chain:", f"  - {_flow(thrust_group)}", f"  - {_flow(angle_group)}"]
+    chain = _chain_of(found, sources)
     if found.sure:
         return chain
     if found.flow:
-        chain += FLOW_STRUCTURE
+        chain = [*chain, *FLOW_STRUCTURE]
     inputs, _, forces = found.parts
     lines = ["  inputs:", *(f"    {_line(name, column)}" for name, column in inputs.items())]
     lines += ["forces:", *(f"  {_line(name, force)}" for name, force in forces.items()), *chain]
@@ -199,6 +191,19 @@ def _steered(drive: Drive, sources: Sources) -> list[str]:
         f"# check: is {found.angle} the angle of a rudder or thruster? Then in place of inputs and forces:",
         *(f"# {line}" for line in lines),
     ]
+
+
+def _chain_of(found: Steered, sources: Sources) -> list[str]:
+    """The stages of a thrust and its angle; a rudder in the flow is an input of its own."""
+    own = {"latency": "estimate", "lag": "estimate"}
+    thrust: dict[str, Any] = {"name": found.thrust, "actuators": [found.thrust], **own}
+    angle: dict[str, Any] = {"name": found.angle, "actuators": [found.angle], **own}
+    head = ["chain:"]
+    if not found.flow:
+        full = "estimate" if sources.full_angle is None else sources.full_angle
+        angle["steered"] = {"of": [[found.thrust, found.angle]], "angle_deg": full}
+        head = STEERED_CHAIN
+    return [*head, f"  - {_flow(thrust)}", f"  - {_flow(angle)}"]
 
 
 def _scales(drive: Drive, sources: Sources) -> list[str]:
