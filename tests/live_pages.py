@@ -43,10 +43,13 @@ class Poolside:
         )
 
     def plots(self):
-        """Wait for the plots, which are drawn in view only."""
-        self.page.locator("#prediction-title").scroll_into_view_if_needed()
-        self.page.evaluate("() => window.scrollTo(0, document.body.scrollHeight)")
-        self.until("() => document.querySelectorAll('#predictions .main-svg').length >= 3")
+        """Wait for the plots, which are drawn in view only; what is drawn above moves them out of it."""
+        self.until(
+            """() => {
+                document.querySelector("#predictions").scrollIntoView();
+                return document.querySelectorAll("#predictions .main-svg").length >= 3;
+            }"""
+        )
         self.page.evaluate("() => window.scrollTo(0, 0)")
 
     def close(self):
