@@ -10,7 +10,7 @@ from seatrial.boat.vehicle import vehicle_from
 from seatrial.identification.estimator import output_error
 from seatrial.identification.selection.actuator_stages import STAGES_SELECTED
 from seatrial.simulation.plan import DisturbanceForce
-from tests.boats.hulls import BOWED, MIDDLE, SMALL, driven
+from tests.boats.hulls import BOWED, LIGHT, MIDDLE, SMALL, driven
 
 CHAIN = {"latency": 0.1, "lag": 0.12, "dead_zone": {"forward": 0.075, "reverse": 0.075}}
 CURVED = {**CHAIN, "reverse_ratio": 0.75, "power": 1.4}
@@ -38,6 +38,22 @@ def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
     assert lasting.memory == pytest.approx(0.4, rel=0.3)
     assert misfit(model) == ()
     assert as_stated(model, SMALL.coefficients) == {}
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5])
+@pytest.mark.parametrize("seed", [0, on_request(1), on_request(2)])
+def test_gusts_that_are_large_for_a_light_boat_are_process_noise(share, seed):
+    """It ended at 1 m/s^2 and 5 rad/s^2: N_F 8 errors off; half of full thrust left 80 % outliers."""
+    vehicle, recordings = driven(
+        LIGHT, {"latency": 0.1, "lag": 0.12}, seed=seed, push=DisturbanceForce(share, 2.0),
+        white=4e-3, seconds=80.0,
+    )  # fmt: skip
+    model = output_error(recordings, vehicle)
+    process = model.noise.process
+    assert process.disturbance_linear == pytest.approx(share * LIGHT.coefficients["X_F"], rel=0.25)
+    assert process.disturbance_yaw == pytest.approx(share * LIGHT.coefficients["N_F"], rel=0.25)
+    assert misfit(model) == ()
+    assert as_stated(model, {**LIGHT.coefficients, "latency": 0.1, "lag": 0.12}) == {}
 
 
 @pytest.mark.parametrize("earth", [False, True])

@@ -14,7 +14,8 @@ from seatrial.util.frames import Array, Mask
 NOISE_START = np.array([2e-3, 4e-3, 2e-3, 1e-2, 3e-2, 5e-2, 2.0, 1e-9, 1e-9, 0.3, 1e-9, 1.0])
 NOISE_LEAST = np.array([1e-6, 1e-6, 1e-9, 1e-9, 1e-9, 1e-9, 0.3, 1e-9, 1e-9, 0.02, 1e-9, 1.0])
 NOISE_FIRST = (1e-5, 1e-5)  # [m], [rad] least start values of a search
-NOISE_MOST = np.array([1.0, 1.0, 1.0, 5.0, 1.0, 5.0, 30.0, 1.0, 0.25, 1.0, 1e-9, 8.0])
+# process noise: several times the thrust of a toy boat of 0.5 kg, so that no boat reaches it
+NOISE_MOST = np.array([1.0, 1.0, 10.0, 100.0, 20.0, 200.0, 30.0, 1.0, 0.25, 1.0, 1e-9, 8.0])
 # times the start value, bound of pose noise where that is above `NOISE_MOST`
 POSE_NOISE_GROWTH = 3.0
 LONGEST = 60.0  # [s] longest memory of Gauss-Markov pose noise that starts above a second (GNSS)

@@ -38,7 +38,9 @@ MOST_DAMPING_AT_ONCE = 10.0  # after one trial that does not fall
 STUCK_GAIN = 1000.0  # promised, and yet no trial falls: there is no solution
 MOST_PASSES = 40  # full ones of a search
 FAR_COST_PER_POSE = 100.0  # -2 log likelihood a pose: a model so far off has useless sensitivities
-LOOSE_PROCESS_NOISE = (10.0, 3.0, 1.0)  # times the usual start, where the model is far off
+# times the usual process noise, where the model is far off
+MORE_PROCESS_NOISE = 10.0  # and again, as long as that is likelier
+HELD_PROCESS_NOISE = (10.0, 3.0, 1.0)  # one after the other, where the search keeps the noise
 AT_BOUND_SHARE = 1e-4  # of a parameter's range: within it of a bound it counts as at the bound
 
 
@@ -155,12 +157,26 @@ def _with_more_process_noise(at: Point, box: NoiseBox, *, hold: bool) -> Point:
     """The same with more process noise, which the search reduces again; where the noise is held, the
     parameters found with less and less of it."""
     problem, theta = at.runs.problem, at.theta
-    for times in LOOSE_PROCESS_NOISE:
+    if not hold:
+        return _with_likeliest_process_noise(at, box)
+    for times in HELD_PROCESS_NOISE:
         loose = full_pass(problem, theta, loosened(at.noise, times))
-        if not hold:
-            return loose
         theta = _descent(loose, box, hold=True)[0].theta
     return full_pass(problem, theta, at.noise)
+
+
+def _with_likeliest_process_noise(at: Point, box: NoiseBox) -> Point:
+    """The same with 10 times the usual process noise; or 100, 1000 times, as long as more is likelier.
+
+    A gust that moves a boat of 10 kg a little moves one of 0.5 kg by far.
+    """
+    best, times = None, MORE_PROCESS_NOISE
+    while True:
+        noise = np.minimum(loosened(at.noise, times), box.most)
+        tried = full_pass(at.runs.problem, at.theta, noise)
+        if best is not None and not tried.runs.cost < best.runs.cost:
+            return best
+        best, times = tried, MORE_PROCESS_NOISE * times
 
 
 @dataclass
