@@ -3,6 +3,7 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 from conftest import TABLE_II, at_length, make_model
@@ -11,7 +12,7 @@ from survey_boat import TRUTH, boat, both, driven, even
 import seatrial
 from seatrial.boat.findings import FindingKind, finding_text, of_kinds
 from seatrial.boat.physics import RUN, axis_physics, physics_line
-from seatrial.boat.schema import EnvelopeEntry
+from seatrial.boat.schema import Column, EnvelopeEntry
 from seatrial.evaluation.validation import validate
 from seatrial.inspection.overview import implausible_values
 from seatrial.recording.signal import Signal
@@ -20,10 +21,29 @@ from seatrial.util.errors import SeatrialError
 
 def test_noisy_fast_poses_are_not_in_other_units():
     noise = np.array([0.1, 0.1, 0.05])
-    _, recording = driven({}, [both, both], seconds=60.0, stamps=even(50.0), noise=noise)
-    assert not [s for s in implausible_values(recording) if "mm or cm" in s or "degrees" in s]
+    vehicle, recording = driven({}, [both, both], seconds=60.0, stamps=even(50.0), noise=noise)
+    assert not [
+        s for s in implausible_values(recording, vehicle) if "mm or cm" in s or "degrees" in s
+    ]
     in_mm = replace(recording, eta=recording.eta * [1000.0, 1000.0, 1.0])
-    assert [s for s in implausible_values(in_mm) if "mm or cm" in s]
+    assert [s for s in implausible_values(in_mm, vehicle) if "mm or cm" in s]
+
+
+def test_a_stated_unit_is_the_answer_where_a_boat_is_as_quick_as_one_in_another_unit():
+    """A toy of 0.5 kg turns at 400 degrees a second: with a heading that does not wrap it was refused for good."""
+    quick, slow = 0.1, 100.0  # times the stamps; the second is 0.2 poses a second
+    vehicle, recording = driven({}, [both, both], seconds=60.0)
+    for times, entry, what in (
+        (quick, {"psi": Column("psi", unit="rad")}, "is psi in degrees"),
+        (slow, {"stamp": Column("t", unit="s")}, "unit of the stamps"),
+    ):
+        begin = recording.stamps[0]
+        stamps = begin + np.round(times * (recording.stamps - begin)).astype(np.int64)
+        found = replace(recording, stamps=stamps, eta=recording.eta * [1.0, 1.0, 5.0])
+        assert any(what in s for s in implausible_values(found, vehicle))
+        pose = msgspec.structs.replace(vehicle.file.pose, **entry)
+        stated = replace(vehicle, file=msgspec.structs.replace(vehicle.file, pose=pose))
+        assert not any(what in s for s in implausible_values(found, stated))
 
 
 @pytest.mark.system

@@ -62,7 +62,7 @@ def identify_guided(
     begin with. `confirm`: whether a found effect (kind, finding) is estimated. An effect with which there is no
     solution is left out. Raises as `identify`.
     """
-    check_recordings(recordings)
+    check_recordings(recordings, vehicle)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     # the effects, with the terms that every boat has
     with stage("effects", 0.4):

@@ -108,7 +108,7 @@ def identify_with_fit(
     # refuse what no model can come from, and options of another method
     expect(vehicle, Vehicle, "vehicle")
     _check_options(method, roles, settings, prior, effects)
-    check_recordings(recordings)
+    check_recordings(recordings, vehicle)
     # the terms, where the recordings or the prior choose them
     if vehicle.automatic and choice is None:
         choice = choose_terms(recordings, vehicle, prior, effects)

@@ -19,7 +19,7 @@ SHORTEST_TOTAL = 10.0  # [s] of all recordings: less can not identify any axis
 SHARED_POSES = 0.5  # of the shorter recording: two that share more poses are one recording
 
 
-def check_recordings(recordings: Sequence[Recording]) -> None:
+def check_recordings(recordings: Sequence[Recording], vehicle: Vehicle) -> None:
     """Refuses recordings that can not identify a model: none, one twice, too short, implausible."""
     expect_each(recordings, Recording, "recordings")
     if not recordings:
@@ -47,7 +47,7 @@ def check_recordings(recordings: Sequence[Recording]) -> None:
             "every axis"
         )
     for recording in recordings:
-        for sentence in implausible_values(recording):
+        for sentence in implausible_values(recording, vehicle):
             raise RecordingError(f"{recording.name}: {sentence}")
         refuse_no_commands(recording)
 

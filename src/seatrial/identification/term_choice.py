@@ -61,7 +61,7 @@ def choose_terms(
     if prior is not None:
         known = with_forces_of(prior.vehicle, with_thrusters_of(prior.vehicle, vehicle))
         return TermChoice(known.with_terms(prior.structure.terms))
-    check_recordings(recordings)
+    check_recordings(recordings, vehicle)
     find_roles(vehicle, recordings)  # refuses an axis that was never driven, in words
     named, vehicle = vehicle, with_unnamed_forces(vehicle, recordings)
     at: Point | None = None

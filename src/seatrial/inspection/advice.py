@@ -6,6 +6,7 @@ from collections.abc import Sequence, Set
 import numpy as np
 
 from seatrial.boat.physics import ABSURD_SPEED
+from seatrial.boat.schema import Column, as_column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.coverage import InputUse
 from seatrial.recording.excitation import EXCITED, Excitation, beyond_full
@@ -46,7 +47,7 @@ def recording_advice(
     """One message for each thing to do. `moves`: inputs that move in any of the recordings."""
     # 1. Values that a small boat does not have: wrong units, a boat at rest.
     doubts = [*recording.doubts, *course_doubt(recording), *sampling_doubt(recording)]
-    advice = [*recording.remarks, *doubts, *implausible_values(recording)]
+    advice = [*recording.remarks, *doubts, *implausible_values(recording, vehicle)]
     advice += [one.text(recording) for one in undriven_motion(recording)]
     # 2. Length, usable poses, pose rate, jitter.
     if recording.duration < SHORT_RECORDING:
@@ -144,9 +145,9 @@ def _speeds_from_noise(recording: Recording) -> tuple[float, float]:
     return RAYLEIGH_90 * plane, NORMAL_90 * turn
 
 
-def implausible_values(recording: Recording) -> list[str]:
+def implausible_values(recording: Recording, vehicle: Vehicle) -> list[str]:
     """Values that a small boat does not have: wrong units, a boat at rest. One message each."""
-    advice = [f"{found} {mend}" for found, mend in implausible_units(recording)]
+    advice = [f"{found} {mend}" for found, mend in implausible_units(recording, vehicle)]
     moving = motion(recording)
     if not moving.valid.any():
         return advice
@@ -160,10 +161,10 @@ def implausible_values(recording: Recording) -> list[str]:
     return advice
 
 
-def implausible_units(recording: Recording) -> list[tuple[str, str]]:
-    """Values that only another unit explains: each with what to state in the vehicle file."""
-    rate, found = 1.0 / recording.period, []
-    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
+def implausible_units(recording: Recording, vehicle: Vehicle) -> list[tuple[str, str]]:
+    """Values of a likely other unit, where the vehicle file states none: each with what to state there."""
+    pose, rate, found = vehicle.file.pose, 1.0 / recording.period, []
+    if not (LOWEST_RATE <= rate <= HIGHEST_RATE or _has_unit(pose.stamp)):
         what = f"poses at {rate:.3g} Hz: check the unit of the stamps (s, ms, us, ns)"
         found.append((what, "and state it in the vehicle file"))
     moving = motion(recording)
@@ -171,12 +172,20 @@ def implausible_units(recording: Recording) -> list[tuple[str, str]]:
         return found
     fast, turn = _usual_speeds(moving)
     by_noise = _speeds_from_noise(recording)
-    if fast > np.hypot(ABSURD_SPEED, by_noise[0]):
+    if fast > np.hypot(ABSURD_SPEED, by_noise[0]) and not _has_unit(pose.x, pose.y):
         what = f"speeds of {fast:.3g} m/s: are x and y in mm or cm?"
         found.append((what, "State their unit in the vehicle file"))
-    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not _wraps_in_radians(recording):
-        found.append((f"yaw rates of {turn:.3g} rad/s: is psi in degrees?", "State unit: deg"))
+    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not (
+        _has_unit(pose.psi) or _wraps_in_radians(recording)
+    ):
+        what = f"yaw rates of {turn:.3g} rad/s: is psi in degrees?"
+        found.append((what, "State unit: deg, or unit: rad if the boat turns so fast"))
     return found
+
+
+def _has_unit(*columns: str | Column) -> bool:
+    """Whether the vehicle file states the unit of these columns."""
+    return all(as_column(column).unit is not None for column in columns)
 
 
 def _usual_speeds(moving: Motion) -> tuple[float, float]:

@@ -192,7 +192,7 @@ class LiveEstimator:
                 return found, last.thorough
             if many:
                 raise IdentificationError(NO_MAXIMUM)
-        check_recordings([recording])
+        check_recordings([recording], self.vehicle)
         find_roles(self.vehicle, [recording])
         begin = self._begin(last)
         short = self._short_problem(recording)

@@ -52,7 +52,7 @@ def edits(recording: Recording, vehicle: Vehicle, *, by_columns: bool = True) ->
 
 def _of_units(recording: Recording, vehicle: Vehicle, *, by_columns: bool) -> Iterator[Edit]:
     """Values that only another unit explains: seconds of a drive show these, and `identify` refuses them."""
-    for found, mend in implausible_units(recording):
+    for found, mend in implausible_units(recording, vehicle):
         line = heading_in_degrees(vehicle) if by_columns and "psi" in found else ""
         yield Edit(
             "pose",

@@ -62,7 +62,7 @@ def select(
     too little data, StructureError where a candidate can't be one.
     """
     # enough data, repeats of the experiment, candidates
-    check_recordings(recordings)
+    check_recordings(recordings, vehicle)
     freedom(blocks_of(recordings), estimated_parameters(vehicle, recordings))
     tiers = candidate_tiers(vehicle) if candidates is None else (tuple(candidates),)
     parts = folds(vehicle, recordings)
