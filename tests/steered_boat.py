@@ -37,7 +37,7 @@ structure:
 COEFFICIENTS = {
     "X_u": -0.15, "X_uu": -0.25, "X_F": 0.6, "Y_v": -0.7, "Y_r": -0.1, "Y_F": 0.4,
     "N_v": -0.3, "N_r": -1.1, "N_F": 1.6,
-    "Y_ud": 0.25, "N_ud": -0.5,
+    "Y_ud": 0.25, "N_ud": -0.5, "N_Fv": -1.0,
 }  # fmt: skip
 BOW_THRUSTER = {  # one beside: no single steered thruster
     "commands": {"file": "log.csv", "stamp": "t", "inputs": {"motor": "m", "helm": "s", "bow": "b"}},
@@ -47,6 +47,17 @@ BOW_THRUSTER = {  # one beside: no single steered thruster
         "F_r": {"axis": "yaw", "of": {"helm": -0.6, "bow": 0.5}},
     },
 }  # fmt: skip
+ACROSS = {  # as `init` proposes it: the thrust across turns the boat
+    "forces": {
+        "F_u": {"axis": "surge", "of": {"motor": 1}},
+        "F_v": {"axis": "sway", "of": {"helm": 1}},
+    },
+    "structure": {
+        "surge": ["v * r", "X_u * u", "X_uu * |u| * u", "X_F * F_u"],
+        "sway": ["-1 * u * r", "Y_v * v", "Y_r * r", "Y_F * F_v"],
+        "yaw": ["N_v * v", "N_r * r", "N_Fv * F_v"],
+    },
+}
 RUDDER = {  # a propeller whose race misses the rudder: its yaw is that of the flow
     "forces": {
         "F_u": {"axis": "surge", "of": {"motor": 1}},

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import steered_boat
 from conftest import TABLE_II, make_model
-from steered_boat import BOW_THRUSTER, RUDDER
+from steered_boat import ACROSS, BOW_THRUSTER, RUDDER
 
 import seatrial
 from seatrial.boat.schema import EnvelopeEntry
@@ -137,11 +137,19 @@ def test_a_boat_of_propellers_gets_manoeuvres_for_each_of_its_forces(cse1, cse1_
     assert np.abs(np.delete(forces, names.index("F_u"), axis=1)).max() < 1e-12
 
 
-@pytest.mark.parametrize("kind", ["outboard", "with a bow thruster", "rudder"])
+@pytest.mark.parametrize(
+    "kind", ["outboard", "with a bow thruster", "rudder", "by its thrust across", "at the bow"]
+)
 def test_an_angle_is_driven_at_a_held_thrust_and_every_manoeuvre_moves_the_boat_as_it_says(kind):
     """By the simulated boat: yaw to the named side, and no manoeuvre that makes no force."""
-    changed = {"outboard": {}, "with a bow thruster": BOW_THRUSTER, "rudder": RUDDER}[kind]
+    across = {"by its thrust across": ACROSS, "at the bow": ACROSS}
+    changed = {"outboard": {}, "with a bow thruster": BOW_THRUSTER, "rudder": RUDDER, **across}[
+        kind
+    ]
     model = steered_boat.known({"offset_deg": 0.0}, **changed)
+    if kind == "at the bow":
+        turned = [-c if n == "N_Fv" else c for n, c in model.values.items()]
+        model = replace(model, coefficients=np.array(turned))
     found = manoeuvres(model)
     motor, helm = (model.vehicle.inputs.index(name) for name in ("motor", "helm"))
     for one in found:

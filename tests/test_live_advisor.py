@@ -226,6 +226,19 @@ def test_an_angle_has_patterns_at_a_held_thrust():
         assert np.abs(static_forces(vehicle, pattern.commands)).max() > 0.1, pattern.text
 
 
+def test_a_rudder_whose_thrust_across_turns_the_boat_is_driven_by_turns():
+    """As `init` proposes a rudder: its thrust to the right turns the boat left, and no axis is driven twice."""
+    vehicle = steered_boat.outboard(**steered_boat.ACROSS)
+    found = [*stick_patterns(vehicle), *first_patterns(vehicle, np.zeros((3, 2)))]
+    assert not any("sway" in pattern.text.lower() for pattern in found)
+    left = next(
+        p for p in found if p.text.startswith("Yaw, motor held at 50 %: full stick turning left")
+    )
+    assert left.commands[0] == pytest.approx([0.5, -1.0])
+    driven = np.array([[0.0, 0.0], [9.0, 9.0], [0.0, 0.0]])  # of the thrust across
+    assert first_patterns(vehicle, driven)[0].text.startswith("Surge")
+
+
 def test_two_thrusters_have_patterns_of_surge_and_yaw():
     found = stick_patterns(twin.vehicle())
     ahead = next(p for p in found if p.text.startswith("Surge: full stick ahead 3 s"))

@@ -66,7 +66,6 @@ class Advisor:
         self.vehicle, self.period, self.radius = vehicle, period, radius
         self._signs = vehicle.axes.signs
         self._walls = None if area is None else Area(area.corners * self._signs[:2])
-        self._patterns = stick_patterns(vehicle)
 
     def advise(
         self,
@@ -106,7 +105,7 @@ class Advisor:
     def _candidates(self, model: Model, here: Array) -> list[Candidate]:
         """The patterns that keep within the walls, simulated from here (6,)."""
         found = []
-        for pattern in self._patterns:
+        for pattern in stick_patterns(self.vehicle, model):
             times = np.arange(0.0, pattern.seconds, self._step)
             commands = pattern.t, pattern.commands
             try:

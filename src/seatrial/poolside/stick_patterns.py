@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.identification.experiment_design.manoeuvres import (
     SIDE_WORDS,
@@ -39,11 +40,11 @@ class StickPattern:
         return StickPattern(self.text, t, commands, self.seconds + COAST)
 
 
-def stick_directions(vehicle: Vehicle) -> list[Drive]:
+def stick_directions(vehicle: Vehicle, model: Model | None = None) -> list[Drive]:
     """Every axis that commands drive, at full stick; where these are no forces, every input for itself."""
     found = [
         replace(one, command=one.command / np.abs(one.command).max())
-        for one in force_commands(vehicle)
+        for one in force_commands(vehicle, model)
     ]
     if found:
         return found
@@ -55,9 +56,12 @@ def stick_directions(vehicle: Vehicle) -> list[Drive]:
     ]
 
 
-def stick_patterns(vehicle: Vehicle) -> list[StickPattern]:
-    """Steps with coasting and doublets of each axis at several levels, two axes at a time, and random sticks."""
-    directions = stick_directions(vehicle)
+def stick_patterns(vehicle: Vehicle, model: Model | None = None) -> list[StickPattern]:
+    """Steps with coasting and doublets of each axis at several levels, two axes at a time, and random sticks.
+
+    model: as of `force_commands`.
+    """
+    directions = stick_directions(vehicle, model)
     found = [one for direction in directions for one in _single(direction)]
     for a, b in combinations(directions, 2):
         found += _double(a, b)
@@ -68,8 +72,9 @@ def stick_patterns(vehicle: Vehicle) -> list[StickPattern]:
 
 def first_patterns(vehicle: Vehicle, driven: Array) -> list[StickPattern]:
     """Without a model: half stick to each side; first what was driven least, by seconds `driven` (3, 2)."""
+    axes = {force.name: force.axis for force in vehicle.forces}
     sides = [(one, side) for one in stick_directions(vehicle) for side in (1.0, -1.0)]
-    sides.sort(key=lambda pair: float(driven[pair[0].axis].sum()))
+    sides.sort(key=lambda pair: float(driven[axes.get(pair[0].force, pair[0].axis)].sum()))
     return [_held(one, 0.5 * side, 2.0, 1.5) for one, side in sides]
 
 

@@ -41,7 +41,7 @@ class Drive:
     """Commands that drive one force."""
 
     force: str
-    axis: int
+    axis: int  # that moves: of a rudder's thrust across, yaw
     label: str  # for the driver
     command: Array  # (inputs,)
     held: Array  # (inputs,) commands that are held meanwhile: the thrust that an angle turns
@@ -93,15 +93,18 @@ def held_by_both(one: Drive, other: Drive) -> tuple[Array, str]:
 def _directions(model: Model) -> list[Drive]:
     """Every force's drive, at its largest recorded value."""
     found = []
-    for one in force_commands(model.vehicle):
+    for one in force_commands(model.vehicle, model):
         low, high = model.envelope.forces.get(one.force, (-1.0, 1.0))
         command = one.command * max(abs(low), abs(high))
         found.append(replace(one, command=command / max(1.0, float(np.abs(command).max()))))
     return found
 
 
-def force_commands(vehicle: Vehicle) -> list[Drive]:
-    """Every force that commands drive, with the commands for a force of 1."""
+def force_commands(vehicle: Vehicle, model: Model | None = None) -> list[Drive]:
+    """Every force that commands drive, with the commands for a force of 1.
+
+    model: whose coefficients tell to which side a turned thrust turns the boat; without one it is astern.
+    """
     names = [force.name for force in vehicle.forces]
     if set(vehicle.inputs) == set(names):  # commands are forces
         columns = np.array([[float(n == name) for name in names] for n in vehicle.inputs])
@@ -115,7 +118,7 @@ def force_commands(vehicle: Vehicle) -> list[Drive]:
     columns = np.zeros((len(vehicle.inputs), len(names)))
     inverse = np.linalg.pinv(vehicle.mix[:, fixed])
     columns[fixed] = np.where(np.abs(inverse) > ROUNDING, inverse, 0.0)
-    turned = [one for thrust, angle in pairs for one in _of_angle(vehicle, thrust, angle)]
+    turned = [one for thrust, angle in pairs for one in _of_angle(vehicle, thrust, angle, model)]
     return [*_of_columns(vehicle, columns), *turned]
 
 
@@ -123,14 +126,17 @@ def _of_columns(vehicle: Vehicle, columns: Array) -> list[Drive]:
     """By the inputs (inputs, forces) for a force of 1; forces that they do not move are left out."""
     still = np.zeros(len(vehicle.inputs))
     return [
-        Drive(force.name, force.axis, _label(vehicle, force), column, still)
+        Drive(force.name, force.axis, _label(vehicle, force, force.axis), column, still)
         for force, column in zip(vehicle.forces, columns.T, strict=True)
         if column.any()
     ]
 
 
-def _of_angle(vehicle: Vehicle, thrust: str, angle: str) -> Iterator[Drive]:
-    """The angle at a held thrust ahead, by the force that it changes most, in yaw where it has one."""
+def _of_angle(vehicle: Vehicle, thrust: str, angle: str, model: Model | None) -> Iterator[Drive]:
+    """The angle at a held thrust ahead, by the force that it changes most, in yaw where it has one.
+
+    Where it has none, but the thrust across turns the boat, it is driven for the turn.
+    """
     k, turned = vehicle.inputs.index(thrust), vehicle.inputs.index(angle)
     surge = [force.axis == 0 for force in vehicle.forces]
     held, full = np.zeros((2, len(vehicle.inputs)))
@@ -142,15 +148,27 @@ def _of_angle(vehicle: Vehicle, thrust: str, angle: str) -> Iterator[Drive]:
     if driven:
         most = max(driven, key=lambda i: (vehicle.forces[i].axis, abs(change[i])))
         force, holding = vehicle.forces[most], f", {thrust} held at {percent(HELD_THRUST)}"
+        side = _turning(force.name, model) if force.axis == 1 else 0.0
+        axis = 2 if side else force.axis
         yield Drive(
-            force.name, force.axis, _label(vehicle, force), full / change[most], held, holding
-        )
+            force.name, axis, _label(vehicle, force, axis), full * (side or 1.0) / change[most],
+            held, holding,
+        )  # fmt: skip
 
 
-def _label(vehicle: Vehicle, force: Force) -> str:
-    """The axis, and the force's name where others drive it, too."""
-    alone = sum(one.axis == force.axis for one in vehicle.forces) == 1
-    return AXES[force.axis] if alone else f"{AXES[force.axis]} ({force.name})"
+def _turning(force: str, model: Model | None) -> float:
+    """To which side a force across turns the boat, 1: left, -1: right, as one astern does; 0: it does not."""
+    if model is None:
+        return -1.0
+    own = [term for term in model.structure.terms if term.axis == 2 and term.factors == (force,)]
+    values = [term.number * model.values.get(term.coefficient or "", 1.0) for term in own]
+    return float(np.sign(sum(values)))
+
+
+def _label(vehicle: Vehicle, force: Force, axis: int) -> str:
+    """The axis that moves, and the force's name where others drive it, too."""
+    alone = not any(one.axis == axis for one in vehicle.forces if one.name != force.name)
+    return AXES[axis] if alone else f"{AXES[axis]} ({force.name})"
 
 
 def _made(text: str, effort: int, t: Array, wave: Array, one: Drive) -> Manoeuvre:
