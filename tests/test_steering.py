@@ -172,8 +172,11 @@ def test_a_deflection_of_what_is_no_angle_is_one_clear_line():
 def test_schemes_for_fixed_thrusters_refuse_an_angle_in_one_line():
     with pytest.raises(
         AllocationError, match=r"helm is an angle .*takes thrusters in fixed directions"
-    ):
+    ) as refused:
         seatrial.Allocator(known())
+    assert "`seatrial allocate`, `tune` (without --allocation) and MPC of the model" in str(
+        refused.value
+    )
 
 
 def test_the_example_of_the_documentation_is_a_vehicle():

@@ -30,10 +30,17 @@ def stages_of(entry: SteeredEntry) -> dict[str, tuple[str, float | str]]:
 
 def refuse_angles(groups: Sequence[ChainGroup], source: str, error: type[SeatrialError]) -> None:
     """Raise `error` where a chain has angles: the allocator takes thrust that is linear in its commands."""
-    if angles := angle_names(groups):
+    angles = angle_names(groups)
+    if len(angles) == 1:
         raise error(
-            f"{source}: {', '.join(angles)} is an angle (chain: steered); the allocator takes thrusters in fixed "
-            "directions. Commands identify, predict, sim and export, and the odometry node, work with it"
+            f"{source}: {angles[0]} is an angle (chain: steered); the allocator takes thrusters in fixed "
+            "directions. A thrust and its angle have one allocation, by the model's coefficients: "
+            "`seatrial allocate`, `tune` (without --allocation) and MPC of the model use it"
+        )
+    if angles:
+        raise error(
+            f"{source}: {', '.join(angles)} are angles (chain: steered); the allocator takes thrusters in fixed "
+            "directions. Commands identify, predict, mimic, sim and export, and the odometry node, work with them"
         )
 
 
