@@ -73,7 +73,7 @@ class Parted:
         )  # fmt: skip
         health = SimpleNamespace(
             use=lambda *_: None,
-            states=lambda _: (),
+            states=lambda *_: (),
             check=lambda *_: None,
             remark=lambda *_, **__: None,
         )

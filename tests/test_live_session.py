@@ -34,6 +34,16 @@ def test_events_are_seen_at_once(parted):
     assert one.session.track(25) == (26, rows[25:])
 
 
+def test_before_the_first_pose_the_message_is_why_none_comes(parted):
+    """As of an autopilot that does not send a message: to drive pulses mends nothing."""
+    one = parted()
+    one.parts_estimator.problem = "0 s of poses so far: drive pulses"
+    one.source.problems = ("no message GPS_RAW_INT yet: let the autopilot send it",)
+    one.until(lambda state: state.message == one.source.problems[0])
+    one.drive(1)
+    one.until(lambda state: state.message == one.parts_estimator.problem)
+
+
 def test_marks_and_discards_reach_recording_and_estimate(parted):
     one = parted()
     with pytest.raises(LiveError, match="no pose"):
@@ -135,7 +145,7 @@ def test_a_computer_that_falls_behind_is_named_and_not_the_sender(parted):
     one = parted()
     one.drive(3)
     given = []
-    one.health.states = lambda now: given.append(now) or ()
+    one.health.states = lambda now, _: given.append(now) or ()
     one.source.behind = 3.0
     one.until(lambda state: "this computer is 3.0 s behind" in state.message)
     assert time.time_ns() - given[-1] > 2 * SECOND  # signals are judged at what is used

@@ -174,6 +174,18 @@ def test_an_input_that_turns_the_boat_the_other_way_is_an_error_of_that_input(by
     assert {s.level for s in health.states(BEGIN)} == {"ok"}
 
 
+def test_a_signal_that_the_source_can_not_use_says_why_none_comes():
+    """What the source refuses, in place of a general hint to check port and topic."""
+    health, refused = (
+        SignalHealth(vehicle()),
+        "line 3: command: expected 3 numbers: F_u, F_v, F_r; got 2",
+    )
+    health.use("pose", BEGIN, np.zeros(3), BEGIN)
+    states = {s.name: s for s in health.states(BEGIN + 5 * SECOND, refused)}
+    assert states["F_u"].finding == f"no commands for 5 s: {refused}"
+    assert refused not in states["pose"].finding  # it came
+
+
 def test_raw_commands_of_lines_are_mended_where_they_are_sent():
     """The vehicle file's offset and scale are not used on lines."""
     health = SignalHealth(vehicle(), by_columns=False)

@@ -44,11 +44,13 @@ class Found:
     line: str = ""  # of the vehicle file, as it should be
 
 
-def missing(kind: EventKind, waited: float) -> Found:
-    """A signal of which nothing has arrived for `waited` [s]."""
+def missing(kind: EventKind, waited: float, problem: str = "") -> Found:
+    """A signal of which nothing has arrived for `waited` [s]. problem: why, where the source knows."""
     if waited < MISSING:
         return Found("ok", f"waiting for {PARTS[kind]}")
-    return Found("error", f"no {PARTS[kind]} for {waited:.0f} s: {ADVICE.get(kind, POSES)}")
+    return Found(
+        "error", f"no {PARTS[kind]} for {waited:.0f} s: {problem or ADVICE.get(kind, POSES)}"
+    )
 
 
 def clock_findings(kind: EventKind, timings: Mapping[EventKind, StreamTiming]) -> Iterator[Found]:

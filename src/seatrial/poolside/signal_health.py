@@ -56,7 +56,7 @@ class SignalHealth:
         self._begin: int | None = None  # [ns]
         # judged [ns] of stamps, examined [ns] of now
         self._jumps = self._judged = self._examined = 0
-        self._two_places = ""
+        self._two_places = self._problem = ""
         self._remark = Found("ok", "")
         self._lock = Lock()
 
@@ -80,9 +80,10 @@ class SignalHealth:
         """Signs of the commands by the estimate so far."""
         self._backward = backward_inputs(model, by_columns=self._by_columns)
 
-    def states(self, now: int) -> tuple[SignalState, ...]:
-        """State of every signal at a time [ns] of the source's clock."""
+    def states(self, now: int, problem: str = "") -> tuple[SignalState, ...]:
+        """State of every signal at a time [ns] of the source's clock. problem: what the source can't use."""
         with self._lock:
+            self._problem = problem
             self._begin = now if self._begin is None else self._begin
             self._examine(now)
             if (
@@ -114,7 +115,7 @@ class SignalHealth:
         """One signal; `index`: its column in the rows of its kind."""
         stream = self._streams.get(kind)
         if stream is None:
-            found = missing(kind, (now - (self._begin or now)) / NS_PER_S)
+            found = missing(kind, (now - (self._begin or now)) / NS_PER_S, self._problem)
             return SignalState(name, kind, 0, level=found.level, finding=found.text)
         timing = timings[kind]
         all_found = [*clock_findings(kind, timings), *step_findings(stream, timing, now)]

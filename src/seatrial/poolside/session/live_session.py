@@ -206,7 +206,8 @@ class Session:
             if late > LATE:  # what has arrived is used first
                 continue
             with self._reported("signals"), self._inputs:
-                signals = parts.health.states(parts.source.now() - round(behind * NS_PER_S))
+                now = parts.source.now() - round(behind * NS_PER_S)
+                signals = parts.health.states(now, "; ".join(parts.source.problems))
                 coverage, predictions = parts.coverage.state(), parts.prediction.states()
                 self._publish(
                     signals=(*self._not_recorded(), *signals),
@@ -283,8 +284,10 @@ class Session:
         failed = self._failed.get("source")
         end = ENDED if failed is None else f"The source failed: {failed}. Press stop and save."
         over = [end] if self.drained else []
-        problems = self._parts.estimator.problem, *self._parts.source.problems
-        found = [*over, self._slow, *problems, *others]
+        waiting, problems = [self._parts.estimator.problem], self._parts.source.problems
+        if not self._track.poses:  # why none come
+            waiting = [*problems, *waiting]
+        found = [*over, self._slow, *waiting, *problems, *others]
         return next((text for text in found if text), "")
 
     def _not_recorded(self) -> Sequence[SignalState]:
