@@ -4,6 +4,7 @@
 import tracemalloc
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 import yaml
@@ -12,6 +13,7 @@ from live_advice_boat import known_boat
 from poolside_sources import VEHICLE, vehicle
 from sign_tables import faults, put_wrong, simulated
 
+from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.poolside.drive_log import DriveLog
 from seatrial.poolside.signal_health import SignalHealth
 
@@ -162,15 +164,15 @@ def test_an_input_that_turns_the_boat_the_other_way_is_an_error_of_that_input(by
     health = SignalHealth(good.vehicle, by_columns=by_columns)
     for kind, row in (("pose", np.zeros(3)), ("command", np.zeros(3))):
         health.use(kind, BEGIN, row, BEGIN)
-    health.check_thrust(good)
+    health.check_estimate(good)
     assert [s.level for s in health.states(BEGIN)] == ["ok"] * 4
-    health.check_thrust(replace(good, coefficients=turned))
+    health.check_estimate(replace(good, coefficients=turned))
     states = {s.name: s for s in health.states(BEGIN)}
     assert [name for name, s in states.items() if s.level == "error"] == ["F_r"]
     assert "is negative: F_r drives yaw backwards" in states["F_r"].finding
     mend = "inputs: F_r: sign" if by_columns else "correct the program that sends them"
     assert mend in states["F_r"].finding
-    health.check_thrust(replace(known_boat(0.25), coefficients=turned))  # four standard errors
+    health.check_estimate(replace(known_boat(0.25), coefficients=turned))  # four standard errors
     assert {s.level for s in health.states(BEGIN)} == {"ok"}
 
 
@@ -184,6 +186,23 @@ def test_a_signal_that_the_source_can_not_use_says_why_none_comes():
     states = {s.name: s for s in health.states(BEGIN + 5 * SECOND, refused)}
     assert states["F_u"].finding == f"no commands for 5 s: {refused}"
     assert refused not in states["pose"].finding  # it came
+
+
+def test_what_the_poses_show_that_the_model_lacks_is_said_of_the_poses():
+    """As of a late receiver: intervals of the coefficients know nothing of it. Until a search finds it no more."""
+    health, good = SignalHealth(vehicle()), known_boat()
+    for kind, row in (("pose", np.zeros(3)), ("command", np.zeros(3))):
+        health.use(kind, BEGIN, row, BEGIN)
+    late = finding_of(FindingKind.UNMODELLED_DELAY, size=0.2)
+    bound = finding_of(FindingKind.SHORT_BLOCKS, length=10.0)
+    found = msgspec.structs.replace(good.estimator, findings=(bound, late))
+    health.check_estimate(replace(good, estimator=found))
+    pose, *inputs = health.states(BEGIN)
+    assert pose.level == "warning" and {s.level for s in inputs} == {"ok"}
+    assert "a delay of about 0.2 s between position and heading" in pose.finding
+    assert "identify with --effect delay" in pose.finding
+    health.check_estimate(good)
+    assert health.states(BEGIN)[0].level == "ok"
 
 
 def test_raw_commands_of_lines_are_mended_where_they_are_sent():

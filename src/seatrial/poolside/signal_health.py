@@ -12,7 +12,14 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
-from seatrial.poolside.signal_edits import SENDER, Edit, backward_inputs, edits, heading_in_degrees
+from seatrial.poolside.signal_edits import (
+    SENDER,
+    Edit,
+    backward_inputs,
+    edits,
+    heading_in_degrees,
+    lacking_effect,
+)
 from seatrial.poolside.signal_findings import (
     OWN_CLOCK,
     Found,
@@ -56,7 +63,7 @@ class SignalHealth:
         self._begin: int | None = None  # [ns]
         # judged [ns] of stamps, examined [ns] of now
         self._jumps = self._judged = self._examined = 0
-        self._two_places = self._problem = ""
+        self._two_places = self._problem = self._lacking = ""
         self._remark = Found("ok", "")
         self._lock = Lock()
 
@@ -76,8 +83,9 @@ class SignalHealth:
         """Signs, units and order by the drive so far; takes tenths of a second."""
         self._edits = edits(recording, self._vehicle, by_columns=self._by_columns)
 
-    def check_thrust(self, model: Model) -> None:
-        """Signs of the commands by the estimate so far."""
+    def check_estimate(self, model: Model) -> None:
+        """Signs of the commands, and what the poses show that the model lacks, by the estimate so far."""
+        self._lacking = lacking_effect(model)
         self._backward = backward_inputs(model, by_columns=self._by_columns)
 
     def states(self, now: int, problem: str = "") -> tuple[SignalState, ...]:
@@ -145,6 +153,8 @@ class SignalHealth:
             yield self._remark
         elif self._two_places:
             yield Found("error", self._two_places)
+        if self._lacking:
+            yield Found("warning", self._lacking)
         line = heading_in_degrees(self._vehicle) if self._by_columns else ""
         yield from degree_findings(stream, line)
         yield from frozen_findings(stream, self._streams.get("command"), now)

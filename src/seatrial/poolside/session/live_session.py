@@ -253,7 +253,7 @@ class Session:
         period = now.time / max(now.poses - 1, 1)
         drive = self._parts.estimator
         if (model := drive.model()) is not None:
-            self._parts.health.check_thrust(model)
+            self._parts.health.check_estimate(model)
         seen = Seen(
             now.time, pose, self._velocity.nu, period, now.predictions, drive.trust, drive.whole,
             now.driven == self._advised,
