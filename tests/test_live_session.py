@@ -14,6 +14,7 @@ from seatrial.poolside.session import live_session
 from seatrial.poolside.session.live_session import ENDED
 from seatrial.poolside.session.parts import Advice
 from seatrial.poolside.sources import SourceEvent
+from seatrial.poolside.state import ManoeuvreState
 from seatrial.util.errors import FileError, LiveError
 
 parted = parted_session
@@ -106,6 +107,18 @@ def test_with_released_sticks_the_advice_begins_where_the_boat_is_now(parted, mo
     one.until(lambda _: len(seen) > count + 3)
     assert seen[-1].resting
     assert seen[-1].pose == pytest.approx((1.99, 2.99, 1.49))
+
+
+def test_the_way_to_the_middle_begins_where_the_boat_is_while_it_is_driven(parted, monkeypatch):
+    """It has no stick positions to keep, and distances that fall."""
+    monkeypatch.setattr(live_session, "REFRESH", 0.01)
+    monkeypatch.setattr(live_session, "ADVISE", 1e9)  # [s] once at most
+    one, seen = parted(), []
+    way = ManoeuvreState("Drive to the middle first", 20.0, "", 0.0, 0.0)
+    one.parts_guide.advise = lambda _, now: seen.append(now) or Advice(next=way)
+    one.source.put(SourceEvent("command", 0, np.array([1.0, 0.0, 0.0]), 0))
+    one.drive(5)
+    one.until(lambda _: len(seen) > 5)
 
 
 def test_faults_of_other_threads_do_not_end_the_one_that_states_them(parted):

@@ -229,7 +229,8 @@ class Session:
     def _work_once(self, advice: tuple[Turn, Turn], check: Turn, reload: Turn) -> None:
         with self._reported("estimate"):
             self._estimate(reload)
-        if advice[self._track.active].due:
+        way = self._state.next is not None and not self._state.next.commands  # to the middle
+        if advice[self._track.active and not way].due:
             with self._reported("advice"), advice[0], advice[1]:
                 self._advise()
         if check.due and self._track.poses > FEWEST_POSES:
