@@ -58,6 +58,24 @@ ACROSS = {  # as `init` proposes it: the thrust across turns the boat
         "yaw": ["N_v * v", "N_r * r", "N_Fv * F_v"],
     },
 }
+AZIMUTHS = {  # two thrusters, each with an angle
+    "commands": {
+        "file": "log.csv", "stamp": "t",
+        "inputs": {"bow": "b", "bow angle": "c", "stern": "s", "stern angle": "d"},
+    },
+    "forces": {
+        "F_u": {"axis": "surge", "of": {"bow": 1, "stern": 1}},
+        "F_v": {"axis": "sway", "of": {"bow angle": 1, "stern angle": 1}},
+        "F_r": {"axis": "yaw", "of": {"bow angle": 0.4, "stern angle": -0.4}},
+    },
+    "chain": [
+        {
+            "latency": 0.1,
+            "lag": 0.2,
+            "steered": {"of": [["bow", "bow angle"], ["stern", "stern angle"]], "angle_deg": 90},
+        }
+    ],
+}  # fmt: skip
 RUDDER = {  # a propeller whose race misses the rudder: its yaw is that of the flow
     "forces": {
         "F_u": {"axis": "surge", "of": {"motor": 1}},

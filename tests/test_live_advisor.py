@@ -239,6 +239,22 @@ def test_a_rudder_whose_thrust_across_turns_the_boat_is_driven_by_turns():
     assert first_patterns(vehicle, driven)[0].text.startswith("Surge")
 
 
+def test_of_several_angles_the_text_names_the_one_that_is_driven():
+    """Both turn the boat: the stick of each is another, and so are the patterns."""
+    found = stick_patterns(steered_boat.outboard(**steered_boat.AZIMUTHS))
+    texts = [pattern.text for pattern in found if pattern.text != "All sticks as drawn"]
+    assert len(set(texts)) == len(texts)
+    for name, column, side in (("bow", 1, 1.0), ("stern", 3, -1.0)):
+        text = f"Yaw ({name} angle), {name} held at 50 %: full stick turning left 3 s"
+        (left,) = (p for p in found if p.text.startswith(text))
+        assert left.commands[0, column] == side
+        text = (
+            f"Surge: full stick ahead; yaw ({name} angle): half stick turning left; both held 10 s"
+        )
+        (both,) = (p for p in found if p.text == text)
+        assert both.commands[0, column] == 0.5 * side and both.commands[0, 4 - column] == 0.0
+
+
 def test_two_thrusters_have_patterns_of_surge_and_yaw():
     found = stick_patterns(twin.vehicle())
     ahead = next(p for p in found if p.text.startswith("Surge: full stick ahead 3 s"))

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.static_forces import static_forces
-from seatrial.boat.steering import steered_entries
+from seatrial.boat.steering import angle_names, steered_entries
 from seatrial.boat.structure import Force
 from seatrial.boat.vehicle import Vehicle
 from seatrial.util.format import percent
@@ -150,10 +150,10 @@ def _of_angle(vehicle: Vehicle, thrust: str, angle: str, model: Model | None) ->
         force, holding = vehicle.forces[most], f", {thrust} held at {percent(HELD_THRUST)}"
         side = _turning(force.name, model) if force.axis == 1 else 0.0
         axis = 2 if side else force.axis
-        yield Drive(
-            force.name, axis, _label(vehicle, force, axis), full * (side or 1.0) / change[most],
-            held, holding,
-        )  # fmt: skip
+        several = len(angle_names(vehicle.file.chain)) > 1  # each turns the boat
+        label = f"{AXES[axis]} ({angle})" if several else _label(vehicle, force, axis)
+        command = full * (side or 1.0) / change[most]
+        yield Drive(force.name, axis, label, command, held, holding)
 
 
 def _turning(force: str, model: Model | None) -> float:
