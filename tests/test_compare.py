@@ -61,6 +61,16 @@ def test_more_mass_is_one_factor_in_every_axis(mp):
     assert "20 % more mass" in comparison_text(compare(estimated(mp, TRUTH), estimated(mp, LOADED)))
 
 
+def test_a_note_has_what_a_model_lacks_by_its_own_recordings(mp):
+    """A weak thruster spoils the thrust curve of its model; the cause that fits this best need not be it."""
+    a, b = estimated(mp, TRUTH), estimated(mp, LOADED)
+    weak = finding_of(FindingKind.UNEQUAL_THRUSTER_GAINS, "T1", "T2", gains=(0.8, 1.2), weak="one")
+    b = replace(b, estimator=msgspec.structs.replace(b.estimator, findings=(weak,)))
+    (note,) = [n for n in compare(a, b).notes if "no cause allows for" in n]
+    assert note.startswith("B's coefficients") and "unequal thruster gains of T1 and T2" in note
+    assert note.endswith("identify again")
+
+
 def test_a_payloads_coriolis_terms_take_no_part_in_the_factor(mp):
     """They are ratios of masses: with them a payload changed drag or thrust."""
     light, heavy = MIDDLE, replace(MIDDLE, mass=(15.0, 19.0, 0.9))

@@ -112,6 +112,14 @@ UNMODELLED_EFFECTS = {  # by value of `--effect`
     "wind": FindingKind.UNMODELLED_WIND,
     "delay": FindingKind.UNMODELLED_DELAY,
 }
+LACKING = (  # what poses show that the model lacks: its coefficients may be off by more than their errors
+    FindingKind.HEADING_OFFSET,
+    FindingKind.COMPASS_DEVIATION,
+    FindingKind.HEADING_JUMP,
+    *UNMODELLED_EFFECTS.values(),
+    FindingKind.UNEVEN_CURRENT,
+    FindingKind.UNEQUAL_THRUSTER_GAINS,
+)
 ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of their effect on a model
     # recordings and vehicle file do not belong together
     FindingKind.CONTRADICTED,

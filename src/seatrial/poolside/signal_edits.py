@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import msgspec
 
-from seatrial.boat.findings import FindingKind, finding_text, most_important
+from seatrial.boat.finding_kinds import LACKING
+from seatrial.boat.findings import finding_text, most_important
 from seatrial.boat.model import Model
 from seatrial.boat.physics import backward_forces
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.inspection.advice import implausible_units
 from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
 from seatrial.inspection.consistency.effects import CLEAR_T
@@ -74,8 +74,8 @@ def backward_inputs(model: Model, *, by_columns: bool = True) -> tuple[Edit, ...
 
 def lacking_effect(model: Model) -> str:
     """What the poses show that the model lacks, as a late sensor, by the last thorough search; empty: nothing."""
-    found = model.findings_of(FindingKind.HEADING_OFFSET, *EFFECTS_FOUND)
-    return next((finding_text(one) for one in most_important(found)), "")
+    found = most_important(model.findings_of(*LACKING))
+    return finding_text(found[0]) if found else ""
 
 
 def heading_in_degrees(vehicle: Vehicle) -> str:

@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import msgspec
 
+from seatrial.boat.finding_kinds import LACKING
+from seatrial.boat.findings import finding_text, most_important
 from seatrial.boat.model import Model
 from seatrial.boat.physics import axis_physics, largest_forces
 from seatrial.boat.schema import EQUATION_ERROR, DeadZone, EnvelopeEntry, RecordingEntry, as_column
@@ -88,9 +90,20 @@ def _overlap(x: RecordingEntry, y: RecordingEntry) -> bool:
 def notes(a: Model, b: Model, seen: tuple[View, View]) -> list[str]:
     """Reservations: other differences between the two models, one message each."""
     return [
-        *_independence(a, b), *_methods(a, b), *_vehicles(a, b), *_dead_zones(a, b, seen),
+        *_lacking(a, b), *_independence(a, b), *_methods(a, b), *_vehicles(a, b), *_dead_zones(a, b, seen),
         *_curves(a, b, seen), *_envelopes(a, b),
     ]  # fmt: skip
+
+
+def _lacking(a: Model, b: Model) -> list[str]:
+    """What the recordings of each show that its model lacks."""
+    both = [(label, most_important(m.findings_of(*LACKING))) for label, m in (("A", a), ("B", b))]
+    return [
+        f"{label}'s coefficients may be off by more than their errors, which no cause allows for: "
+        f"{finding_text(found[0])}"
+        for label, found in both
+        if found
+    ]
 
 
 def _independence(a: Model, b: Model) -> list[str]:
