@@ -146,6 +146,14 @@ def test_a_brief_summary_has_what_matters_most_and_counts_the_rest():
     assert "No finding asks for an action (1 further remark: -v shows it)." in calm
 
 
+def test_a_brief_summary_has_the_delay_that_was_asked_for():
+    """As it has lever arm and current: it is a result, no remark."""
+    kind = FindingKind.DELAY_DIFFERENCE
+    late = finding_of(kind, "position", "heading", delay=0.3, error=0.01)
+    said = summary(model_with(late), brief=True)
+    assert "the position is 0.300 ± 0.01 s older than the heading" in said and "remark" not in said
+
+
 def scores(ratio, *, seen=False, findings=()):
     """Scores of one recording."""
     one = AxisScore(ratio, 1.0, ratio, 0.01, 0.1, 0.01, ratio, 0.0, 3.0, None, None, None, None)

@@ -34,6 +34,7 @@ from seatrial.util.frames import AXES, Axes
 LEAST_WALK = 1e-4  # [m/s], [rad/s] in 1 s: a smaller random walk is not shown
 MOST_FINDINGS = 3  # in a brief summary
 AT_TOP = (FindingKind.CONTRADICTED,)  # of the summary, before the numbers
+ASKED_FOR = (FindingKind.PRIOR_USED, FindingKind.DELAY_DIFFERENCE, FindingKind.DELAY)
 
 
 SMOOTHER_BIAS = (
@@ -86,10 +87,10 @@ def _all_findings(model: Model) -> list[str]:
 
 
 def _important(model: Model) -> list[str]:
-    """The prior, doubts and findings that matter most, and how many there are beside them."""
+    """Prior and delays, doubts and findings that matter most, and how many there are beside them."""
     found = model.estimator.findings
-    used = [sentence_of(f) for f in found if f.kind is FindingKind.PRIOR_USED]
-    elsewhere = (FindingKind.PRIOR_USED, *AT_TOP)
+    used = [sentence_of(f) for f in found if f.kind in ASKED_FOR]
+    elsewhere = (*ASKED_FOR, *AT_TOP)
     findings = most_important(f for f in found if f.kind not in elsewhere)
     asking = [finding_text(f) for f in findings if f.kind in ASK_FOR_ACTION]
     messages = [*(f"doubt: {warning}" for warning in model.warnings), *asking][:MOST_FINDINGS]
