@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+import steered_boat
 from conftest import at_length
 
 from seatrial.boat.findings import FindingKind, finding_text
@@ -47,3 +48,16 @@ def test_a_map_that_is_turned_as_a_whole_is_no_error_of_the_heading(boat):
     model = output_error([jumped(drive, np.radians(8.0), map_too=True)], vehicle)
     assert not model.findings_of(FindingKind.HEADING_JUMP)
     assert any("jumped for good" in f.kind.value for f in jumped(drive, 0.14, map_too=True).faults)
+
+
+@pytest.mark.parametrize("map_too", [False, True])
+def test_a_jump_that_makes_the_fit_one_of_a_mismatch_is_told_of_a_rudder_too(map_too):
+    """The jump itself enlarges the noise by which its own gain is judged."""
+    boat = steered_boat.known({"offset_deg": 0.0})
+    drive = steered_boat.driven(boat, 1, 130.0, least=-0.5)
+    model = output_error([jumped(drive, np.radians(-28.0), map_too=map_too)], boat.vehicle)
+    found = model.findings_of(FindingKind.HEADING_JUMP)
+    assert bool(found) != map_too
+    if found:
+        assert model.findings_of(FindingKind.MODEL_MISMATCH)
+        assert np.degrees(found[0].number("size")) == pytest.approx(28.0, abs=2.0)

@@ -18,7 +18,7 @@ from seatrial.identification.diagnostics.heading_offset import (
     with_headings_less,
 )
 from seatrial.identification.likelihood.linearised import Point
-from seatrial.identification.selection.score_test import LARGE_GAIN
+from seatrial.identification.selection.score_test import LARGE_GAIN, REPORTED_GAIN
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
 from seatrial.util.frames import Array, Stamps
@@ -42,15 +42,17 @@ class HeadingJump:
         return [finding_of(FindingKind.HEADING_JUMP, self.recording, size=size, at=self.time)]
 
 
-def likelier_jump(at: Point) -> HeadingJump | None:
-    """The jump of a heading without which poses fit best, and far better than with it."""
+def likelier_jump(at: Point, *, mismatch: bool = False) -> HeadingJump | None:
+    """The jump of a heading without which poses fit best, and far better than with it.
+
+    mismatch: the noise is that of a fit under model mismatch, which the jump itself enlarges: less is much.
+    """
+    least = REPORTED_GAIN if mismatch else LARGE_GAIN
     recordings = at.runs.problem.recordings
     jumps = [(size, i, stamp) for i, r in enumerate(recordings) for size, stamp in heading_jumps(r)]
     largest = sorted(jumps, key=lambda jump: -abs(jump[0]))[:MOST_JUMPS]
     found = [_tested(at, i, size, stamp) for size, i, stamp in largest]
-    return max(
-        (one for one in found if one.gain > LARGE_GAIN), key=lambda one: one.gain, default=None
-    )
+    return max((one for one in found if one.gain > least), key=lambda one: one.gain, default=None)
 
 
 def heading_jumps(recording: Recording) -> Iterator[tuple[float, int]]:

@@ -70,7 +70,7 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     horizon: [s] of the fit under model mismatch; covariance: (p, p) of the free parameters.
     """
     # without process noise nothing is missing; a delay or a jump may be in pose noise alone
-    jump = likelier_jump(at)
+    jump = likelier_jump(at, mismatch=horizon > 0.0)
     if without_process_noise(at) and jump is None:
         delayed = _with_effects(at, ["delay"]) if has_correlated_poses(at.noise) else None
         candidates = [] if delayed is None else _effects(at, delayed, ["delay"])
@@ -78,14 +78,14 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     # a score test for each effect; the heading's offset has a parabola of its own
     runs = _with_effects(at, EFFECT_KINDS)
     candidates, off = [*_effects(at, runs, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
-    most = max([LARGE_GAIN, *(a.test.gain for a in candidates)])
+    most = max((a.test.gain for a in candidates), default=0.0)  # errors have bounds of their own
     # errors that vary with place, heading or time are no effect to be estimated
     errors = (uneven_current(runs), likelier_deviation(at), jump)
     varying = [one for one in errors if one is not None]
     largest = max(varying, key=lambda one: one.gain, default=None)
     if largest is not None and largest.gain > max(most, 0.0 if off is None else off.gain):
         return Unmodelled(tuple(largest.findings))
-    if off is not None and off.gain > most:
+    if off is not None and off.gain > max(LARGE_GAIN, most):
         return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
     return _best_fitted(at, candidates, horizon, covariance)
 
