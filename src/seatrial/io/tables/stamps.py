@@ -179,7 +179,7 @@ def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
     """Stamps (n,) of dates and times, or of times of day that may pass midnight. Raises RecordingError.
 
     Without a zone the time counts as UTC. Minutes and seconds with a fraction may pass the hour: spreadsheets
-    leave the hours out.
+    leave the hours out. Fractions without leading zeros, 12:00:07.45 for 7.000000045 s, are told by their steps.
     """
     turn = DAY
     if texts and all(map(MINUTES.fullmatch, texts)):
@@ -206,10 +206,25 @@ def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
             raise RecordingError(
                 f"{place(i)}: column '{name}' has '{texts[i][:40]}', which is no date and time"
             ) from None
+    stamps = _with_zeros(stamps, [found["rest"] or "" for found in parts])
     if not any(found["date"] for found in parts):  # a log that passes midnight
         falls = np.diff(stamps, prepend=stamps[:1]) < -turn // 2
         stamps += np.cumsum(falls) * turn
     return stamps
+
+
+def _with_zeros(stamps: Stamps, rests: Sequence[str]) -> Stamps:
+    """Stamps (n,) whose fractions of a second lack leading zeros, as they are with them; else as they are."""
+    width = min(max(map(len, rests), default=0), NANOSECONDS_DIGITS)
+    short = np.array([len(rest) < width for rest in rests], dtype=bool)
+    backward = int((np.diff(stamps) < 0).sum())
+    if not short.any() or backward < LEAST_BACKWARD:
+        return stamps
+    padded = stamps.copy()
+    for i in np.flatnonzero(short).tolist():
+        padded[i] += _fraction(rests[i].rjust(width, "0")) - _fraction(rests[i])
+    remaining = int((np.diff(padded) < 0).sum())
+    return padded if remaining <= PADDED_BACKWARD * backward else stamps
 
 
 def _with_hours(text: str) -> str:
@@ -246,8 +261,13 @@ def _time_of_day(found: re.Match[str]) -> int:
         hour = hour % 12 + 12 * (found["half"].lower() == "pm")
     if hour > 24 or minute > 59 or second > 60:
         raise ValueError(found[0])
-    rest = int((found["rest"] or "")[:NANOSECONDS_DIGITS].ljust(NANOSECONDS_DIGITS, "0"))
-    return ((hour * 60 + minute - _zone(found["zone"])) * 60 + second) * 10**9 + rest
+    whole = ((hour * 60 + minute - _zone(found["zone"])) * 60 + second) * 10**9
+    return whole + _fraction(found["rest"] or "")
+
+
+def _fraction(digits: str) -> int:
+    """[ns] of the digits after the point."""
+    return int(digits[:NANOSECONDS_DIGITS].ljust(NANOSECONDS_DIGITS, "0"))
 
 
 def _zone(text: str | None) -> int:

@@ -4,7 +4,12 @@
 import numpy as np
 
 from seatrial.inspection.proposal.columns.names import read_name
-from seatrial.inspection.proposal.columns.stamps import TIME_UNITS, StampFound, given_stamp
+from seatrial.inspection.proposal.columns.stamps import (
+    TIME_UNITS,
+    StampFound,
+    find_stamp,
+    given_stamp,
+)
 from seatrial.inspection.proposal.columns.yaw_rate import seconds_of
 from seatrial.inspection.proposal.sources import Sureness
 from seatrial.io.columns import PER_SECOND, TableSeen
@@ -36,6 +41,16 @@ def by_clock_of(
             why = f"nearest to the stamps of the commands; by {stamp.entry['column']} they are {apart:.4g} s apart"
             best, apart = StampFound(found.entry, why, Sureness.LIKELY, stamp.others), away
     return best
+
+
+def stamp_beside(table: TableSeen, main: TableSeen, stamp: StampFound) -> StampFound | None:
+    """The stamps of another table by the clock of the main one: of the same name, else those that overlap."""
+    own = find_stamp(table)
+    if own is None or table is main:
+        return own
+    if stamp.entry["column"] in own.others:
+        return given_stamp(table, stamp.entry["column"])
+    return by_clock_of(table, own, main, stamp)
 
 
 def as_long_as(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, given_columns, pose_signals
-from seatrial.inspection.proposal.columns.clocks import by_clock_of
+from seatrial.inspection.proposal.columns.clocks import by_clock_of, stamp_beside
 from seatrial.inspection.proposal.columns.heading import Psi, psi_of, sense_by_motion
 from seatrial.inspection.proposal.columns.heading_sense import Sense
 from seatrial.inspection.proposal.columns.names import Kind
@@ -22,7 +22,7 @@ from seatrial.inspection.proposal.columns.signals import (
     shown,
     stated_unit,
 )
-from seatrial.inspection.proposal.columns.stamps import StampFound, find_stamp, recognised
+from seatrial.inspection.proposal.columns.stamps import StampFound, recognised
 from seatrial.inspection.proposal.columns.yaw_rate import YawRate, find_yaw_rate, seconds_of
 from seatrial.inspection.proposal.sources import Ask, Choices, Recognised, Sureness
 from seatrial.io.columns import TableSeen
@@ -153,7 +153,7 @@ def _at_positions(position: Position, heading: Heading, stamp: StampFound) -> Ar
     values = heading.values
     if heading.table is position.table:
         return values
-    own = find_stamp(heading.table)
+    own = stamp_beside(heading.table, position.table, stamp)
     if own is None:
         raise RecordingError(
             f"{heading.table.view.path}: no column of stamps for {heading.names[0]}"
@@ -197,7 +197,7 @@ def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str
     """`file` and `stamp` of a signal in another table than the position's."""
     if table is main:
         return {}
-    own = find_stamp(table)
+    own = stamp_beside(table, main, stamp)
     entry: dict[str, Any] = {"file": table.key}
     if own is not None and own.entry["column"] != stamp.entry["column"]:
         entry["stamp"] = own.entry["column"]

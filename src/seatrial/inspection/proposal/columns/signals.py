@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Position, heading, yaw rate and stamps among the columns of tables, by name and by value."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -32,9 +33,11 @@ PAIRS = (  # kinds of a position, the usual first
 WHOLE_DEGREES = 1e7  # scale of latitudes as whole numbers of 1e-7 deg
 # of a degree, scale of latitudes as NMEA 0183 writes them: 5954.462 is 59 deg 54.462 min
 MINUTES = 60.0
+RADIANS = round(math.pi / 180, 15)  # in a degree, of latitudes whose name or line of units has rad
 HOW_WRITTEN = {
     WHOLE_DEGREES: ", whole numbers of 1e-7 deg",
     MINUTES: ", degrees and minutes as in NMEA 0183",
+    RADIANS: ", radians",
 }
 LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
 WIDEST = 2.0  # [deg] that a small boat moves in latitude or longitude, at most
@@ -179,7 +182,8 @@ def weighed(
     sure = Sureness.GUESS if min(fits) is Grade.PART else Sureness.CERTAIN
     scale, offsets, still = 1.0, (0.0, 0.0), ""
     if kinds[0] is Kind.LATITUDE:
-        written = _degrees(*values)
+        radians = any(stated_unit(table, name) == "rad" for name in names)
+        written = _degrees(*values, radians=radians)
         if written is None and not chosen:
             return None
         scale, offsets = written or (1.0, (0.0, 0.0))
@@ -197,14 +201,19 @@ def weighed(
     return Position(table, kinds, names, min(fits), sure, why, scale, offsets, still)
 
 
-def _degrees(latitude: Array, longitude: Array) -> tuple[float, tuple[float, float]] | None:
-    """Scale and offsets with which these are a small boat's latitude and longitude; None: with none."""
+def _degrees(
+    latitude: Array, longitude: Array, *, radians: bool
+) -> tuple[float, tuple[float, float]] | None:
+    """Scale and offsets with which these are a small boat's latitude and longitude; None: with none.
+
+    radians: whether the table states that they are.
+    """
     known = np.isfinite(latitude) & np.isfinite(longitude)
     known &= (np.abs(latitude) > NO_FIX) | (np.abs(longitude) > NO_FIX)
     if not known.any():
         return None
     raw = latitude[known], longitude[known]
-    for scale, offsets in _written(*raw):
+    for scale, offsets in ((RADIANS, (0.0, 0.0)),) if radians else _written(*raw):
         lat, lon = ((v - offset) / scale for v, offset in zip(raw, offsets, strict=True))
         inside = np.abs(lat).max() <= LARGEST_LATITUDE and np.abs(lon).max() <= LARGEST_LONGITUDE
         spread = max(np.ptp(np.percentile(v, (5, 95))) for v in (lat, lon))
