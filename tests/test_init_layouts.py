@@ -68,3 +68,66 @@ def test_a_second_clock_is_no_command(tmp_path):
     vehicle, recording = read(tmp_path)
     assert vehicle.inputs == ("left", "right")
     moves_as_the_boat(recording)
+
+
+def offsets(vehicle):
+    return {n: (c.offset, c.scale) for n, c in vehicle.file.commands.inputs.items()}
+
+
+@pytest.mark.parametrize(("rest", "range_"), [(1000.0, 900.0), (90.0, 60.0)])
+def test_thrust_ahead_only_begins_where_the_boat_stands_still(tmp_path, rest, range_):
+    """Of a speed controller without reverse: its pulses begin at 1000 us, a servo's angle at 90 deg."""
+    t = np.arange(0.0, 60.0, 0.1)
+    ahead = np.where(t < 5.0, 0.0, 0.5 + 0.5 * np.sign(np.sin(0.7 * t)) * (t % 4.0) / 4.0)
+    speed = np.zeros_like(t)
+    for i in range(1, len(t)):
+        speed[i] = speed[i - 1] + 0.1 * (0.5 * ahead[i - 1] - 0.4 * speed[i - 1])
+    psi = 0.5 * np.sin(0.3 * np.cumsum(speed))
+    x, y = (np.cumsum(0.1 * speed * f(psi)) for f in (np.cos, np.sin))
+    poses = np.random.default_rng(1).normal(0.0, 0.003, (3, len(t))) + np.stack([x, y, psi])
+    head = ("t", "x", "y", "yaw", "esc")
+    path = written(tmp_path / "log.csv", head, t, *poses, rest + range_ * ahead)
+    assert offsets(read(path)[0]) == {"F_u": (rest, range_)}
+
+
+def test_a_motors_speed_beside_its_command_is_measured(tmp_path):
+    """The thrust in percent is the command, whatever the rows of the speeds follow better."""
+    c = columns()
+    late = [np.roll(c[side], 4) for side in ("left", "right")]
+    names = ("port_thrust_pct", "stbd_thrust_pct", "port_rpm", "stbd_rpm")
+    path = written(
+        tmp_path / "log.csv", ("t", "x", "y", "yaw", *names), c["t"], c["east"], c["north"], c["psi"],
+        100 * c["left"], 100 * c["right"], *(1200 * n for n in late),
+    )  # fmt: skip
+    vehicle, recording = read(path)
+    assert vehicle.inputs == names[:2]
+    moves_as_the_boat(recording)
+
+
+def test_a_moment_beside_the_thrusters_it_is_the_sum_of_is_no_third_one(tmp_path):
+    c = columns()
+    own = c | {"left_cmd": 200 * c["left"], "right_cmd": 200 * c["right"]}
+    own["M_cmd"] = np.round(0.4 * (own["right_cmd"] - own["left_cmd"]), 1)
+    path = logged(tmp_path, own, "t x y yaw left_cmd right_cmd M_cmd")
+    vehicle, recording = read(path)
+    assert vehicle.inputs == ("left_cmd", "right_cmd")
+    moves_as_the_boat(recording)
+
+
+HEADS = {
+    "t [s]|x_position_mid [m]|y_position_mid [m]|psi_hat [rad]|n_left [rps]|n_right [rps]": "psi",
+    "时间|x|y|航向|左推进器|右推进器": "psi",
+    "tiempo|este|norte|rumbo|motor_izq|motor_der": "heading",
+    "temps|x_est|y_est|cap|moteur_gauche|moteur_droit": "psi",
+}
+
+
+@pytest.mark.parametrize("head", HEADS)
+def test_words_of_other_languages_and_words_behind_a_coordinates(tmp_path, head):
+    c = columns()
+    names = head.split("|")
+    values = (c["t"], c["east"], c["north"], c[HEADS[head]], c["left"], c["right"])
+    path = written(tmp_path / "log.csv", names, *values)
+    vehicle, recording = read(path)
+    moves_as_the_boat(recording)
+    assert [c.column for c in vehicle.file.commands.inputs.values()] == names[4:]

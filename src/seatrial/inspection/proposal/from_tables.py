@@ -32,7 +32,7 @@ from seatrial.inspection.proposal.columns.stamps import (
     recognised,
     stamp_columns,
 )
-from seatrial.inspection.proposal.command_sources import by_source, measured_twins
+from seatrial.inspection.proposal.command_sources import by_source, measured_twins, sums_of_sides
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
@@ -183,16 +183,21 @@ def _command_tables(
 
 
 def _able(table: TableSeen, pose: PoseColumns) -> list[ColumnView]:
-    """Columns that may be commands: they change, are no other signal, and no clock that rises with every row."""
+    """Columns that may be commands: they change, are no other signal, and no clock."""
     taken = stamp_columns(table) | pose.names_in(table)
     same = any(table is own for own in pose.tables)
     return [
         c
         for c in table.view.columns
-        if c.name and c.name not in taken and c.changes and c.least is not None and not c.unit
+        if c.name and c.name not in taken and c.changes and c.least is not None and not _is_clock(c)
         and not is_validity(c) and not _is_mode(c.name)
         and not (same and _is_other_signal(c.name))
     ]  # fmt: skip
+
+
+def _is_clock(column: ColumnView) -> bool:
+    """Whether a column rises from row to row, in all of them: no command does."""
+    return bool(column.unit) and not column.empty
 
 
 def _is_mode(name: str) -> bool:
@@ -216,9 +221,12 @@ def _named_commands(columns: Sequence[ColumnView]) -> list[ColumnView]:
 
 
 def _commanded(table: TableSeen, columns: Sequence[ColumnView]) -> list[ColumnView]:
-    """Without what only measures a command, and without switches beside commands of many sizes."""
+    """Without what only measures a command, sums of others, and switches beside commands of many sizes."""
     measured = measured_twins(c.name for c in columns)
     rest = [c for c in columns if c.name not in measured]
+    values = np.column_stack([table.numbers(c.name) for c in rest]) if rest else np.empty((0, 0))
+    sums = sums_of_sides([c.name for c in rest], values)
+    rest = [c for c in rest if c.name not in sums]
     sizes = {c.name: len(np.unique(_finite(table.numbers(c.name)))) for c in rest}
     most = max(sizes.values(), default=0)
     return [c for c in rest if sizes[c.name] != SWITCH_VALUES or most <= 2 * SWITCH_VALUES]
@@ -279,7 +287,7 @@ def _spare(
     return tuple(
         c.name
         for c in table.view.columns
-        if c.changes and c.least is not None and c.name and not c.unit and c.name not in used
+        if c.changes and c.least is not None and c.name and not _is_clock(c) and c.name not in used
         and not c.empty and not is_validity(c) and is_quaternion_part(c.name) is None
         and (SCALE_WORDS.intersection(read_name(c.name).words)
              or grade(c.name, Kind.MEASURED) is not Grade.WHOLE)

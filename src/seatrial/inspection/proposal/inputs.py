@@ -14,8 +14,9 @@ from seatrial.inspection.consistency.repair import ANGLES
 from seatrial.inspection.consistency.steering_angle import steering_angles
 from seatrial.inspection.proposal.actuation import Steered, steered, sticks, thrusters
 from seatrial.inspection.proposal.by_name import named_sticks
-from seatrial.inspection.proposal.channel_scales import off_value, scale_of
+from seatrial.inspection.proposal.channel_scales import idle_values, off_value, scale_of
 from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
+from seatrial.inspection.proposal.columns.names import steers
 from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.heading_zero import TurnedHeading, turned_heading
 from seatrial.inspection.proposal.sources import Sources, place_of
@@ -229,8 +230,11 @@ def _channels(
     names = signals[0].names
     values = np.concatenate([signal.values for signal in signals])
     raw = values * draft.input_signs
+    # an angle has any value at rest
+    turns = [steers(" ".join((n, *place_of(sources.channels[n])))) for n in names]
+    idle = np.where(turns, np.nan, idle_values(recordings) * draft.input_signs)
     scales = [
-        {} if "off" in sources.channels[n] else scale_of(raw[:, i], sources.full)
+        {} if "off" in sources.channels[n] else scale_of(raw[:, i], sources.full, idle[i])
         for i, n in enumerate(names)
     ]
     t, gains = np.zeros((3, len(names))), np.zeros((3, len(names)))

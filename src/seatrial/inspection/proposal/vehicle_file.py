@@ -9,6 +9,7 @@ import yaml
 
 from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.proposal.actuation import Steered
+from seatrial.inspection.proposal.columns.names import is_propeller_speed
 from seatrial.inspection.proposal.inputs import Drive
 from seatrial.inspection.proposal.sources import Choices, Sources, place_of
 from seatrial.util.frames import AXES
@@ -197,6 +198,8 @@ def _chain_of(found: Steered, sources: Sources) -> list[str]:
     """The stages of a thrust and its angle; a rudder in the flow is an input of its own."""
     own = {"latency": "estimate", "lag": "estimate"}
     thrust: dict[str, Any] = {"name": found.thrust, "actuators": [found.thrust], **own}
+    if is_propeller_speed(found.thrust):  # thrust grows with about its square
+        thrust["power"] = "estimate"
     angle: dict[str, Any] = {"name": found.angle, "actuators": [found.angle], **own}
     head = ["chain:"]
     if not found.flow:

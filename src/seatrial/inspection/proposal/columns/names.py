@@ -30,7 +30,7 @@ class Kind(str, Enum):
 class Grade(int, Enum):
     """How well a name fits."""
 
-    PART = 1  # its last words
+    PART = 1  # its last words; of a coordinate, its first
     PREFIXED = 2  # the words, after such as say nothing of the kind: pose, gps, boat
     WHOLE = 3  # the words and nothing else
 
@@ -42,24 +42,25 @@ SYNONYMS = {
         "utc|utc time|utc datetime|date time|datetime|date|sec|secs|second|seconds|s|ms|us|ns|msec|usec|nsec|"
         "millis|micros|nanos|milliseconds|microseconds|nanoseconds|time boot|time since boot|"
         "time utc|time unix|gps time|system time|sys time|local time|rosbag timestamp|stamp sec|time usec|"
-        "t capture|host stamp|log time|record time|receive time|publish time|zeit|tow|itow|gps tow|time of week"
+        "t capture|host stamp|log time|record time|receive time|publish time|zeit|tow|itow|gps tow|time of week|"
+        "tiempo|temps|tempo|tijd|时间|时间戳"
     ),
     Kind.X: "x|px|x pos|pos x|position x|x position|x coordinate|x world|x map|x local|x loc|x est|x meas",
     Kind.Y: "y|py|y pos|pos y|position y|y position|y coordinate|y world|y map|y local|y loc|y est|y meas",
     Kind.EAST: (
         "e|east|easting|x east|east x|utm x|x utm|utm e|utm east|utm easting|pos e|pe|x enu|enu x|"
-        "y ned|ned y|ned e|ned east|enu e|pos east|position east|rechtswert|ost"
+        "y ned|ned y|ned e|ned east|enu e|pos east|position east|rechtswert|ost|este"
     ),
     Kind.NORTH: (
         "n|north|northing|y north|north y|utm y|y utm|utm n|utm north|utm northing|pos n|pn|y enu|enu y|"
-        "x ned|ned x|ned n|ned north|enu n|pos north|position north|hochwert|nord"
+        "x ned|ned x|ned n|ned north|enu n|pos north|position north|hochwert|nord|norte"
     ),
-    Kind.LATITUDE: "lat|latitude|latitud|breite",
-    Kind.LONGITUDE: "lon|lng|long|longitude|longitud|laenge",
+    Kind.LATITUDE: "lat|latitude|latitud|breite|纬度",
+    Kind.LONGITUDE: "lon|lng|long|longitude|longitud|laenge|经度",
     Kind.HEADING: (
         "psi|yaw|heading|hdg|hdt|head|compass|theta|azimuth|true heading|heading true|magnetic heading|"
         "mag heading|heading magnetic|compass heading|gyro heading|yaw angle|heading angle|euler z|rpy z|"
-        "euler yaw|rpy yaw|yaw ned|yaw enu|psi ned|heading ned|kurs"
+        "euler yaw|rpy yaw|yaw ned|yaw enu|psi ned|heading ned|kurs|rumbo|cap|koers|航向|航向角|艏向|艏向角|偏航角"
     ),
     Kind.COURSE: (
         "cog|course|crs|course over ground|track|track angle|track made good|ground course|"
@@ -75,7 +76,8 @@ SYNONYMS = {
         "cmd|command|commands|pwm|servo|motor|thruster|thrust|throttle|rudder|esc|prop|propeller|rpm cmd|"
         "steer|steering|stick|joy|axis|axes|joystick|tau|force|torque|wrench|ch|chan|channel|rc|rcout|rcin|"
         "output|actuator|input|port|starboard|stbd|left|right|bow|stern|surge|sway|f u|f v|f r|fu|fv|fr|"
-        "azimuth cmd|delta|n cmd|duty|power"
+        "azimuth cmd|delta|n cmd|duty|power|moteur|propulseur|propulsor|gouvernail|timon|roer|ruder|"
+        "推进器|左推进器|右推进器|电机|左电机|右电机|油门|左油门|右油门|舵|舵角"
     ),
     Kind.MEASURED: (
         "z|pos z|position z|down|ned d|alt|altitude|height|depth|elevation|roll|pitch|phi|"
@@ -98,16 +100,19 @@ NEUTRAL_WORDS = """
 # words that make another signal of it: a target, an error, a rate
 FOREIGN_WORDS = """
     target desired des ref reference setpoint sp goal cmd command waypoint wp home std sigma var cov covariance err
-    error accuracy acc accel acceleration mag magnetic vel velocity speed twist linear angular gyro gyr rate force
-    torque wrench tau wind wave current joy stick axes volt voltage temp min max mean offset bias dot drift delta
-    thrust thruster motor servo pwm rpm roll pitch
+    error accuracy acc accel acceleration mag magnetic vel velo velocity speed twist linear angular gyro gyr rate
+    force torque wrench tau wind wave current joy stick axes volt voltage battery batt temp temperature min max
+    mean offset bias dot drift delta thrust thruster motor servo pwm rpm roll pitch valid
 """
 NEUTRAL, FOREIGN = frozenset(NEUTRAL_WORDS.split()), frozenset(FOREIGN_WORDS.split())
+COORDINATES = (Kind.X, Kind.Y, Kind.EAST, Kind.NORTH, Kind.LATITUDE, Kind.LONGITUDE)
 NUMBERED = frozenset((Kind.X, Kind.Y, Kind.LATITUDE, Kind.LONGITUDE, Kind.HEADING, Kind.COMMAND))
 # words of a command that is an angle
 STEERING = frozenset([
     "rudder", "ruder", "steer", "steering", "helm", "tiller", "azimuth", "angle", "deflection", "nozzle",
+    "gouvernail", "timon", "roer", "舵", "舵角",
 ])  # fmt: skip
+SPEEDS = frozenset(["rpm", "rps", "nps"])  # units of a propeller's speed
 NUMBERED_COMMANDS = ("u", "n", "f", "m", "d", "out")  # with a number: u1, n_2
 UNITS = {  # as they end a name, or stand in brackets
     "m": "m", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "cm": "cm", "mm": "mm",
@@ -173,7 +178,8 @@ def grade(name: str, kind: Kind) -> Grade | None:
         return Grade.PREFIXED
     if kind in (Kind.COMMAND, Kind.MEASURED):
         return _by_a_word(words, bare, kind)
-    return Grade.PART if _ends_with(bare, kind) else None
+    parts = _ends_with(bare, kind) or (kind in COORDINATES and _begins_with(bare, kind))
+    return Grade.PART if parts else None
 
 
 def _by_a_word(words: tuple[str, ...], bare: tuple[str, ...], kind: Kind) -> Grade | None:
@@ -188,6 +194,16 @@ def _ends_with(words: tuple[str, ...], kind: Kind) -> bool:
     """Whether the last words are of this kind, and none before makes another signal of it."""
     lengths = [len(p) for p in _patterns(kind) if words[-len(p) :] == p]
     return bool(lengths) and not FOREIGN.intersection(words[: -max(lengths)])
+
+
+def _begins_with(words: tuple[str, ...], kind: Kind) -> bool:
+    """Whether the first word is of this kind, x_position_mid, and none after makes another signal of it.
+
+    Initials of north and east are no words: n_left.
+    """
+    first = words[:1]
+    whole = kind in (Kind.X, Kind.Y) or len("".join(first)) > 1
+    return whole and first in _patterns(kind) and not FOREIGN.intersection(words[1:])
 
 
 def _nanoseconds(name: str) -> Grade | None:
@@ -240,3 +256,8 @@ def order(name: str, kind: Kind) -> int:
 def steers(name: str) -> bool:
     """Whether a command is the angle of a rudder or a thruster, by its name."""
     return not STEERING.isdisjoint(read_name(name).words)
+
+
+def is_propeller_speed(name: str) -> bool:
+    """Whether a command is the speed of a propeller, by a unit in its name."""
+    return not SPEEDS.isdisjoint(word.lower() for word in CAMEL.findall(name))

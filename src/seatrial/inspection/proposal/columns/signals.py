@@ -160,7 +160,10 @@ def _pairs(table: TableSeen, kinds: tuple[Kind, Kind]) -> Iterator[tuple[str, st
         [
             c.name
             for c in table.view.columns
-            if c.least is not None and grade(c.name, kind) and is_quaternion_part(c.name) is None
+            if c.least is not None
+            and grade(c.name, kind)
+            and not read_name(c.name).rate
+            and is_quaternion_part(c.name) is None
         ]
         for kind in kinds
     )
