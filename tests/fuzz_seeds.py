@@ -183,13 +183,15 @@ def one_table() -> Data:
 
 
 def _other_tables() -> list[Data]:
-    """Other separators, decimal commas, dates, comments, nanoseconds without zeros."""
+    """Rows of several signals, other separators, decimal commas, dates, comments, nanoseconds without zeros."""
     head, *rows = one_table()["run.csv"].decode().splitlines()
     cells = [row.split(",") for row in rows]
     day = "2025-04-11 23:59:{:02d}.{:09d}"
     dated = [[day.format(i % 60, 7 * i), *row[1:]] for i, row in enumerate(cells)]
     unpadded = [[f"{i // 9}.{i % 9 * 111111111}", *row[1:]] for i, row in enumerate(cells)]
+    signals = [(r[0], n, v) for r in cells for n, v in zip(head.split(",")[1:], r[1:], strict=True)]
     texts = (
+        "\n".join(["t,name,value", *(",".join(signal) for signal in signals)]),
         "\n".join([head.replace(",", ";"), *(";".join(r).replace(".", ",") for r in cells)]),
         "\n".join(["# a log", f"# {head.replace(',', ' ')}", *(" ".join(r) for r in cells)]),
         "\n".join([head.replace(",", "\t"), "\t".join(["[s]"] + ["[m]"] * 6), *("\t".join(r) for r in cells)]),

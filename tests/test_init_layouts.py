@@ -5,6 +5,8 @@ from datetime import datetime, timezone
 
 import numpy as np
 import pytest
+import steered_boat
+from sheets import sheet
 
 from tests.odd_logs import columns, logged, moves_as_the_boat, read, written
 
@@ -131,3 +133,15 @@ def test_words_of_other_languages_and_words_behind_a_coordinates(tmp_path, head)
     vehicle, recording = read(path)
     moves_as_the_boat(recording)
     assert [c.column for c in vehicle.file.commands.inputs.values()] == names[4:]
+
+
+@pytest.mark.parametrize(("name", "power"), [("n_prop [rps]", True), ("throttle", False)])
+def test_thrust_of_a_propellers_speed_has_a_power_beside_a_rudder(tmp_path, name, power):
+    """It grows with about the square of the speed: with power 1 drag was off without a word."""
+    recording = steered_boat.driven(steered_boat.known(), seed=1)
+    commands = recording.commands
+    at = np.searchsorted(commands.stamps, recording.stamps, side="right") - 1
+    head = f"t,x,y,psi,{name},rudder"
+    path = sheet(tmp_path / "log.csv", head, recording.t, recording.raw, commands.values[at])
+    vehicle, _ = read(path)
+    assert [group.power == "estimate" for group in vehicle.file.chain] == [power, False]

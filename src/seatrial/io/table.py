@@ -9,6 +9,7 @@ from seatrial.io.tables.capture_table import capture_tables
 from seatrial.io.tables.csv_table import CsvTable
 from seatrial.io.tables.mat_table import mat_tables
 from seatrial.io.tables.parquet_table import ParquetTable
+from seatrial.io.tables.tall_table import spread_out
 from seatrial.util.errors import FileError, RecordingError
 
 __all__ = ["CsvTable", "Table", "is_table", "open_tables"]
@@ -55,4 +56,4 @@ def _open(path: Path) -> list[Table]:
     if suffix == ".mat":
         return mat_tables(path)
     table = CsvTable(path)
-    return [table] if table.joined is None else capture_tables(table, table.joined)
+    return [spread_out(table)] if table.joined is None else capture_tables(table, table.joined)

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: MIT
+"""A table whose rows are of several signals, as a column tells, with a column for each signal."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.io.tables.base import Table, unique_names
+from seatrial.io.tables.stamps import from_date_times
+from seatrial.util.errors import RecordingError
+from seatrial.util.frames import Array, Stamps
+
+# names of the column that says what a row is of, without underscores around them
+KEYS = (
+    "id",
+    "field",
+    "name",
+    "topic",
+    "signal",
+    "channel",
+    "thruster",
+    "motor",
+    "actuator",
+    "variable",
+    "parameter",
+)
+MOST_KEYS = 64
+LEAST_ROWS = 10  # of each signal
+GAP = 3.0  # usual steps of a signal, above which it has a gap
+MOST_GAPS = 0.2  # of its time: a state that comes and goes has more, and is no signal's name
+
+
+class TallTable(Table):
+    """Rows with one stamp are one row; a cell without a value is NaN."""
+
+    def __init__(self, rows: Table, stamp: str, key: str, keys: Sequence[str]) -> None:
+        self.path, self.name = rows.path, rows.name
+        self.units, self.remarks = {}, list(rows.remarks)
+        own = _of_rows(rows, key)
+        cells = rows.cells(stamp)
+        _, first, at = np.unique(_clock(rows, cells), return_index=True, return_inverse=True)
+        self._stamps = (
+            [cells[i] for i in first.tolist()] if isinstance(cells, list) else cells[first]
+        )
+        self._stamp, columns, names = stamp, [], []
+        values = _varying(rows, (stamp, key), own)
+        for name, column in values.items():
+            for one in keys:
+                mine = own == one
+                spread = np.full(len(first), np.nan)
+                spread[at[mine]] = column[mine]
+                columns.append(spread)
+                plain = len(values) == 1 and not one.isdecimal()
+                names.append(one if plain else f"{name} {one}")
+        self.names = unique_names([stamp, *names])[0]
+        self._values = dict(zip(self.names[1:], columns, strict=True))
+        shown = ", ".join(keys[:4])
+        self.remarks.append(
+            f"its rows are of several signals, by '{key}': {shown}; each is a column"
+        )
+
+    def texts(self, name: str) -> list[str] | None:
+        """Dates and times of the stamps; None of numbers."""
+        self.find(name)
+        written = self._stamps
+        return written if name == self._stamp and isinstance(written, list) else None
+
+    def _numbers(self, name: str, *, strict: bool) -> Array:
+        if name != self._stamp:
+            return np.asarray(self._values[name])
+        if isinstance(self._stamps, list):
+            return self.as_numbers(name, self._stamps, strict=strict)
+        return self._stamps
+
+
+def spread_out(table: Table) -> Table:
+    """The table with a column for each signal, where its rows are of several; else as it is."""
+    named = [name for name in table.names if name.strip().strip("_").lower() in KEYS]
+    for key in named:
+        with suppress(RecordingError):
+            own = _of_rows(table, key)
+            keys, counts = np.unique(own, return_counts=True)
+            if not 2 <= len(keys) <= MOST_KEYS or counts.min() < LEAST_ROWS or "" in keys:
+                continue
+            stamp = next((n for n in table.names if n != key and _is_clock(table, n, own)), None)
+            if stamp is not None and _varying(table, (stamp, key), own):
+                return TallTable(table, stamp, key, [str(k) for k in keys])
+    return table
+
+
+def _of_rows(table: Table, key: str) -> NDArray[np.str_]:
+    """What each row is of."""
+    texts = table.texts(key)
+    if texts is None:
+        return np.array([f"{value:g}" for value in table.columns([key])[:, 0]])
+    return np.array([text.strip() for text in texts])
+
+
+def _is_clock(table: Table, name: str, own: NDArray[np.str_]) -> bool:
+    """Whether a column has the times of every signal."""
+    try:
+        clock = _clock(table, table.cells(name))
+    except RecordingError:
+        return False
+    if not np.isfinite(clock).all():
+        return False
+    ends = clock.min(), clock.max()
+    return all(_steady(clock[own == key], *ends) for key in np.unique(own))
+
+
+def _clock(table: Table, cells: Array | list[str]) -> Array | Stamps:
+    """Cells (n,) as times, in any unit. Raises RecordingError."""
+    return from_date_times(cells, "", table.place) if isinstance(cells, list) else cells
+
+
+def _steady(clock: Array | Stamps, begin: float, end: float) -> bool:
+    """Whether a signal's times rise from begin to end, hardly with a gap."""
+    steps = np.diff(clock)
+    usual = float(np.median(steps))
+    if usual <= 0.0 or np.any(steps < 0):
+        return False
+    whole = np.array([clock[0] - begin, *steps, end - clock[-1]], dtype=float)
+    return float(whole[whole > GAP * usual].sum()) < MOST_GAPS * float(end - begin)
+
+
+def _varying(table: Table, others: Sequence[str], own: NDArray[np.str_]) -> dict[str, Array]:
+    """Columns of numbers that change in the rows of a signal."""
+    found = {}
+    for name, column in zip(table.names, table.numbers().T, strict=True):
+        parts = [column[own == key] for key in np.unique(own)]
+        parts = [part[np.isfinite(part)] for part in parts]
+        if name not in others and any(len(part) and np.ptp(part) > 0 for part in parts):
+            found[name] = column
+    return found
