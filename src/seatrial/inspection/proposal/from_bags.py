@@ -1,17 +1,22 @@
 # SPDX-License-Identifier: MIT
 """Topics of a bag that are the poses and the commands."""
 
+from collections.abc import Collection, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from seatrial.inspection.proposal.columns.names import is_measured
 from seatrial.inspection.proposal.from_topics import (
     BagTopics,
     given_commands,
     given_keys,
     given_pose,
     is_whole,
+    pose_by_fields,
 )
 from seatrial.inspection.proposal.sources import (
     OPTIONS,
@@ -23,9 +28,11 @@ from seatrial.inspection.proposal.sources import (
     choose,
     named,
 )
-from seatrial.io.bags.channels import has_one_number, number_fields, tf_frames
+from seatrial.io.bags.channels import holds_numbers, number_fields, tf_frames
 from seatrial.io.bags.contents import NUMBER_TYPES, Contents, Entry, contents
 from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.poses import array_pose_paths
+from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.timing import rate_text
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Axes
@@ -42,6 +49,7 @@ PLANAR_FIELDS = {  # fields of motion in the plane, of messages with more
     "geometry_msgs/msg/TwistStamped": ("twist.linear.x", "twist.linear.y", "twist.angular.z"),
     "mavros_msgs/msg/ManualControl": ("x", "y", "z", "r"),
 }
+OWN_TOPIC_CHANNELS = 2  # most numbers in each of several topics alike, one for each thruster
 RATE_FIELD = "angular_velocity.z"
 FULL_COMMAND = {"mavros_msgs/msg/ManualControl": 1000.0}
 
@@ -58,7 +66,7 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
         commands: dict[str, Any] = {"topic": given[0]}
         channels, command_notes = given[1], ["--commands"]
     else:
-        able = _of_this_boat(found, found.of("commands"), str(pose.get("topic", "")))
+        able = _of_this_boat(found, _commanded(found), str(pose.get("topic", "")))
         driving = _one(found, "commands", choices.commands, ask, able)
         siblings = _siblings(able if driving in able else found.of("commands"), driving)
         commands, channels = _channels(path, driving, siblings, salvage=salvage)
@@ -79,6 +87,14 @@ def _pose(
         return (*given_pose(topics, choices, {})[:2], ["--pose"])
     poses = _likely_poses(found.of("poses")) or found.of("positions")
     poses = _of_this_boat(found, poses, choices.commands or "")
+    if not (poses or choices.pose) or (not found.of("headings") and found.of("positions") == poses):
+        by_fields = pose_by_fields(topics, choices)
+        if by_fields is not None:
+            return (*by_fields, ["fields by their names"])
+        in_array = _of_array(found, salvage=salvage)
+        if in_array:
+            whole = given_pose(topics, replace(choices, pose=in_array), {})
+            return (*whole[:2], ["fields of an array"])
     chosen = _one(found, "poses", None if fields else choices.pose, ask, poses)
     pose: dict[str, Any] = {"topic": chosen.topic.name}
     recognised: tuple[Recognised, ...] = ()
@@ -92,12 +108,40 @@ def _pose(
     return (*given_pose(topics, choices, pose)[:2], ["--pose"])
 
 
+def _of_array(found: Contents, *, salvage: bool) -> str:
+    """The only pose of the only topic that has poses in arrays, as `--pose` names it; empty: none.
+
+    Raises RecordingError where there are several.
+    """
+    texts, several = [], False
+    for topic in (entry.topic for entry in found.entries if entry.stream.count > 1):
+        with suppress(WireError):
+            paths = array_pose_paths(topic.wire)
+            if paths is None:
+                continue
+            pairs = zip(("x", "y", "heading"), paths, strict=True)
+            texts.append(",".join(f"{key}={topic.name}/{path}" for key, path in pairs))
+            second = paths[0].replace("[0].", "[1].")
+            shown = number_fields(found.path, topic.name, salvage=salvage)
+            several |= second != paths[0] and second in shown
+    if several or len(texts) > 1:
+        options = " or ".join(f"--pose {text}" for text in texts)
+        raise RecordingError(f"{found.path}: several poses in arrays; choose the boat's: {options}")
+    return texts[0] if texts else ""
+
+
 def _of_this_boat(found: Contents, likely: list[Entry], chosen: str) -> list[Entry]:
     """Of several boats in a bag, each with poses in its own namespace, the topics of the one that was chosen."""
     mine = [e for e in likely if _namespace(e.topic.name) == _namespace(chosen)]
     posed = {_namespace(e.topic.name) for e in (*found.of("poses"), *found.of("positions"))}
     others = {_namespace(e.topic.name) for e in likely}
     return mine if mine and "" not in others and others <= posed else likely
+
+
+def _commanded(found: Contents) -> list[Entry]:
+    """Topics of commands, without those that are measured by their names, such as a battery's voltage."""
+    able = found.of("commands")
+    return [e for e in able if not is_measured(e.topic.name)] or able
 
 
 def _namespace(topic: str) -> str:
@@ -159,8 +203,9 @@ def _likely_poses(entries: list[Entry]) -> list[Entry]:
 
 
 def _siblings(able: list[Entry], driving: Entry) -> list[Entry]:
-    """Topics of the same type that hold one number: one for each thruster."""
-    if not has_one_number(driving.topic):
+    """Topics of the same type that hold one number, or two where all are alike: one for each thruster."""
+    alike = all(e.topic.type_name == driving.topic.type_name for e in able)
+    if not holds_numbers(driving.topic, OWN_TOPIC_CHANNELS if alike else 1):
         return [driving]
     return [e for e in able if e.topic.type_name == driving.topic.type_name]
 
@@ -169,6 +214,11 @@ def _fields(path: Path, entry: Entry, *, salvage: bool) -> list[str]:
     found = number_fields(path, entry.topic.name, salvage=salvage)
     wanted = PLANAR_FIELDS.get(entry.topic.type_name)
     kept = [f for f in found if wanted is None or f in wanted]
+    if any("[" in f for f in kept):  # an array may have more places than there are thrusters
+        with open_bag(path, salvage=salvage) as bag:
+            ((_, values),) = BagTopics(bag, salvage=salvage).samples({entry.topic.name: kept})
+        filled = np.asarray(np.isfinite(values).any(axis=0))
+        kept = [f for f, there in zip(kept, filled, strict=True) if there]
     if not kept:
         raise RecordingError(f"{path}: {entry.topic.name} ({entry.topic.type}) holds no numbers")
     return kept
@@ -212,8 +262,8 @@ def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[
     """Parent and child: as given, or frames with the usual names."""
     edges = tf_frames(path, topic, salvage=salvage)
     frames = {f for parent, child, _ in edges for f in (parent, child)}
-    parent = choices.parent or next((f for f in WORLD_FRAMES if f in frames), None)
-    child = choices.child or next((f for f in BODY_FRAMES if f in frames and f != parent), None)
+    parent = choices.parent or _usual(WORLD_FRAMES, frames)
+    child = choices.child or _usual(BODY_FRAMES, frames - {parent or ""})
     if parent is None or child is None:
         listed = ", ".join(f"{p} -> {c}{' (moves)' if m else ''}" for p, c, m in edges)
         raise RecordingError(
@@ -221,6 +271,15 @@ def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[
             "boat's with --child"
         )
     return {"parent": parent, "child": child}
+
+
+def _usual(names: Sequence[str], frames: Collection[str]) -> str | None:
+    """The frame with the first of the usual names, or of a robot, wamv/base_link; None: none, or several."""
+    for name in names:
+        own = [f for f in frames if f == name] or [f for f in frames if f.endswith(f"/{name}")]
+        if own:
+            return own[0] if len(own) == 1 else None
+    return None
 
 
 def _notes(found: Contents, chosen: Entry, role: str, own: int = 1) -> list[str]:

@@ -14,6 +14,7 @@ from seatrial.inspection.proposal.columns.names import (
     Grade,
     Kind,
     grade,
+    is_measured,
     is_quaternion_part,
     read_name,
 )
@@ -207,13 +208,12 @@ def _is_mode(name: str) -> bool:
 
 def _is_other_signal(name: str) -> bool:
     """Whether a column beside the poses is measured rather than commanded."""
-    measured, command = grade(name, Kind.MEASURED), grade(name, Kind.COMMAND)
     if is_quaternion_part(name) is not None or read_name(name).words in NOT_COMMANDS:
         return True
-    if command is not None and (measured is None or command >= measured):
-        return False
+    if is_measured(name) or grade(name, Kind.COMMAND) is not None:
+        return is_measured(name)
     motion = (Kind.HEADING, Kind.COURSE, Kind.YAW_RATE, Kind.LATITUDE, Kind.LONGITUDE)
-    return measured is not None or any(grade(name, kind) is Grade.WHOLE for kind in motion)
+    return any(grade(name, kind) is Grade.WHOLE for kind in motion)
 
 
 def _named_commands(columns: Sequence[ColumnView]) -> list[ColumnView]:

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.columns.choice import CHOICE_KEYS, COORDINATE_KEYS, HEADING_KEYS
-from seatrial.inspection.proposal.columns.names import is_quaternion_part
+from seatrial.inspection.proposal.columns.names import COORDINATES, Kind, grade, is_quaternion_part
 from seatrial.inspection.proposal.columns.pose import choose_pose
+from seatrial.inspection.proposal.columns.signals import headings, positions
 from seatrial.inspection.proposal.sources import Choices, Recognised, assigned, listed_topics, named
 from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, collect
@@ -26,6 +27,7 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
 STAMP = "stamp"
+OF_POSES = (*COORDINATES, Kind.HEADING, Kind.YAW_RATE)
 POSE_KEYS = tuple(key for key in CHOICE_KEYS if key != STAMP)  # a message has its own stamp
 Place = tuple[str, str]  # topic and field
 
@@ -99,7 +101,7 @@ class Topics(ABC):
         for topic, field in places:
             part = is_quaternion_part(field)
             alike = [
-                f for f in self.fields(topic)
+                f for f in (self.fields(topic) if "[" not in field else _parts_of(field))
                 if part and (other := is_quaternion_part(f)) and other[0] == part[0]
             ]  # fmt: skip
             mine = wanted.setdefault(topic, [])
@@ -108,6 +110,12 @@ class Topics(ABC):
             table_seen(self.path, topic, TopicTable(self.path, topic, fields, samples))
             for (topic, fields), samples in zip(wanted.items(), self.samples(wanted), strict=True)
         ]
+
+
+def _parts_of(field: str) -> list[str]:
+    """The four fields of a quaternion in an array, poses[0].orientation.w or q[0], of which this is one."""
+    stem, last = (field[:-3], field[-3:]) if field.endswith("]") else (field[:-1], field[-1:])
+    return [f"{stem}{own}" for own in (("[0]", "[1]", "[2]", "[3]") if "]" in last else "xyzw")]
 
 
 class BagTopics(Topics):
@@ -238,6 +246,25 @@ def given_pose(
         if r.signal in signals or (positioned and r.signal in ("x", "y", "east", "north", "latitude", "longitude"))
     ]  # fmt: skip
     return kept, tuple(rows), next(t for t in tables if t.key == own["topic"])
+
+
+def pose_by_fields(
+    topics: Topics, choices: Choices
+) -> tuple[dict[str, Any], tuple[Recognised, ...]] | None:
+    """The pose's entries, and how they were recognised, by the names of fields; None: there are none.
+
+    Raises RecordingError where several topics have a position.
+    """
+    places = [
+        (topic, field) for topic in topics.names for field in topics.fields(topic)
+        if is_quaternion_part(field) is not None or any(grade(field, kind) for kind in OF_POSES)
+    ]  # fmt: skip
+    tables = topics.tables(places)
+    if not (positions(tables) and headings(tables)):
+        return None
+    found = choose_pose(topics.path, tables, replace(choices, pose=None), None)
+    rows = tuple(r for r in found.recognised if "stamps" not in r.signal)
+    return _of_topics(found.entries), rows
 
 
 def _of_topics(entries: Mapping[str, Any]) -> dict[str, Any]:

@@ -28,6 +28,7 @@ from seatrial.util.frames import AXES
 from seatrial.util.progress import over, stage
 
 MOST_TURNS = 3  # of the heading, one after the other: its sense, its zero, what is left of it
+CLOCK_RISES = 0.9  # of the rows, above which a channel is a time or a counter
 MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change most often
 
 
@@ -210,8 +211,12 @@ def _changing_channels(
                 scale = scale_of(raw[raw != off], sources.full)
                 disarmed[name] = sources.channels[name] | scale | {"off": off}
         for recording in recordings:
-            steps = (np.diff(recording.commands.values, axis=0) != 0).sum(axis=0)
-            for name, count in zip(part.inputs, steps.tolist(), strict=True):
+            steps = np.diff(recording.commands.values * part.input_signs, axis=0)
+            clocks = (
+                (steps > 0).mean(axis=0) > CLOCK_RISES if len(steps) else np.zeros(len(part.inputs))
+            )
+            counts = np.where(clocks, 0, (steps != 0).sum(axis=0))
+            for name, count in zip(part.inputs, counts.tolist(), strict=True):
                 changes[name] = changes.get(name, 0) + count
     kept = sorted((n for n in names if changes[n]), key=lambda n: -changes[n])[:MOST_CHANNELS]
     if not kept:

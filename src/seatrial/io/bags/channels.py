@@ -16,10 +16,10 @@ MOST_FIELDS = 32
 NOT_CHANNELS = ("header.", "layout.", "buttons", "rssi", "seq", "covariance")
 
 
-def has_one_number(topic: Topic) -> bool:
-    """Whether its messages hold one number beside their header, as Float64 or FloatStamped does."""
+def holds_numbers(topic: Topic, most: int) -> bool:
+    """Whether its messages hold so many numbers beside their header, or fewer: Float64, FloatStamped one."""
     own = [p for p in topic.wire.paths() if not p.startswith(NOT_CHANNELS)]
-    return len(own) == 1 and "[" not in own[0]
+    return 1 <= len(own) <= most and "[" not in "".join(own)
 
 
 def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]:

@@ -29,7 +29,7 @@ COMMAND_TYPES = (
 POSITION_TYPES = ("sensor_msgs/msg/NavSatFix",)
 NUMBER_TYPES = ("std_msgs/msg/Float32", "std_msgs/msg/Float64")
 HEADING_WORDS = ("heading", "compass", "hdg")
-COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator")
+COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator", "wrench", "tau")
 # [bytes] of a header's time: after ROS 1's sequence number, after CDR's first four
 STAMP_OFFSET = 4
 

@@ -75,6 +75,20 @@ def pose_paths(wire: Wire) -> tuple[str, ...] | None:
     return None
 
 
+def array_pose_paths(wire: Wire) -> tuple[str, str, str] | None:
+    """x, y and a part of the orientation in arrays: of their first pose, or position[0] and q[0]; None: none."""
+    paths = set(wire.paths())
+    for whole in sorted(p for p in paths if p.endswith("orientation.w") and "[]" in p):
+        prefix = whole.removesuffix("orientation.w")
+        found = (f"{prefix}position.x", f"{prefix}position.y", whole)
+        if paths.issuperset(found):
+            x, y, turn = (p.replace("[]", "[0]") for p in found)
+            return x, y, turn
+    if paths.issuperset(("position[]", "q[]")):  # PX4
+        return "position[0]", "position[1]", "q[0]"
+    return None
+
+
 def orientation_paths(wire: Wire) -> tuple[str, ...]:
     """The orientation's fields of a message without a position, such as Imu's; none if it has none."""
     paths = set(wire.paths())

@@ -261,3 +261,9 @@ def steers(name: str) -> bool:
 def is_propeller_speed(name: str) -> bool:
     """Whether a command is the speed of a propeller, by a unit in its name."""
     return not SPEEDS.isdisjoint(word.lower() for word in CAMEL.findall(name))
+
+
+def is_measured(name: str) -> bool:
+    """Whether a signal is measured rather than commanded, by its name."""
+    measured, command = grade(name, Kind.MEASURED), grade(name, Kind.COMMAND)
+    return measured is not None and (command is None or command < measured)
