@@ -34,6 +34,12 @@ OTHERS = {  # as their packages have them
         + "\n".join(f"float32 aux{i}" for i in range(1, 7))
     ),
     "uuv_gazebo_ros_plugins_msgs/msg/FloatStamped": "std_msgs/Header header\nfloat64 data",
+    "auv_msgs/msg/NED": "float64 north\nfloat64 east\nfloat64 depth",
+    "auv_msgs/msg/RPY": "float64 roll\nfloat64 pitch\nfloat64 yaw",
+    "auv_msgs/msg/NavSts": "std_msgs/Header header\nauv_msgs/NED position\nauv_msgs/RPY orientation",
+    "px4_msgs/msg/VehicleOdometry": "uint64 timestamp\nfloat32[3] position\nfloat32[4] q",
+    "px4_msgs/msg/ActuatorMotors": "uint64 timestamp\nfloat32[12] control",
+    "boat_msgs/msg/Azimuth": "int16 throttle\nint16 angle",
     "boat_msgs/msg/Motor": "string name\nfloat32[2] raw\nint16 duty",
     "boat_msgs/msg/Motors": "uint8 id\nboat_msgs/Motor[] motors\nboat_msgs/Motor[2] spare",
 }

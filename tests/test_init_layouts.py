@@ -8,7 +8,9 @@ import pytest
 import steered_boat
 from sheets import sheet
 
-from tests.odd_logs import columns, logged, moves_as_the_boat, read, written
+import seatrial
+from tests.init_tools import proposed
+from tests.odd_logs import columns, logged, moves_as_the_boat, read, refusal, written
 
 BEGUN = 1_746_606_929  # [s] since 1970
 
@@ -145,3 +147,41 @@ def test_thrust_of_a_propellers_speed_has_a_power_beside_a_rudder(tmp_path, name
     path = sheet(tmp_path / "log.csv", head, recording.t, recording.raw, commands.values[at])
     vehicle, _ = read(path)
     assert [group.power == "estimate" for group in vehicle.file.chain] == [power, False]
+
+
+def test_a_table_without_a_header_has_numbered_columns(tmp_path):
+    """Its first row is a row; the refusal lists the names to choose from."""
+    c = columns()
+    path = logged(tmp_path, c, "t x y yaw left right")
+    path.write_text(path.read_text().partition("\n")[2])
+    assert "column_1, column_2, column_3" in refusal(path)
+    pose = "x=column_2,y=column_3,heading=column_4,stamp=column_1"
+    found, vehicle = proposed(path, pose=pose, commands="left=column_5,right=column_6")
+    recording = seatrial.read(path, vehicle)
+    assert "has no header" in found.text
+    assert len(recording.t) == len(c["t"])
+    moves_as_the_boat(recording)
+
+
+@pytest.mark.parametrize("layout", ["labels", "eta and tau"])
+def test_matrices_of_matlab_whose_columns_have_names_elsewhere(tmp_path, layout):
+    """As ground stations export logs: GPS and GPS_label; and as the field names poses and forces."""
+    scipy_io = pytest.importorskip("scipy.io")
+    c = columns()
+    eta = np.column_stack([c["east"], c["north"], c["psi"]])
+    both = np.column_stack([c["left"], c["right"]])
+    content = {"t": c["t"], "eta": eta.T, "tau": both.T}
+    if layout == "labels":
+        line = np.arange(len(eta)) + 1.0
+        content = {
+            "POS": np.column_stack([line, 1e6 * c["t"], eta]), "Seen": cells("POS", "RCOU"),
+            "POS_label": cells("LineNo", "TimeUS", "X", "Y", "Yaw"),
+            "RCOU": np.column_stack([3 * line, 1e6 * c["t"], 1500 + 400 * both]),
+            "RCOU_label": cells("LineNo", "TimeUS", "C1", "C3"),
+        }  # fmt: skip
+    scipy_io.savemat(tmp_path / "log.mat", content)
+    moves_as_the_boat(read(tmp_path / "log.mat")[1])
+
+
+def cells(*texts):
+    return np.array([[text] for text in texts], dtype=object)

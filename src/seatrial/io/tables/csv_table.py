@@ -58,12 +58,16 @@ class CsvTable(Table):
         self.units, self.remarks = {}, []
         self.encoding = self._encoding()
         self._read_columns: dict[str, Array] = {}
-        self._count = 0  # rows, once they are read
+        self._count, self._skipped = 0, 0  # rows, once they are read; lines before the first row
         head, rows = self._beginning()
         self.delimiter = separator(head, rows[0] if rows else "")
         cells_of_head = header_cells(head, rows[0] if rows else "", self.delimiter)
         if self.joined is not None:
             cells_of_head = self.joined.cells
+        elif all(is_number(cell) or is_date_time(cell) for cell in cells_of_head):
+            self.remarks.append("has no header: its columns are column_1, column_2, ...")
+            cells_of_head = [f"column_{i + 1}" for i in range(len(cells_of_head))]
+            self._skipped, rows = self._skipped - 1, [head, *rows]
         self.names, renamed = unique_names(self.joined.names if self.joined else cells_of_head)
         self._header = cells_of_head
         self._no_rows: set[int] = set()  # lines among the rows
@@ -154,7 +158,7 @@ class CsvTable(Table):
             raise RecordingError(
                 f"{self.path}: is empty; expected a header line and rows of numbers"
             )
-        self._skipped = at + 1  # lines before the first row
+        self._skipped = at + 1
         head, rows = lines[at].strip("\r\n"), [line for line in lines[at + 1 :] if line.strip()]
         if self.joined is not None:
             return head, rows[:2]

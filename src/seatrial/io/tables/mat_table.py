@@ -17,6 +17,12 @@ TIMES = ("t", "time", "times", "tout", "timestamp", "stamp", "utc", "secs", "dat
 CARRIERS = ("signals", "values", "data")
 SERIES = {"time", "t", *CARRIERS, "name", "label", "units", "dimensions", "blockname", "title"}
 MOST_PARTS = 32  # columns of a matrix
+LABELS = (
+    "_label",
+    "_labels",
+    "_names",
+    "_columns",
+)  # behind a matrix' name, of the names of its columns
 LEAST_ROWS = 3
 DATENUM_OF_1970 = 719_529.0  # [days] MATLAB's serial date
 DATENUMS = (693_962.0, 766_645.0)  # [days] the years 1900 to 2099
@@ -64,7 +70,10 @@ def mat_tables(path: Path) -> list[Table]:
     found = _Found({}, set())
     _gather(read_variables(path, remarks), (), found)
     found.join_series()
-    tables = [MatTable(path, name, columns) for name, columns in found.tables.items()]
+    tables = [
+        MatTable(path, name, columns) for name, columns in found.tables.items()
+        if any(isinstance(column, np.ndarray) for column in columns.values())
+    ]  # fmt: skip
     if not tables:
         more = f": {remarks[0]}" if remarks else ""
         raise RecordingError(f"{path}: has no vectors of numbers of one length{more}")
@@ -128,15 +137,36 @@ def _own(
 ) -> dict[str, Column]:
     """Vectors of a struct by dotted name, with those of inner structs without a time."""
     columns: dict[str, Column] = {}
+    labelled = _labelled(tree)
     for key, value in tree.items():
-        if not isinstance(value, dict):
+        if key in labelled:
+            _gather(labelled[key], (*above, *inside, key), found)
+        elif isinstance(value, dict) and _has_time(value):
+            _gather(value, (*above, *inside, key), found)
+        elif isinstance(value, dict):
+            columns |= _own(value, (*inside, key), above, found)
+        elif key.removesuffix(_label_of(key)) not in labelled:
             parts = tuple(p for p in (*inside, key) if p.lower() not in CARRIERS)
             columns |= _vectors(".".join(parts or above[-1:] or (key,)), value)
-        elif _has_time(value):
-            _gather(value, (*above, *inside, key), found)
-        else:
-            columns |= _own(value, (*inside, key), above, found)
     return columns
+
+
+def _labelled(tree: Tree) -> dict[str, Tree]:
+    """Matrices whose columns have names in a variable beside them, GPS and GPS_label, as structs of these."""
+    found: dict[str, Tree] = {}
+    for key, names in tree.items():
+        matrix = tree.get(key.removesuffix(_label_of(key)))
+        if not (_label_of(key) and isinstance(names, list) and isinstance(matrix, np.ndarray)):
+            continue
+        if matrix.ndim == 2 and len(names) in matrix.shape and len(set(names)) == len(names):
+            rows = matrix if matrix.shape[1] == len(names) else matrix.T
+            found[key.removesuffix(_label_of(key))] = dict(zip(names, rows.T, strict=True))
+    return found
+
+
+def _label_of(key: str) -> str:
+    """The end of a name that says that names of columns are in it; empty: it is another."""
+    return next((end for end in LABELS if key.endswith(end) and key != end), "")
 
 
 def _has_time(tree: Tree) -> bool:

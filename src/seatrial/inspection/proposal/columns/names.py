@@ -45,8 +45,8 @@ SYNONYMS = {
         "t capture|host stamp|log time|record time|receive time|publish time|zeit|tow|itow|gps tow|time of week|"
         "tiempo|temps|tempo|tijd|时间|时间戳"
     ),
-    Kind.X: "x|px|x pos|pos x|position x|x position|x coordinate|x world|x map|x local|x loc|x est|x meas",
-    Kind.Y: "y|py|y pos|pos y|position y|y position|y coordinate|y world|y map|y local|y loc|y est|y meas",
+    Kind.X: "x|px|x pos|pos x|position x|x position|x coordinate|x world|x map|x local|x loc|x est|x meas|eta 1",
+    Kind.Y: "y|py|y pos|pos y|position y|y position|y coordinate|y world|y map|y local|y loc|y est|y meas|eta 2",
     Kind.EAST: (
         "e|east|easting|x east|east x|utm x|x utm|utm e|utm east|utm easting|pos e|pe|x enu|enu x|"
         "y ned|ned y|ned e|ned east|enu e|pos east|position east|rechtswert|ost|este"
@@ -60,7 +60,8 @@ SYNONYMS = {
     Kind.HEADING: (
         "psi|yaw|heading|hdg|hdt|head|compass|theta|azimuth|true heading|heading true|magnetic heading|"
         "mag heading|heading magnetic|compass heading|gyro heading|yaw angle|heading angle|euler z|rpy z|"
-        "euler yaw|rpy yaw|yaw ned|yaw enu|psi ned|heading ned|kurs|rumbo|cap|koers|航向|航向角|艏向|艏向角|偏航角"
+        "euler yaw|rpy yaw|yaw ned|yaw enu|psi ned|heading ned|kurs|rumbo|cap|koers|eta 6|eta 3|"
+        "航向|航向角|艏向|艏向角|偏航角"
     ),
     Kind.COURSE: (
         "cog|course|crs|course over ground|track|track angle|track made good|ground course|"
