@@ -2,6 +2,7 @@
 """Good files, small ones, that fuzz.py damages: bags, logs of autopilots, tables and vehicle files."""
 
 import io
+import json
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -199,7 +200,14 @@ def _other_tables() -> list[Data]:
         "\n".join([head, *(",".join(r) for r in unpadded)]),
         "\n".join([head.replace(",", "|"), *("|".join(r) for r in cells)]),
     )  # fmt: skip
-    return [{"run.csv": text.encode() + b"\n"} for text in texts]
+    named = [dict(zip(head.split(","), map(float, row), strict=True)) for row in cells]
+    columns = {name: [row[name] for row in named] for name in named[0]}
+    lines = "\n".join(json.dumps({"pose": row, "on": [True, None]}) for row in named)
+    more = {"run.jsonl": lines, "run.json": json.dumps(columns), "run.ndjson": json.dumps(named)}
+    return [
+        *({"run.csv": text.encode() + b"\n"} for text in texts),
+        *({name: text.encode()} for name, text in more.items()),
+    ]
 
 
 def _columns() -> dict[str, np.ndarray]:

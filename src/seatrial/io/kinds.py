@@ -6,13 +6,13 @@ from pathlib import Path
 
 from seatrial.io.bags.opening import is_bag
 from seatrial.io.formats import is_log
-from seatrial.io.table import TABLES, is_table
+from seatrial.io.table import ALONE, TABLES, is_table
 from seatrial.util.errors import FileError, RecordingError, SeatrialError
 from seatrial.util.format import joined
 
 EXPECTED = (
     "expected a bag (.bag, .mcap, .db3, or a folder of ROS 2), a log of ArduPilot (.BIN, .log), PX4 (.ulg), "
-    f"MAVLink (.tlog) or MOOS (.alog), a table ({', '.join(TABLES)}), or a folder of tables"
+    f"MAVLink (.tlog) or MOOS (.alog), a table ({', '.join((*TABLES, *ALONE))}), or a folder of tables"
 )
 YAML = (".yaml", ".yml")
 LISTED = 8  # recordings in a message

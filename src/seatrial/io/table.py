@@ -7,6 +7,7 @@ from pathlib import Path
 from seatrial.io.tables.base import Table
 from seatrial.io.tables.capture_table import capture_tables
 from seatrial.io.tables.csv_table import CsvTable
+from seatrial.io.tables.json_table import JSON, JsonTable
 from seatrial.io.tables.mat_table import mat_tables
 from seatrial.io.tables.parquet_table import ParquetTable
 from seatrial.io.tables.tall_table import spread_out
@@ -14,14 +15,15 @@ from seatrial.util.errors import FileError, RecordingError
 
 __all__ = ["CsvTable", "Table", "is_table", "open_tables"]
 
-TABLES = (".csv", ".txt", ".tsv", ".parquet", ".mat")
+TABLES = (".csv", ".txt", ".tsv", ".parquet", ".mat", ".jsonl", ".ndjson")
+ALONE = (".json",)  # no table of a folder, where files of settings have the same name
 
 
 def is_table(path: Path) -> bool:
     """Whether this is a table by its name, or a folder with one."""
     if path.is_dir():
         return any(file.suffix.lower() in TABLES and file.is_file() for file in path.iterdir())
-    return path.suffix.lower() in TABLES
+    return path.suffix.lower() in (*TABLES, *ALONE)
 
 
 def open_tables(path: Path, only: Collection[str] | None = None) -> dict[str, Table]:
@@ -55,5 +57,7 @@ def _open(path: Path) -> list[Table]:
         return [ParquetTable(path)]
     if suffix == ".mat":
         return mat_tables(path)
+    if suffix in JSON:
+        return [spread_out(JsonTable(path))]
     table = CsvTable(path)
     return [spread_out(table)] if table.joined is None else capture_tables(table, table.joined)

@@ -25,6 +25,7 @@ from seatrial.inspection.proposal.columns.stamps import (
 from seatrial.inspection.proposal.columns.up import about_y, refuse_steep, refuse_y_up, upright
 from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, assigned, choose
 from seatrial.io.columns import ColumnView, TableSeen
+from seatrial.io.table import is_table
 from seatrial.util.errors import RecordingError
 
 COORDINATE_KEYS = {
@@ -136,7 +137,23 @@ def _nothing(path: Path, tables: Sequence[TableSeen], what: str) -> str:
     course = f" {courses[0]} is a course, the direction of the motion." if courses else ""
     return (
         f"{path}: no table has columns named like x, y and psi (or yaw, heading, a quaternion; lat and lon): "
-        f"no {what}.{course} Name them with {EXAMPLE}. Columns that change are {listed[:400]}{texts_of(tables)}"
+        f"no {what}.{course}{_deeper(path)} Name them with {EXAMPLE}. Columns that change are {listed[:400]}"
+        f"{texts_of(tables)}"
+    )
+
+
+def _deeper(path: Path) -> str:
+    """What an error says of tables in folders below the recording's."""
+    found = (
+        [p for p in sorted(path.glob("*/*")) if p.is_file() and is_table(p)]
+        if path.is_dir()
+        else []
+    )
+    if not found:
+        return ""
+    return (
+        f" Tables in folders below, such as {found[0].relative_to(path)}, are not read: put all tables of a "
+        "recording into one folder."
     )
 
 
