@@ -12,6 +12,13 @@ from seatrial.util.errors import RecordingError
 
 LOG = drive(joypad=20.0, sticks=half)
 NONE = float("nan")
+
+
+def ahead(t, seed=0):
+    """Sticks of a boat that mostly goes ahead, so that its motion shows the sense of its heading."""
+    return np.abs(half(t, seed)) * [2, 0, 0] + half(t, seed) * [0, 0, 0.3]
+
+
 TYPES = {  # of a pose: topic, type, fields by t [ns], x, y, psi
     "names": ("/stateHat", "auv_msgs/msg/NavSts", lambda t, x, y, psi: {
         "header": header(t), "position": {"north": x, "east": y}, "orientation": {"yaw": psi}}),
@@ -53,6 +60,21 @@ def test_poses_of_other_types(tmp_path, case):
     assert vehicle.inputs == ("F_u", "F_v", "F_r")
     fields = [column.field for column in vehicle.file.commands.inputs.values()]
     assert fields == ["control[0]", "control[1]", "control[2]"]
+
+
+def test_a_position_beside_a_number_that_is_a_heading(tmp_path):
+    """A point and a compass, which no type of a message calls poses."""
+    point = lambda t, x, y, psi: {"header": header(t), "point": {"x": x, "y": y, "z": 0.0}}  # noqa: E731
+    compass = lambda t, x, y, psi: {"data": np.degrees(np.pi / 2 - psi) % 360}  # noqa: E731
+    log = drive(sticks=ahead)
+    path = ros2(tmp_path / "run", [
+        *sent("/utm", "geometry_msgs/msg/PointStamped", point, log.pose_t, log.pose),
+        *sent("/compass", "std_msgs/msg/Float64", compass, log.pose_t, log.pose), *sticks(),
+    ])  # fmt: skip
+    _, vehicle = proposed(path, axes="forward-left-up")
+    psi = vehicle.file.pose.psi
+    assert (psi.topic, psi.field, psi.sign, psi.offset) == ("/compass", "data", -1, 90)
+    assert vehicle.file.pose.x.field == "point.x"
 
 
 def test_several_poses_in_an_array_are_a_question(tmp_path):

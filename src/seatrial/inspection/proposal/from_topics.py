@@ -27,6 +27,7 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
 STAMP = "stamp"
+NUMBER = "data"  # field of a topic of one number
 OF_POSES = (*COORDINATES, Kind.HEADING, Kind.YAW_RATE)
 POSE_KEYS = tuple(key for key in CHOICE_KEYS if key != STAMP)  # a message has its own stamp
 Place = tuple[str, str]  # topic and field
@@ -260,11 +261,24 @@ def pose_by_fields(
         if is_quaternion_part(field) is not None or any(grade(field, kind) for kind in OF_POSES)
     ]  # fmt: skip
     tables = topics.tables(places)
-    if not (positions(tables) and headings(tables)):
+    moved = positions(tables)
+    if not moved:
         return None
+    if not headings(tables):  # in a topic of one number, by the topic's name
+        turned = [t for t in topics.names if _is_heading(t) and list(topics.fields(t)) == [NUMBER]]
+        if len(turned) != 1 or len({p.table.key for p in moved}) != 1:
+            return None
+        pairs = zip(moved[0].kinds, moved[0].names, strict=True)
+        text = "".join(f"{kind.value}={moved[0].table.key}/{name}," for kind, name in pairs)
+        whole = replace(choices, pose=f"{text}heading={turned[0]}/{NUMBER}")
+        return given_pose(topics, whole, {})[:2]
     found = choose_pose(topics.path, tables, replace(choices, pose=None), None)
     rows = tuple(r for r in found.recognised if "stamps" not in r.signal)
     return _of_topics(found.entries), rows
+
+
+def _is_heading(topic: str) -> bool:
+    return grade(topic, Kind.HEADING) is not None
 
 
 def _of_topics(entries: Mapping[str, Any]) -> dict[str, Any]:
