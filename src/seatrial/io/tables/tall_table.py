@@ -12,12 +12,14 @@ from seatrial.io.tables.stamps import from_date_times
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
-# names of the column that says what a row is of, without underscores around them
+# last part of the dotted name of the column that says what a row is of, without underscores around it
 KEYS = (
     "id",
     "field",
     "name",
     "topic",
+    "path",
+    "type",
     "signal",
     "channel",
     "thruster",
@@ -46,14 +48,17 @@ class TallTable(Table):
         )
         self._stamp, columns, names = stamp, [], []
         values = _varying(rows, (stamp, key), own)
+        filled = {n: [k for k in keys if np.isfinite(c[own == k]).any()] for n, c in values.items()}
+        shared = [k for of in filled.values() if len(of) > 1 for k in of]
         for name, column in values.items():
-            for one in keys:
+            for one in filled[name]:
                 mine = own == one
                 spread = np.full(len(first), np.nan)
                 spread[at[mine]] = column[mine]
                 columns.append(spread)
-                plain = len(values) == 1 and not one.isdecimal()
-                names.append(one if plain else f"{name} {one}")
+                plain = shared.count(one) == 1 and not one.isdecimal()
+                both = one if plain else f"{name} {one}"
+                names.append(name if len(filled[name]) == 1 else both)
         self.names = unique_names([stamp, *names])[0]
         self._values = dict(zip(self.names[1:], columns, strict=True))
         shown = ", ".join(keys[:4])
@@ -77,7 +82,8 @@ class TallTable(Table):
 
 def spread_out(table: Table) -> Table:
     """The table with a column for each signal, where its rows are of several; else as it is."""
-    named = [name for name in table.names if name.strip().strip("_").lower() in KEYS]
+    parts = {name: name.rpartition(".")[2].strip().strip("_").lower() for name in table.names}
+    named = [name for name, part in parts.items() if part in KEYS]
     for key in named:
         with suppress(RecordingError):
             own = _of_rows(table, key)

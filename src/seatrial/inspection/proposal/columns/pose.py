@@ -149,11 +149,15 @@ def heading_and_sense(
 
 
 def _at_positions(position: Position, heading: Heading, stamp: StampFound) -> Array:
-    """The heading (n,) as written at the rows of the positions, from its own table by its stamps."""
-    values = heading.values
+    """The heading (n,) as written at the rows of the positions, from its own table or rows by its stamps."""
+    values: Array = heading.values
+    own: StampFound | None = stamp
     if heading.table is position.table:
-        return values
-    own = stamp_beside(heading.table, position.table, stamp)
+        beside = np.isfinite(values)[np.isfinite(position.values).all(axis=0)]
+        if 2 * beside.sum() >= len(beside):
+            return values
+    else:
+        own = stamp_beside(heading.table, position.table, stamp)
     if own is None:
         raise RecordingError(
             f"{heading.table.view.path}: no column of stamps for {heading.names[0]}"

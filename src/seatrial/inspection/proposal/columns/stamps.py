@@ -52,7 +52,8 @@ def find_stamp(table: TableSeen) -> StampFound | None:
             why = f"name; {kind}, {column.rate:.4g} Hz"
             if column.unit == "s.ns":
                 why = "name; nanoseconds without leading zeros: so read it rises, as seconds it jumps back"
-            found.append((40.0 + fit + _earliness(column), _stamp(column), why, sure))
+            whole = 0.0 if column.empty else 5.0
+            found.append((40.0 + whole + fit + _earliness(column), _stamp(column), why, sure))
         elif fit is not None and fit > Grade.PART and _mostly_rises(table, column):
             why = "name; it does not always rise"
             found.append((20.0 + fit + _earliness(column), _stamp(column), why, Sureness.LIKELY))
