@@ -9,6 +9,7 @@ import pytest
 from conftest import at_length
 
 from seatrial.boat.vehicle import Vehicle
+from seatrial.evaluation.disturbed_intervals import squared_innovations
 from seatrial.identification.estimator import Fit, fit
 from seatrial.identification.likelihood import noise_structures as subject
 from seatrial.identification.likelihood.filter_runs import filter_along
@@ -167,6 +168,18 @@ def test_innovations_of_a_filter_that_diverged_are_not_white():
         spread = np.tile([1.0, 0.0, 0.0, 1.0, 0.0, variance], (500, 1))
         run = SimpleNamespace(spread=spread, innovation=white, weight=np.ones(500))
         assert is_white(SimpleNamespace(runs=SimpleNamespace(by_recording=[run]))) is expected
+
+
+@pytest.mark.parametrize("wave", [0.0, 1.0])
+def test_positions_between_two_headings_are_white_where_their_own_innovations_are(wave):
+    """They have no innovation of the heading, and counted as of a filter that diverged: a model mismatch."""
+    own = np.random.default_rng(1).normal(size=(500, 3)) + wave * np.sin(np.arange(500.0))[:, None]
+    own[:, 2] = np.nan
+    spread = np.tile([1.0, 0.0, np.nan, 1.0, np.nan, np.nan], (500, 1))
+    run = SimpleNamespace(spread=spread, innovation=own, weight=np.ones(500))
+    assert is_white(SimpleNamespace(runs=SimpleNamespace(by_recording=[run]))) is (wave == 0.0)
+    squares = squared_innovations(run)
+    np.testing.assert_allclose(squares, np.sum(own[:, :2] ** 2, axis=1).clip(max=squares.max()))
 
 
 def test_a_force_in_place_of_a_walk_moves_the_velocity_as_far():

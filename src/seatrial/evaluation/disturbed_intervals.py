@@ -67,7 +67,8 @@ def disturbed_intervals(
 def squared_innovations(passed: _core.FilterRun) -> Array:
     """Normalised innovations squared (n,) of a filter run; NaN where a pose was not used.
 
-    They are limited at the outlier's limit: a single jump is no interval.
+    They are limited at the outlier's limit: a single jump is no interval. A part that a pose has not, such as the
+    heading of a position between two headings, counts for nothing.
     """
     used = np.asarray(passed.weight) > 0.0
     spread = np.asarray(passed.spread)[used]
@@ -75,6 +76,10 @@ def squared_innovations(passed: _core.FilterRun) -> Array:
     for k, (i, j) in enumerate(((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))):
         covariance[:, i, j] = covariance[:, j, i] = spread[:, k]
     error = np.asarray(passed.innovation)[used]
+    lacking = np.isnan(error)
+    covariance[lacking[:, :, None] | lacking[:, None, :]] = 0.0
+    covariance[:, range(3), range(3)] += lacking
+    error = np.where(lacking, 0.0, error)
     whitened = np.linalg.solve(covariance, error[:, :, None])[..., 0]
     squares = np.full(len(used), np.nan)
     squares[used] = np.minimum(np.sum(error * whitened, axis=1), OUTLIER**2 + 3.0)

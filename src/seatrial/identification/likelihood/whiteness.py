@@ -24,25 +24,26 @@ def autocorrelation_ratio(at: Point) -> float:
 
     Autocorrelations of n white innovations are normal with deviation 1 / sqrt(n) (Box, Jenkins, Reinsel
     and Ljung, Time Series Analysis, 5th ed., section 2.1.6): of few poses they are large by chance. Infinite where
-    the filter diverged.
+    the filter diverged. A position between two headings has no innovation of the heading.
     """
-    sums, used = np.zeros((AUTOCORRELATION_LAGS + 1, 3)), 0
+    sums, used = np.zeros((AUTOCORRELATION_LAGS + 1, 3)), np.zeros(3)
     for each in at.runs.by_recording:
         with np.errstate(invalid="ignore"):
             spread = np.sqrt(np.asarray(each.spread)[:, [0, 3, 5]])
         error = np.clip(np.asarray(each.innovation) / spread, -OUTLIER, OUTLIER)
-        error = np.where((np.asarray(each.weight) > 0.0)[:, None], error, 0.0)
+        known = np.repeat((np.asarray(each.weight) > 0.0)[:, None], 3, axis=1)
+        known[:, 2] &= ~np.isnan(np.asarray(each.innovation)[:, 2])
+        error = np.where(known, error, 0.0)
         for lag in range(min(AUTOCORRELATION_LAGS + 1, len(error))):
             sums[lag] += np.sum(error[lag:] * error[: len(error) - lag], axis=0)
-        used += int(np.sum(np.asarray(each.weight) > 0.0))
+        used += known.sum(axis=0)
     if not np.isfinite(sums).all():
         return np.inf
+    sums, used = sums[:, used > 0], used[used > 0]
     if not (sums[0] > 0.0).all():  # an axis without errors
         return 0.0
-    return float(
-        np.abs(sums[1:] / sums[0]).max()
-        / max(LEAST_AUTOCORRELATION, CHANCE_DEVIATIONS / np.sqrt(used))
-    )
+    limits = np.maximum(LEAST_AUTOCORRELATION, CHANCE_DEVIATIONS / np.sqrt(used))
+    return float((np.abs(sums[1:] / sums[0]) / limits).max(initial=0.0))
 
 
 def without_process_noise(at: Point) -> bool:
