@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: MIT
 """Tables whose rows are of several signals, as a column tells: one column for each."""
 
+import json
+
 import numpy as np
 import pytest
 
 from seatrial.io.table import open_tables
+from seatrial.io.tables.signals import stamps_of_one
 from tests.odd_logs import columns, logged, moves_as_the_boat, read, written
 
 T = np.arange(0.0, 20.0, 0.1)
@@ -44,6 +47,46 @@ def test_thrusters_in_turn_are_two_commands(tmp_path):
     vehicle, recording = read(tmp_path)
     assert vehicle.inputs == ("value_0", "value_1")
     moves_as_the_boat(recording)
+
+
+@pytest.mark.parametrize("clocks", [False, True])
+def test_events_of_several_kinds(tmp_path, clocks):
+    """A value that one kind has keeps its name; one kind's own clock is no clock of the others.
+
+    A heading in other rows than the positions' has its sense by the motion: yaw is clockwise from north here.
+    """
+    c = columns(rate=10.0)
+    kinds = {
+        "GPS": (0.0, ("east", "north")),
+        "ATT": (0.002, ("yaw",)),
+        "SERVO": (0.004, ("left", "right")),
+    }
+    values = c | {"yaw": np.pi / 2 - c["psi"]}
+    events = []
+    for kind, (late, names) in kinds.items():
+        rows = zip(c["t"], *(values[n] for n in names), strict=True)
+        for t, *own in rows:
+            data = dict(
+                zip([{"east": "x", "north": "y"}.get(n, n) for n in names], own, strict=True)
+            )
+            clock = {"time_ms": round(1e3 * t)} if clocks and kind == "GPS" else {}
+            events.append({"meta": {"type": kind, "timestamp": t + late}, "data": data | clock})
+    events.sort(key=lambda e: e["meta"]["timestamp"])
+    path = tmp_path / "log.jsonl"
+    path.write_text("\n".join(map(json.dumps, events)))
+    vehicle, recording = read(path)
+    assert vehicle.inputs == ("data_left", "data_right")
+    assert (vehicle.file.pose.stamp.column, vehicle.file.pose.psi.sign) == ("meta.timestamp", -1)
+    moves_as_the_boat(recording, slack=0.05)
+
+
+def test_channels_in_turn_have_the_rate_of_one():
+    """Their rows together count half a period, by which changes of samples were taken too late."""
+    first = np.arange(0, 10**10, 10**8)
+    stamps = np.sort(np.concatenate([first, first + 10**6]))
+    given = np.array([stamps % 10**8 == 0, stamps % 10**8 != 0]).T
+    np.testing.assert_array_equal(stamps_of_one(stamps, given), first)
+    np.testing.assert_array_equal(stamps_of_one(stamps, np.ones_like(given)), stamps)
 
 
 @pytest.mark.parametrize("states", ["waypoints", "one that comes and goes"])

@@ -21,9 +21,9 @@ from seatrial.io.signals import (
     shared_places,
 )
 from seatrial.io.table import Table, open_tables
-from seatrial.recording.timing import Clock, describe
+from seatrial.recording.timing import Clock, describe, regular_period
 from seatrial.util.errors import FileError, RecordingError
-from seatrial.util.frames import Array, Mask
+from seatrial.util.frames import Array, Mask, Stamps
 from seatrial.util.progress import over
 
 POSE_FILE = "poses.csv"
@@ -31,6 +31,7 @@ COMMAND_FILE = "commands.csv"
 LISTED_COLUMNS = 20  # in an error message
 # of the rows with a command, below which have all of them where each is logged on change
 ON_CHANGE_WHOLE = 0.5
+IN_TURN = 1.5  # times as many rows as one channel has, above which channels are written in turn
 
 
 class TableSignals(Signals):
@@ -105,13 +106,16 @@ class TableSignals(Signals):
             what = "a pose" if request.role == "poses" else ", ".join(request.names)
             raise RecordingError(f"{table.path}: no row has {what}")
         values = of_columns(raw[:, :n], request.columns)
+        own = np.isfinite(values)
         if request.role in ("commands", "scales"):
             values, known = held_values(values)
             given[np.flatnonzero(given)[~known]] = False
+            own = own[known]
             self._check_finite(table, request, values, np.flatnonzero(given))
         stamps = table.stamps(stamp, given)
+        shown = stamps_of_one(stamps, own)
         return Rows(
-            stamps, values, describe(request.role, table.name, "table", clock=Clock.COLUMN, stamps=stamps),
+            stamps, values, describe(request.role, table.name, "table", clock=Clock.COLUMN, stamps=shown),
             raw[:, n] > 0.5 if valid else None,
         )  # fmt: skip
 
@@ -154,6 +158,14 @@ def held_values(values: Array) -> tuple[Array, Mask]:
     last = np.maximum.accumulate(row, axis=0)
     known = np.asarray((last >= 0).all(axis=1))
     return np.take_along_axis(values, last.clip(0), axis=0)[known], known
+
+
+def stamps_of_one(stamps: Stamps, given: Mask) -> Stamps:
+    """Stamps of one channel's rows, where channels (n, k) are written in turn, each at a rate; else all (n,)."""
+    each = [stamps[rows] for rows in given.T]
+    in_turn = len(stamps) > IN_TURN * max(map(len, each))
+    even = in_turn and all(regular_period(np.diff(own) * 1e-9) is not None for own in each)
+    return each[0] if even else stamps
 
 
 def stamp_column(request: Request) -> Column:
