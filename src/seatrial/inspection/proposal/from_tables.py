@@ -184,21 +184,16 @@ def _command_tables(
 
 
 def _able(table: TableSeen, pose: PoseColumns) -> list[ColumnView]:
-    """Columns that may be commands: they change, are no other signal, and no clock."""
+    """Columns that may be commands: they change, and are no other signal."""
     taken = stamp_columns(table) | pose.names_in(table)
     same = any(table is own for own in pose.tables)
     return [
         c
         for c in table.view.columns
-        if c.name and c.name not in taken and c.changes and c.least is not None and not _is_clock(c)
+        if c.name and c.name not in taken and c.changes and c.least is not None
         and not is_validity(c) and not _is_mode(c.name)
         and not (same and _is_other_signal(c.name))
     ]  # fmt: skip
-
-
-def _is_clock(column: ColumnView) -> bool:
-    """Whether a column rises from row to row, in all of them: no command does."""
-    return bool(column.unit) and not column.empty
 
 
 def _is_mode(name: str) -> bool:
@@ -287,7 +282,7 @@ def _spare(
     return tuple(
         c.name
         for c in table.view.columns
-        if c.changes and c.least is not None and c.name and not _is_clock(c) and c.name not in used
+        if c.changes and c.least is not None and c.name and c.name not in used
         and not c.empty and not is_validity(c) and is_quaternion_part(c.name) is None
         and (SCALE_WORDS.intersection(read_name(c.name).words)
              or grade(c.name, Kind.MEASURED) is not Grade.WHOLE)
