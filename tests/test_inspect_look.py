@@ -61,7 +61,10 @@ def test_clocks_of_a_bag_are_seen_without_a_vehicle_file(look, tmp_path):
 def test_a_bag_without_poses_or_without_anything(look, tmp_path):
     log = drive()
     text, _ = look(write_bag(tmp_path / "joy.bag", log.topics()[1:]))
-    assert said(text) == ["no topic looks like poses; see docs/recording.md for what to record"]
+    assert said(text) == [
+        "no topic looks like poses by its type; init takes fields of any (--pose x=TOPIC/FIELD,...); else see "
+        "docs/recording.md for what to record"
+    ]
     for kind in ("bag", "mcap", "db3"):
         text, found = look(write_bag(tmp_path / f"empty.{kind}", []))
         assert found["recordings"][0]["topics"] == []

@@ -30,6 +30,8 @@ POSITION_TYPES = ("sensor_msgs/msg/NavSatFix",)
 NUMBER_TYPES = ("std_msgs/msg/Float32", "std_msgs/msg/Float64")
 HEADING_WORDS = ("heading", "compass", "hdg")
 COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator", "wrench", "tau")
+# how fields of any type are named
+FIELDS = {"poses": "--pose x=TOPIC/FIELD,...", "commands": "--commands NAME=TOPIC/FIELD,..."}
 # [bytes] of a header's time: after ROS 1's sequence number, after CDR's first four
 STAMP_OFFSET = 4
 
@@ -96,7 +98,8 @@ def contents_text(found: Contents) -> str:
     for role, is_there in (("poses", placed), ("commands", bool(found.of("commands")))):
         if not is_there:
             lines.append(
-                f"  => no topic looks like {role}; see docs/recording.md for what to record"
+                f"  => no topic looks like {role} by its type; init takes fields of any ({FIELDS[role]}); else "
+                "see docs/recording.md for what to record"
             )
     return "\n".join(lines)
 
