@@ -78,3 +78,12 @@ def test_settings_beside_tables_are_none(tmp_path):
     assert not is_table(tmp_path)
     (tmp_path / "log.csv").write_text("t,x\n0,1\n1,2\n")
     assert [*open_tables(tmp_path)] == ["log.csv"]
+
+
+def test_two_values_of_one_dotted_name_are_one_column(tmp_path):
+    path = tmp_path / "log.jsonl"
+    rows = [{"t": 0.1 * i, "a": {"b": 1.0}, "a.b": 2.0, "deep": [[{"c": i}]]} for i in range(5)]
+    path.write_text("\n".join(json.dumps(row) for row in rows))
+    (table,) = open_tables(path).values()
+    assert table.names == ["t", "a.b", "deep[0][0].c"]
+    assert table.columns(["a.b", "deep[0][0].c"]).tolist() == [[2.0, float(i)] for i in range(5)]

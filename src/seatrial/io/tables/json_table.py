@@ -14,7 +14,7 @@ from seatrial.util.files import readable
 from seatrial.util.frames import Array
 
 JSON = (".jsonl", ".ndjson", ".json")
-MOST_BYTES = 1 << 30  # of a file
+MOST_BYTES = 1 << 28  # of a file: its objects take ten times as much memory
 DEEPEST = 16  # objects within objects
 MOST_PARTS = 32  # of a list within a row
 MOST_COLUMNS = 10_000
@@ -37,7 +37,9 @@ class JsonTable(Table):
         columns: dict[str, list[Any]] = {}
         rows = self._rows(content)
         for i, row in enumerate(rows):
-            for name, value in _cells(row, "", 0):
+            for name, value in dict(
+                _cells(row, "", 0)
+            ).items():  # {"a": {"b": 1}, "a.b": 2}: the last
                 column = columns.setdefault(name, [])
                 column += [None] * (i - len(column)) + [value]
             if len(columns) > MOST_COLUMNS or len(columns) * (i + 1) > MOST_NUMBERS:
