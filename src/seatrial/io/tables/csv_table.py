@@ -89,7 +89,7 @@ class CsvTable(Table):
         values = np.column_stack([self._read_columns[name] for name in wanted])
         if len(values) == 0:
             raise RecordingError(
-                f"{self.path}: has a header but no rows; was anything recorded while the boat was driven?"
+                f"{self.path}: has a header but no rows; record while the boat is driven"
             )
         return values
 

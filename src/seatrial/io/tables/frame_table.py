@@ -34,7 +34,7 @@ class FrameTable(Table):
                 )
         if not len(frame):
             raise RecordingError(
-                f"{name}: has columns but no rows; was anything recorded while the boat was driven?"
+                f"{name}: has columns but no rows; record while the boat is driven"
             )
         own = frame.index
         timed = isinstance(own, (pd.DatetimeIndex, pd.TimedeltaIndex, pd.PeriodIndex))

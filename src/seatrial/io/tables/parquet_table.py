@@ -56,7 +56,7 @@ class ParquetTable(Table):
         self._read(wanted)
         if self._rows == 0:
             raise RecordingError(
-                f"{self.path}: has columns but no rows; was anything recorded while the boat was driven?"
+                f"{self.path}: has columns but no rows; record while the boat is driven"
             )
         return super().columns(wanted)
 
