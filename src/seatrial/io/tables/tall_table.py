@@ -100,7 +100,8 @@ def _of_rows(table: Table, key: str) -> NDArray[np.str_]:
     """What each row is of."""
     texts = table.texts(key)
     if texts is None:
-        return np.array([f"{value:g}" for value in table.columns([key])[:, 0]])
+        values, at = np.unique(table.columns([key])[:, 0], return_inverse=True)
+        return np.array([f"{value:.15g}" for value in values])[at]
     return np.array([text.strip() for text in texts])
 
 
