@@ -62,8 +62,8 @@ def test_a_bag_without_poses_or_without_anything(look, tmp_path):
     log = drive()
     text, _ = look(write_bag(tmp_path / "joy.bag", log.topics()[1:]))
     assert said(text) == [
-        "no topic looks like poses by its type; init takes fields of any (--pose x=TOPIC/FIELD,...); else see "
-        "docs/recording.md for what to record"
+        "no topic looks like poses by its type. init takes fields of any type (--pose x=TOPIC/FIELD,...). "
+        "docs/recording.md says what to record"
     ]
     for kind in ("bag", "mcap", "db3"):
         text, found = look(write_bag(tmp_path / f"empty.{kind}", []))

@@ -61,7 +61,7 @@ def test_a_value_that_a_row_lacks_is_an_empty_cell(tmp_path):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('{"t": 0}\n{"t": 1', "line 2: is no JSON"),
+        ('{"t": 0}\n{"t": 1', "line 2: is not JSON"),
         ('{"gain": 3}', "expected an object for each row"),
         ("[]", "no rows"),
     ],

@@ -99,7 +99,7 @@ def _lacking(a: Model, b: Model) -> list[str]:
     """What the recordings of each show that its model lacks."""
     both = [(label, most_important(m.findings_of(*LACKING))) for label, m in (("A", a), ("B", b))]
     return [
-        f"{label}'s coefficients may be off by more than their errors, which no cause allows for: "
+        f"{label}'s coefficients may be off by more than their standard errors, which no cause allows for: "
         f"{finding_text(found[0])}"
         for label, found in both
         if found

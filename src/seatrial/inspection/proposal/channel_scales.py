@@ -20,21 +20,8 @@ USUAL_FULL_COMMANDS = (1.0, 100.0, 127.0, 255.0, 500.0, 1000.0, 32767.0)
 HALF_RANGES = (50.0, 100.0, 127.0, 128.0, 500.0, 512.0, 820.0, 1024.0, 2048.0, 32767.0)
 # from idle to full, of thrust ahead only
 RANGES = (
-    50.0,
-    60.0,
-    75.0,
-    90.0,
-    100.0,
-    127.0,
-    180.0,
-    255.0,
-    400.0,
-    500.0,
-    600.0,
-    800.0,
-    900.0,
-    1000.0,
-)
+    50.0, 60.0, 75.0, 90.0, 100.0, 127.0, 180.0, 255.0, 400.0, 500.0, 600.0, 800.0, 900.0, 1000.0,
+)  # fmt: skip
 NEUTRAL_WITHIN = 0.3  # of the range, between a neutral value and either end
 NEUTRAL_NOISE = 0.01  # of the range, of a stick at rest
 LEAST_REACHED = 0.5  # of a usual full command; below, the scale is rounded up from the data

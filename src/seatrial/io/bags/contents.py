@@ -98,8 +98,8 @@ def contents_text(found: Contents) -> str:
     for role, is_there in (("poses", placed), ("commands", bool(found.of("commands")))):
         if not is_there:
             lines.append(
-                f"  => no topic looks like {role} by its type; init takes fields of any ({FIELDS[role]}); else "
-                "see docs/recording.md for what to record"
+                f"  => no topic looks like {role} by its type. init takes fields of any type ({FIELDS[role]}). "
+                "docs/recording.md says what to record"
             )
     return "\n".join(lines)
 

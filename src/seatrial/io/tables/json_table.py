@@ -17,9 +17,9 @@ JSON = (".jsonl", ".ndjson", ".json")
 MOST_BYTES = 1 << 28  # of a file: its objects take ten times as much memory
 DEEPEST = 16  # objects within objects
 MOST_PARTS = 32  # of a list within a row
-MOST_COLUMNS = 10_000
+MOST_COLUMNS = 10_000  # a file with more is hostile
 LONGEST_CELL = 256  # characters
-LARGEST = 1e300  # of a number
+LARGEST = 1e300  # a larger number is none
 
 
 class JsonTable(Table):
@@ -31,7 +31,7 @@ class JsonTable(Table):
         with readable(path, RecordingError):
             if path.stat().st_size > MOST_BYTES:
                 raise RecordingError(
-                    f"{path}: is larger than {MOST_BYTES} bytes; write a CSV table"
+                    f"{path}: is larger than {MOST_BYTES >> 20} MB; convert it to a CSV table"
                 )
             content = path.read_bytes()
         columns: dict[str, list[Any]] = {}
@@ -84,7 +84,7 @@ class JsonTable(Table):
                 rows += [json.loads(line)] if line.strip() else []
             except (ValueError, RecursionError) as error:
                 raise RecordingError(
-                    f"{self.path} line {number}: is no JSON ({first_line(error)}); is the file cut off? Remove "
+                    f"{self.path} line {number}: is not JSON ({first_line(error)}); is the file cut off? Remove "
                     "the line to use the rest"
                 ) from None
         return rows

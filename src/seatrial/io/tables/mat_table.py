@@ -17,12 +17,8 @@ TIMES = ("t", "time", "times", "tout", "timestamp", "stamp", "utc", "secs", "dat
 CARRIERS = ("signals", "values", "data")
 SERIES = {"time", "t", *CARRIERS, "name", "label", "units", "dimensions", "blockname", "title"}
 MOST_PARTS = 32  # columns of a matrix
-LABELS = (
-    "_label",
-    "_labels",
-    "_names",
-    "_columns",
-)  # behind a matrix' name, of the names of its columns
+# behind the name of a matrix: a variable with the names of its columns
+LABELS = ("_label", "_labels", "_names", "_columns")
 LEAST_ROWS = 3
 DATENUM_OF_1970 = 719_529.0  # [days] MATLAB's serial date
 DATENUMS = (693_962.0, 766_645.0)  # [days] the years 1900 to 2099

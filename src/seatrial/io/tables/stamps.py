@@ -179,7 +179,7 @@ def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
     """Stamps (n,) of dates and times, or of times of day that may pass midnight. Raises RecordingError.
 
     Without a zone the time counts as UTC. Minutes and seconds with a fraction may pass the hour: spreadsheets
-    leave the hours out. Fractions without leading zeros, 12:00:07.45 for 7.000000045 s, are told by their steps.
+    leave the hours out. Fractions without leading zeros, 12:00:07.45 for 7.000000045 s, make stamps jump back.
     """
     turn = DAY
     if texts and all(map(MINUTES.fullmatch, texts)):

@@ -14,21 +14,10 @@ from seatrial.util.frames import Array, Stamps
 
 # last part of the dotted name of the column that says what a row is of, without underscores around it
 KEYS = (
-    "id",
-    "field",
-    "name",
-    "topic",
-    "path",
-    "type",
-    "signal",
-    "channel",
-    "thruster",
-    "motor",
-    "actuator",
-    "variable",
-    "parameter",
-)
-MOST_KEYS = 64
+    "id", "field", "name", "topic", "path", "type", "signal", "channel", "thruster", "motor", "actuator",
+    "variable", "parameter",
+)  # fmt: skip
+MOST_KEYS = 64  # signals of a table: more are a counter
 LEAST_ROWS = 10  # of each signal
 GAP = 3.0  # usual steps of a signal, above which it has a gap
 MOST_GAPS = 0.2  # of its time: a state that comes and goes has more, and is no signal's name
