@@ -2,6 +2,7 @@
 """A real browser, and a report that is open in it."""
 
 import shutil
+import time
 from importlib.util import find_spec
 
 import pytest
@@ -23,6 +24,28 @@ ARGUMENTS = (
 WIDE = '.plot.wide[data-figure="velocity-u"]'
 PATIENCE = 120_000  # [ms] a machine that tests other things beside is slow
 RANGE = "div => div.layout.xaxis.range"
+
+
+IN_VIEW = "(part) => { part.scrollIntoView({ block: 'center' }); return part.querySelector('.main-svg') !== null; }"
+STILL = 5.0  # [s] without a plot, after which the browser is asked for a frame
+
+
+def draw(plot):
+    """Scroll to a plot until it is drawn; Playwright's own scrolling waits for frames, which may never come.
+
+    A browser without a screen may stop making frames, in which plots are drawn: a screenshot makes one.
+    """
+    page, began = plot.page, time.monotonic()
+
+    def done():
+        if plot.evaluate(IN_VIEW):
+            return True
+        if time.monotonic() - began > STILL:
+            page.bring_to_front()
+            page.screenshot()
+        return False
+
+    waiting.until(done, "a plot in view is not drawn")
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +93,6 @@ class Visit:
     def wide(self):
         """The open recording's plot of surge velocity, drawn."""
         plot = self.page.locator(f"details[open] {WIDE}")
-        plot.scroll_into_view_if_needed()
+        draw(plot)
         plot.locator(".drag").first.wait_for(state="attached")
         return plot

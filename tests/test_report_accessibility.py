@@ -8,7 +8,7 @@ from importlib.util import find_spec
 
 import msgspec
 import pytest
-from report_pages import Visit
+from report_pages import Visit, draw
 from report_pages import needed as in_a_browser
 from test_guide import CURRENT, LEVER, one_drive, tables
 
@@ -96,16 +96,15 @@ def drawn(browser, pages):
     with visits(browser, pages) as go:
 
         @cache
-        def draw(name, size=LAPTOP):
+        def opened(name, size=LAPTOP):
             page = go(name, size)
             page.evaluate(OPEN_ALL)
             for plot in page.locator(".plot").all():
-                plot.scroll_into_view_if_needed()
-                plot.locator(".main-svg").first.wait_for(state="attached")
+                draw(plot)
             page.evaluate("() => window.scrollTo(0, 0)")
             return page
 
-        yield draw
+        yield opened
 
 
 def violations(page, rules=()):
@@ -203,7 +202,7 @@ def test_names_and_verdicts_stay_in_sight_on_a_phone(visit):
     page = visit("report", PHONE)
     page.evaluate(OPEN_ALL)
     box = page.locator(".scroll:has(> table.coefficients)")
-    box.scroll_into_view_if_needed()
+    box.evaluate("(box) => box.scrollIntoView()")
     places = """(box) => { box.scrollLeft = SHIFT; const whole = box.getBoundingClientRect();
         return [...box.querySelectorAll("tbody tr:first-child > :is(th, td.verdict)")].map((cell) => {
             const own = cell.getBoundingClientRect();

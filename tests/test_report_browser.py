@@ -4,7 +4,7 @@
 import re
 
 import pytest
-from report_pages import RANGE, WIDE, Visit, needed
+from report_pages import RANGE, WIDE, Visit, draw, needed
 
 from seatrial.report import write_report
 
@@ -42,8 +42,7 @@ def test_every_plot_is_drawn_when_it_comes_into_view(visit):
     page.get_by_role("button", name="open all").click()
     assert page.locator("details.run[open]").count() == 6
     for plot in page.locator(".plot").all():
-        plot.scroll_into_view_if_needed()
-        plot.locator(".main-svg").first.wait_for(state="visible")
+        draw(plot)
     one.until("() => [...document.querySelectorAll('.plot')].every(d => d.querySelector('.trace'))")
     for plot in page.locator(".plot").all():
         titles = [plot.locator(f".{k}title").all_text_contents() for k in "xy"]
@@ -78,7 +77,7 @@ def test_dragging_zooms_all_three_time_axes(visit):
         zoomed,
     )
     lower = one.page.locator('details[open] .plot.wide[data-figure="velocity-r"]')
-    lower.scroll_into_view_if_needed()  # one that was drawn only after the zoom follows too
+    draw(lower)  # one that was drawn only after the zoom follows too
     lower.locator(".trace").first.wait_for(state="attached")
     assert lower.evaluate(RANGE) == pytest.approx(zoomed)
 
@@ -117,8 +116,7 @@ def test_a_phone_has_no_horizontal_scroll(visit, touch):
     one = visit(width=390, height=844, touch=touch)
     one.page.get_by_role("button", name="open all").click()
     for plot in one.page.locator(".plot").all():
-        plot.scroll_into_view_if_needed()
-        plot.locator(".main-svg").first.wait_for(state="visible")
+        draw(plot)
         box = plot.locator(".main-svg").first.bounding_box()
         assert box["x"] >= 0
         assert box["x"] + box["width"] <= 390
