@@ -6,6 +6,7 @@
 prints medians of several repeats. Machines are noisy: read the ratios, not the milliseconds.
 """
 
+import inspect
 import statistics
 import time
 from collections.abc import Callable
@@ -13,13 +14,16 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.integrate import solve_ivp
+from threadpoolctl import threadpool_limits
 
 import seatrial
 from benchmarks.harness import command
 from seatrial import _core
 from seatrial.boat.schema import Integration
+from seatrial.identification.methods import identify_with_fit
 from seatrial.simulation.plan import load_plan
 from seatrial.simulation.trials import plant_model
+from seatrial.util.parallel import cores
 from tests.boats.by_hand import rates
 from tests.boats.scenes import driven
 
@@ -138,6 +142,24 @@ def simulation(truth: seatrial.Model, recording: seatrial.Recording) -> None:
     print(f"    largest difference in speed {np.abs(core() - scipy())[:, 3:].max():.1e} m/s, rad/s")
 
 
+def threads_of_blas(vehicle: seatrial.Vehicle, recording: seatrial.Recording) -> None:
+    """CPU time of a whole identification in a program whose BLAS may use all cores."""
+
+    def cpu(work: Callable[..., object]) -> float:
+        times = []
+        for _ in range(REPEATS):
+            begin = time.process_time()
+            work([recording], vehicle)
+            times.append(time.process_time() - begin)
+        return statistics.median(times[1:])
+
+    print("identify with all cores, CPU time")
+    with threadpool_limits(cores(), user_api="blas"):
+        base = cpu(identify_with_fit)
+        row("one thread of BLAS, as identify sets it", base)
+        row("as many as BLAS starts by itself", cpu(inspect.unwrap(identify_with_fit)), base)
+
+
 def main() -> None:
     """Run all."""
     command.parser("run", __doc__).parse_args()
@@ -147,6 +169,7 @@ def main() -> None:
     recording = driven(plan, vehicle, names=["S7"])["S7"].recording
     prediction(truth, recording)
     simulation(truth, recording)
+    threads_of_blas(vehicle, recording)
 
 
 if __name__ == "__main__":

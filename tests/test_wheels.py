@@ -70,7 +70,7 @@ def test_the_wheel_for_aarch64_gives_the_same_model_there(tmp_path):
     assert "manylinux_2_" in wheel.name and wheel.name.endswith("_aarch64.whl")
     root = python_for_aarch64(tmp_path / "debian")
     packages = tmp_path / "packages"
-    packages_for_aarch64(wheel, packages, "numpy", "msgspec", "PyYAML")
+    packages_for_aarch64(wheel, packages, "numpy", "msgspec", "PyYAML", "threadpoolctl")
     there, values = json.loads(emulated(root, packages, "-c", FIGURES, *GIVEN))
     _, same = json.loads(quiet(sys.executable, "-c", FIGURES, *GIVEN))
     assert there == "aarch64"

@@ -15,8 +15,10 @@ from seatrial.evaluation.reference import Reference
 from seatrial.evaluation.scores import SCORES_FORMAT, Scores, fingerprint
 from seatrial.recording.recording import Recording
 from seatrial.util.arguments import expect
+from seatrial.util.blas import one_blas_thread
 
 
+@one_blas_thread
 def validate(
     model: Model,
     recordings: Sequence[Recording],

@@ -19,6 +19,7 @@ from seatrial.guide.vehicle_file import vehicle_of
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.inspection.proposal.sources import Choices
 from seatrial.util.arguments import expect_each
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.progress import stage
 from seatrial.util.questions import Questions
@@ -50,6 +51,7 @@ class Guide:
         return self.folder / "report.html"
 
 
+@one_blas_thread
 def auto(
     logs: Sequence[str | Path],
     folder: str | Path,

@@ -40,6 +40,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.undriven import undriven_motion
 from seatrial.util.arguments import expect, expect_each
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.errors import IdentificationError
 from seatrial.util.parallel import beside
 from seatrial.util.progress import stage
@@ -88,6 +89,7 @@ def identify(
     )[0]  # fmt: skip
 
 
+@one_blas_thread
 def identify_with_fit(
     recordings: Sequence[Recording],
     vehicle: Vehicle,

@@ -28,6 +28,7 @@ from seatrial.recording.timing import Stream
 from seatrial.recording.undriven import undriven_motion
 from seatrial.util.above import text_by
 from seatrial.util.arguments import expect, expect_each
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.errors import RecordingError
 from seatrial.util.progress import over, stage
 
@@ -104,6 +105,7 @@ class Inspection:
     __str__ = text_by("inspection.console", "inspection_text")
 
 
+@one_blas_thread
 def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     """Rates, gaps, faults, clocks, excitation; consistency of units, signs and order."""
     expect(vehicle, Vehicle, "vehicle")

@@ -26,6 +26,7 @@ from seatrial.control.tuning.robustness import MARGIN_DRAWS, MARGIN_SEED, draws_
 from seatrial.control.tuning.rules import NO_GAINS, Gains, pd_gains, pid_gains
 from seatrial.util.above import text_by
 from seatrial.util.arguments import expect
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.errors import ControlError
 from seatrial.util.frames import AXES, SYMBOLS, Array
 from seatrial.util.progress import stage
@@ -113,6 +114,7 @@ class Tuning:
         return np.asarray(np.array(rows) * self.boat.per_authority[:, None])
 
 
+@one_blas_thread
 def tune(
     model: Model,
     knob: float = KNOB,

@@ -37,6 +37,7 @@ from seatrial.evaluation.prediction import DEFAULT_HORIZON
 from seatrial.recording.recording import Recording
 from seatrial.util.above import text_by
 from seatrial.util.arguments import expect, expect_each
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.errors import ModelError
 
 COMPARISON_FORMAT = "comparison 1"
@@ -110,6 +111,7 @@ class Comparison(msgspec.Struct, frozen=True):
         return [(x, y) for x, y in both if x.at_bound != y.at_bound]
 
 
+@one_blas_thread
 def compare(
     a: Model,
     b: Model,

@@ -25,6 +25,7 @@ from seatrial.io.formats import is_log
 from seatrial.io.reader import recording_name
 from seatrial.recording.other_clock import OtherEpochError, OtherZoneError
 from seatrial.recording.yaw_rate import YawRateError
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.errors import VehicleError
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES
@@ -49,6 +50,7 @@ class Proposal:
         return self.text
 
 
+@one_blas_thread
 def init(
     path: str | Path,
     *more: str | Path,

@@ -38,6 +38,7 @@ from seatrial.identification.selection.terms.stepwise import (
 from seatrial.identification.selection.terms.term_fit import TermFit, begun_at, term_fit
 from seatrial.identification.solution import OutputErrorSettings
 from seatrial.recording.recording import Recording
+from seatrial.util.blas import one_blas_thread
 from seatrial.util.progress import stage, step
 
 DISTURBANCES = (FindingKind.DISTURBED_INTERVAL, FindingKind.DISTURBANCE_INFLUENCE)
@@ -48,6 +49,7 @@ CHANGES = (
 )  # of the boat, between recordings or in one
 
 
+@one_blas_thread
 def select(
     recordings: Sequence[Recording],
     vehicle: Vehicle,
