@@ -2,7 +2,7 @@
 """Actuators of unlike kinds, a bow thruster beside two astern: each kind's own curve and lag are found."""
 
 import pytest
-from conftest import on_request
+from conftest import at_length, on_request
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, driven, past_idle
 
 from seatrial.boat.findings import FindingKind, finding_of
@@ -31,7 +31,7 @@ KINDS = {  # stages of the two astern, of the bow thruster, and constants of the
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", [1, on_request(2)])
+@pytest.mark.parametrize("seed", [1, at_length(2), on_request(8)])
 @pytest.mark.parametrize("stage", KINDS)
 def test_a_kind_has_a_stage_of_its_own(stage, seed):
     stern, bow, found = KINDS[stage]

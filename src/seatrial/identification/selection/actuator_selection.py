@@ -41,10 +41,10 @@ def select_stages(
     if limited is not None:
         findings, at = [slew_finding(at, limited)], limited
     for _ in range(MOST_SELECTED):
-        # score tests of all candidates; the significant one with the largest expected gain is fitted
+        # score tests of all candidates; the simplest significant one is fitted, of equals the one that gains most
         candidates = _candidates(at, vehicle, settings)
         likely = [a for a in candidates if a.test.likely]
-        most = max(likely, key=lambda a: a.test.gain, default=None)
+        most = max(likely, key=lambda a: (-a.test.freedom, a.test.gain), default=None)
         there = None if most is None else _fitted(at, most.problem, most.theta, settings, horizon)
         # a curve that dead-zone edges hide from its score test is found by a fit
         if there is None:

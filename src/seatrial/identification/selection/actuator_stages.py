@@ -156,21 +156,26 @@ def stage_candidates(vehicle: Vehicle, whole: Vehicle) -> list[StageCandidate]:
         return with_room(whole, [*chain[:place], *groups, *chain[place + 1 :]])
 
     own = chain[place]
-    return [*_of_the_curve(vehicle, whole, own, wider), *_by_group(whole, own, wider)]
+    missing = _missing_of_the_curve(vehicle, whole)
+    return [*_of_the_curve(own, missing, wider), *_by_group(whole, own, missing, wider)]
 
 
-def _of_the_curve(
-    vehicle: Vehicle, whole: Vehicle, own: ChainGroup, wider: Wider
-) -> Iterator[StageCandidate]:
-    """Stages of the thrust curve, beside a dead zone that is estimated; `own`: the group that has it."""
+def _missing_of_the_curve(vehicle: Vehicle, whole: Vehicle) -> list[str]:
+    """Stages of the thrust curve that are not estimated yet, beside a dead zone that is."""
     has = _stated(vehicle)
     sought = {
         n.partition(".")[0] for n in set(whole.constants.names) - set(vehicle.constants.names)
     }
     if "edge_forward" not in sought:
-        return
+        return []
     both = ("reverse_ratio",) if "edge_reverse" in sought else ()
-    missing = [s for s in (*both, "power") if s not in sought and not has[s]]
+    return [s for s in (*both, "power") if s not in sought and not has[s]]
+
+
+def _of_the_curve(
+    own: ChainGroup, missing: Sequence[str], wider: Wider
+) -> Iterator[StageCandidate]:
+    """Missing stages of the thrust curve, the same for all actuators; `own`: the group that has it."""
     whole_curve = own
     for stage in missing:
         whole_curve = _with(whole_curve, stage, 1.0)
@@ -182,12 +187,14 @@ def _of_the_curve(
             yield StageCandidate(selected, alone, {}, probe or alone)
 
 
-def _by_group(whole: Vehicle, own: ChainGroup, wider: Wider) -> Iterator[StageCandidate]:
-    """Stages that all actuators share in `own`, one for each group of them."""
+def _by_group(
+    whole: Vehicle, own: ChainGroup, missing: Sequence[str], wider: Wider
+) -> Iterator[StageCandidate]:
+    """Stages that all actuators share in `own`, and those that the curve lacks, one for each group of them."""
     groups = actuator_groups(whole)
     kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
     for stage in STAGES_BY_GROUP if len(groups) > 1 else ():
-        shared = getattr(own, stage)
+        shared = 1.0 if stage in missing else getattr(own, stage)
         if shared is not None:
             parts = [
                 _with(ChainGroup(name=f"{stage}_{name}", actuators=members), stage, shared)
