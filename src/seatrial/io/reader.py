@@ -51,7 +51,7 @@ def open_signals(path: Path, vehicle: Vehicle, *, salvage: bool = False) -> Iter
         raise error
     if is_bag(path):
         with open_bag(path, salvage=salvage) as bag:
-            yield BagSignals(bag, vehicle, salvage=salvage)
+            yield BagSignals(bag, vehicle)
         return
     if is_log(path):
         with stage("", OPENED):

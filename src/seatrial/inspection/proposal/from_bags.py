@@ -28,10 +28,12 @@ from seatrial.inspection.proposal.sources import (
     choose,
     named,
 )
+from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.channels import holds_numbers, number_fields, tf_frames
 from seatrial.io.bags.contents import NUMBER_TYPES, Contents, Entry, contents
 from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.poses import array_pose_paths
+from seatrial.io.bags.tf import is_tf
 from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.timing import rate_text
 from seatrial.util.errors import RecordingError
@@ -58,20 +60,21 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
     """Topics of poses and commands by type and name. Raises RecordingError, FileError."""
     found = contents(path, salvage=salvage)
     with open_bag(path, salvage=salvage) as bag:
-        topics = BagTopics(bag, salvage=salvage)
-        pose, recognised, pose_notes = _pose(found, topics, choices, ask, salvage=salvage)
-        given = None if choices.commands is None else given_commands(topics, choices.commands)
-    full: float | None = None
-    if given is not None:
-        commands: dict[str, Any] = {"topic": given[0]}
-        channels, command_notes = given[1], ["--commands"]
-    else:
-        able = _of_this_boat(found, _commanded(found), str(pose.get("topic", "")))
-        driving = _one(found, "commands", choices.commands, ask, able)
-        siblings = _siblings(able if driving in able else found.of("commands"), driving)
-        commands, channels = _channels(path, driving, siblings, salvage=salvage)
-        command_notes = _notes(found, driving, "commands", len(siblings))
-        full = FULL_COMMAND.get(driving.topic.type_name)
+        pose, recognised, pose_notes = _pose(found, bag, choices, ask)
+        given = (
+            None if choices.commands is None else given_commands(BagTopics(bag), choices.commands)
+        )
+        full: float | None = None
+        if given is not None:
+            commands: dict[str, Any] = {"topic": given[0]}
+            channels, command_notes = given[1], ["--commands"]
+        else:
+            able = _of_this_boat(found, _commanded(found), str(pose.get("topic", "")))
+            driving = _one(found, "commands", choices.commands, ask, able)
+            siblings = _siblings(able if driving in able else found.of("commands"), driving)
+            commands, channels = _channels(bag, driving, siblings)
+            command_notes = _notes(found, driving, "commands", len(siblings))
+            full = FULL_COMMAND.get(driving.topic.type_name)
     notes = {"pose": pose_notes, "commands": command_notes}
     return Sources(
         path, name, choices.axes, found.length, pose, commands, channels, notes, full, recognised=recognised
@@ -79,10 +82,10 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
 
 
 def _pose(
-    found: Contents, topics: BagTopics, choices: Choices, ask: Ask | None, *, salvage: bool
+    found: Contents, bag: Bag, choices: Choices, ask: Ask | None
 ) -> tuple[dict[str, Any], tuple[Recognised, ...], list[str]]:
     """The pose's entries, how they were recognised, and notes. Raises RecordingError."""
-    fields = given_keys(choices.pose)
+    fields, topics = given_keys(choices.pose), BagTopics(bag)
     if is_whole(fields):
         return (*given_pose(topics, choices, {})[:2], ["--pose"])
     poses = _likely_poses(found.of("poses")) or found.of("positions")
@@ -91,15 +94,15 @@ def _pose(
         by_fields = pose_by_fields(topics, choices)
         if by_fields is not None:
             return (*by_fields, ["fields by their names"])
-        in_array = _of_array(found, salvage=salvage)
+        in_array = _of_array(found, bag)
         if in_array:
             whole = given_pose(topics, replace(choices, pose=in_array), {})
             return (*whole[:2], ["fields of an array"])
     chosen = _one(found, "poses", None if fields else choices.pose, ask, poses)
     pose: dict[str, Any] = {"topic": chosen.topic.name}
     recognised: tuple[Recognised, ...] = ()
-    if chosen.topic.type_name.endswith(("TFMessage", "tfMessage")):
-        pose |= _frames(found.path, chosen.topic.name, choices, salvage=salvage)
+    if is_tf(chosen.topic):
+        pose |= _frames(bag, chosen.topic.name, choices)
     elif chosen.role == "positions":
         more, recognised = _geographic(found, chosen, choices)
         pose |= more
@@ -108,7 +111,7 @@ def _pose(
     return (*given_pose(topics, choices, pose)[:2], ["--pose"])
 
 
-def _of_array(found: Contents, *, salvage: bool) -> str:
+def _of_array(found: Contents, bag: Bag) -> str:
     """The only pose of the only topic that has poses in arrays, as `--pose` names it; empty: none.
 
     Raises RecordingError where there are several.
@@ -122,8 +125,7 @@ def _of_array(found: Contents, *, salvage: bool) -> str:
             pairs = zip(("x", "y", "heading"), paths, strict=True)
             texts.append(",".join(f"{key}={topic.name}/{path}" for key, path in pairs))
             second = paths[0].replace("[0].", "[1].")
-            shown = number_fields(found.path, topic.name, salvage=salvage)
-            several |= second != paths[0] and second in shown
+            several |= second != paths[0] and second in number_fields(bag, topic.name)
     if several or len(texts) > 1:
         options = " or ".join(f"--pose {text}" for text in texts)
         raise RecordingError(f"{found.path}: several poses in arrays; choose the boat's: {options}")
@@ -151,17 +153,17 @@ def _namespace(topic: str) -> str:
 
 
 def _channels(
-    path: Path, driving: Entry, siblings: list[Entry], *, salvage: bool
+    bag: Bag, driving: Entry, siblings: list[Entry]
 ) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """The commands' entry, and the channels by name."""
     if len(siblings) == 1:
-        names = _fields(path, driving, salvage=salvage)
-        return {"topic": driving.topic.name}, named((f, {"field": f}) for f in names)
+        fields = _fields(bag, driving.topic)
+        return {"topic": driving.topic.name}, named((f, {"field": f}) for f in fields)
     channels = named(  # a topic for each thruster
         (entry.topic.name if len(fields) == 1 else f"{entry.topic.name}/{f}",
          {"field": f, "topic": entry.topic.name})
         for entry in siblings
-        for fields in [_fields(path, entry, salvage=salvage)]
+        for fields in [_fields(bag, entry.topic)]
         for f in fields
     )  # fmt: skip
     return {}, channels
@@ -172,14 +174,13 @@ def _one(
 ) -> Entry:
     """The topic of a role: the one given, the only candidate, or the answer of `ask`."""
     option = OPTIONS[role]
+    listed = "; ".join(f"{e.topic.name} ({e.topic.type})" for e in found.entries) or "none"
     if given is not None:
         for entry in found.entries:
             if entry.topic.name in (given, f"/{given}"):
                 return entry
-        listed = "; ".join(f"{e.topic.name} ({e.topic.type})" for e in found.entries)
         raise RecordingError(f"{found.path}: no topic {given} ({option}); the topics are {listed}")
     if not likely:
-        listed = "; ".join(f"{e.topic.name} ({e.topic.type})" for e in found.entries) or "none"
         raise RecordingError(
             f"{found.path}: no topic has a type of {role}; name one with {option}. "
             f"The topics are {listed}"
@@ -194,7 +195,7 @@ def _one(
 
 def _likely_poses(entries: list[Entry]) -> list[Entry]:
     """Pose topics by name, the most specific word first; tf only without any other."""
-    plain = [e for e in entries if not e.topic.type_name.endswith(("TFMessage", "tfMessage"))]
+    plain = [e for e in entries if not is_tf(e.topic)]
     for word in POSE_TOPIC_WORDS:
         named = [e for e in plain if word in e.topic.name.lower()]
         if named:
@@ -210,17 +211,15 @@ def _siblings(able: list[Entry], driving: Entry) -> list[Entry]:
     return [e for e in able if e.topic.type_name == driving.topic.type_name]
 
 
-def _fields(path: Path, entry: Entry, *, salvage: bool) -> list[str]:
-    found = number_fields(path, entry.topic.name, salvage=salvage)
-    wanted = PLANAR_FIELDS.get(entry.topic.type_name)
-    kept = [f for f in found if wanted is None or f in wanted]
+def _fields(bag: Bag, topic: Topic) -> list[str]:
+    wanted = PLANAR_FIELDS.get(topic.type_name)
+    kept = [f for f in number_fields(bag, topic.name) if wanted is None or f in wanted]
     if any("[" in f for f in kept):  # an array may have more places than there are thrusters
-        with open_bag(path, salvage=salvage) as bag:
-            ((_, values),) = BagTopics(bag, salvage=salvage).samples({entry.topic.name: kept})
+        ((_, values),) = BagTopics(bag).samples({topic.name: kept})
         filled = np.asarray(np.isfinite(values).any(axis=0))
         kept = [f for f, there in zip(kept, filled, strict=True) if there]
     if not kept:
-        raise RecordingError(f"{path}: {entry.topic.name} ({entry.topic.type}) holds no numbers")
+        raise RecordingError(f"{bag.path}: {topic.name} ({topic.type}) holds no numbers")
     return kept
 
 
@@ -258,16 +257,16 @@ def _geographic(
     return pose, tuple(rows)
 
 
-def _frames(path: Path, topic: str, choices: Choices, *, salvage: bool) -> dict[str, str]:
+def _frames(bag: Bag, topic: str, choices: Choices) -> dict[str, str]:
     """Parent and child: as given, or frames with the usual names."""
-    edges = tf_frames(path, topic, salvage=salvage)
+    edges = tf_frames(bag, topic)
     frames = {f for parent, child, _ in edges for f in (parent, child)}
     parent = choices.parent or _usual(WORLD_FRAMES, frames)
     child = choices.child or _usual(BODY_FRAMES, frames - {parent or ""})
     if parent is None or child is None:
         listed = ", ".join(f"{p} -> {c}{' (moves)' if m else ''}" for p, c, m in edges)
         raise RecordingError(
-            f"{path}: {topic} has the transforms {listed}; name the world's frame with --parent and the "
+            f"{bag.path}: {topic} has the transforms {listed}; name the world's frame with --parent and the "
             "boat's with --child"
         )
     return {"parent": parent, "child": child}

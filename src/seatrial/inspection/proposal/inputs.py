@@ -51,12 +51,7 @@ class Drive:
 
 
 def find_drive(
-    sources: Sources,
-    *,
-    places: int = 0,
-    salvage: bool,
-    turns: int = MOST_TURNS,
-    before: TurnedHeading | None = None,
+    sources: Sources, places: int, turns: int = MOST_TURNS, before: TurnedHeading | None = None
 ) -> Drive:
     """Inputs, signs, scales and units from the recording itself.
 
@@ -64,22 +59,22 @@ def find_drive(
     """
     # 1. Channels that change; units of the poses.
     with stage("channels", 0.4):
-        names, disarmed = _changing_channels(sources, salvage=salvage)
+        names, disarmed = _changing_channels(sources)
         sources = replace(sources, channels={**sources.channels, **disarmed})
     with stage("sources", 0.2):
-        names, others = _one_source(sources, names, salvage=salvage)
+        names, others = _one_source(sources, names)
     with stage("units and signs", 0.4):
-        pose, corrected, report = _units(sources, names, salvage=salvage)
+        pose, corrected, report = _units(sources, names)
     draft = _draft(sources, pose, names)
     with stage("scales"):
-        recordings = _read(sources, draft, salvage=salvage)
+        recordings = _read(sources, draft)
     # 2. Offsets, scales and gains of the channels.
     channels = _channels(sources, draft, recordings, report.table)
     angle = 0.0 if before is None else before.angle
     turned = turned_heading(pose, channels, report, angle) if turns else None
     if turned is not None and turned.pose != pose:
         sources = replace(sources, pose=turned.pose)
-        found = find_drive(sources, places=places, salvage=salvage, turns=turns - 1, before=turned)
+        found = find_drive(sources, places, turns - 1, turned)
         # an angle is stated once, with what was left of it
         own = () if turned.angle else (turned.text,)
         return replace(found, findings=(*own, *corrected, *found.findings))
@@ -106,15 +101,13 @@ def find_drive(
     )  # fmt: skip
 
 
-def _one_source(
-    sources: Sources, names: list[str], *, salvage: bool
-) -> tuple[list[str], tuple[str, ...]]:
+def _one_source(sources: Sources, names: list[str]) -> tuple[list[str], tuple[str, ...]]:
     """Channels of the source that moves the boat more, where a pilot and an autopilot command the same
     actuators; and a comment on the other one. Both where they take turns: their sum is the command."""
     groups = by_source(names)
-    if not groups or _take_turns(sources, names, groups, salvage=salvage):
+    if not groups or _take_turns(sources, names, groups):
         return names, ()
-    t = [_largest_t(sources, group, salvage=salvage) for group in groups]
+    t = [_largest_t(sources, group) for group in groups]
     most, least = (0, 1) if t[0] >= t[1] else (1, 0)
     other = [name for name in groups[least] if name not in groups[most]]
     places = ",".join("/".join(place_of(sources.channels[name])) for name in groups[least])
@@ -126,12 +119,10 @@ def _one_source(
     )
 
 
-def _take_turns(
-    sources: Sources, names: Sequence[str], groups: Sequence[Sequence[str]], *, salvage: bool
-) -> bool:
+def _take_turns(sources: Sources, names: Sequence[str], groups: Sequence[Sequence[str]]) -> bool:
     """Whether each source is at rest while the other one drives."""
     draft = _draft(sources, sources.pose, names)
-    recordings = _read(sources, draft, salvage=salvage)
+    recordings = _read(sources, draft)
     driven = _channels(sources, draft, recordings, ()).driven
     own = [
         [n in group and n not in other for n in names] for group, other in (groups, groups[::-1])
@@ -140,20 +131,20 @@ def _take_turns(
     return bool((first & second).mean() < ALONE)
 
 
-def _largest_t(sources: Sources, names: Sequence[str], *, salvage: bool) -> float:
+def _largest_t(sources: Sources, names: Sequence[str]) -> float:
     """Of the gains of these channels alone, over all axes."""
-    table = _units(sources, names, salvage=salvage)[2].table
+    table = _units(sources, names)[2].table
     return max((abs(gain.t) for gain in table), default=0.0)
 
 
 def _units(
-    sources: Sources, names: Sequence[str], *, salvage: bool
+    sources: Sources, names: Sequence[str]
 ) -> tuple[dict[str, Any], list[str], ConsistencyReport]:
     """The poses' columns with units corrected, remarks on these, and the consistency report."""
     pose = dict(sources.pose)
     draft = _draft(sources, pose, names)
     with stage("", 0.3):
-        recordings = _read(sources, draft, salvage=salvage)
+        recordings = _read(sources, draft)
     report = check_consistency(recordings, draft)
     corrected = []
     for key, unit in zip(("x", "y", "psi"), report.repair.units, strict=True):
@@ -162,7 +153,7 @@ def _units(
             corrected.append(f"{key} is in {unit}, by the motion of the boat")
     if corrected:
         draft = _draft(sources, pose, names)
-        report = check_consistency(_read(sources, draft, salvage=salvage), draft)
+        report = check_consistency(_read(sources, draft), draft)
     return pose, corrected, report
 
 
@@ -175,9 +166,9 @@ def _in_unit(entry: dict[str, Any], unit: str) -> dict[str, Any]:
     return entry | {"unit": unit} | turned
 
 
-def _read(sources: Sources, draft: Vehicle, *, salvage: bool) -> list[Recording]:
+def _read(sources: Sources, draft: Vehicle) -> list[Recording]:
     paths = (sources.path, *sources.more)
-    return [read(path, draft, salvage=salvage) for path in over(paths)]
+    return [read(path, draft, salvage=sources.salvage) for path in over(paths)]
 
 
 def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> Vehicle:
@@ -194,16 +185,14 @@ def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> V
     return vehicle_from(content, f"the draft for {sources.path}")
 
 
-def _changing_channels(
-    sources: Sources, *, salvage: bool
-) -> tuple[list[str], dict[str, dict[str, Any]]]:
+def _changing_channels(sources: Sources) -> tuple[list[str], dict[str, dict[str, Any]]]:
     """Channels that change, the most active ones; and entries of those that have a value for `off`."""
     changes: dict[str, int] = {}
     disarmed: dict[str, dict[str, Any]] = {}
     names = [*sources.channels]
     for i in over(range(0, len(names), MOST_CHANNELS)):
         part = _draft(sources, sources.pose, names[i : i + MOST_CHANNELS])
-        recordings = _read(sources, part, salvage=salvage)
+        recordings = _read(sources, part)
         values = np.concatenate([r.commands.values for r in recordings]) * part.input_signs
         for name, raw in zip(part.inputs, values.T, strict=True):
             off = off_value(raw)

@@ -67,7 +67,7 @@ def init(
 
     Raises RecordingError where there are no poses or commands, or several candidates.
     """
-    path, choices = Path(path), choices or Choices()
+    path, others, choices = Path(path), tuple(map(Path, more)), choices or Choices()
     name = choices.name or recording_name(path)
     name = "".join(c if c.isprintable() else "_" for c in name)[:LONGEST_TITLE]
     # 1. Topics or columns of the poses and of the commands.
@@ -76,13 +76,13 @@ def init(
     elif is_log(path):
         sources = of_log(path, name, choices, ask)
     else:
-        sources = of_tables(path, name, choices, ask, tuple(map(Path, more)))
-    sources = replace(sources, more=tuple(map(Path, more)))
+        sources = of_tables(path, name, choices, ask, others)
+    sources = replace(sources, more=others, salvage=salvage)
     if choices.stern:
         sources = replace(sources, pose=turned_about(sources.pose))
     # 2. Units, signs, scales, and which channel drives which axis, from the data.
     try:
-        sources, drive = _drive(sources, choices, salvage=salvage)
+        sources, drive = _drive(sources, choices)
     except ThrustersUnknownError as error:
         if choices.thrusters:
             one_each(choices.thrusters, error.names)
@@ -135,26 +135,25 @@ def forces_of(names: Sequence[str], places: Sequence[Place]) -> dict[str, dict[s
     return found
 
 
-def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Sources, Drive]:
+def _drive(sources: Sources, choices: Choices) -> tuple[Sources, Drive]:
     """The actuation, and the sources without what spoils them.
 
     A yaw rate that nobody named, and that is not the heading's, is left out: an IMU without one writes zeros.
     Beside stamps of simulated time, arrivals in the bag are used. Stamps in two time zones are brought together.
     """
-    count = len(choices.thrusters)
     try:
-        return sources, find_drive(sources, places=count, salvage=salvage)
+        return sources, find_drive(sources, len(choices.thrusters))
     except OtherZoneError as error:
         for corrected in in_one_zone(sources, error.apart):
             with suppress(OtherZoneError):
-                return _drive(corrected, choices, salvage=salvage)
+                return _drive(corrected, choices)
         raise
     except OtherEpochError:
         if not is_bag(sources.path) or "clock" in sources.pose:
             raise
         arrival = {"clock": "bag"}
         sources = replace(sources, pose=sources.pose | arrival, commands=sources.commands | arrival)
-        sources, drive = _drive(sources, choices, salvage=salvage)
+        sources, drive = _drive(sources, choices)
         text = "check: one of the stamps counts from a start (simulated time), so arrivals in the bag are used"
         return sources, replace(drive, findings=(*drive.findings, text))
     except YawRateError as error:
@@ -166,5 +165,5 @@ def _drive(sources: Sources, choices: Choices, *, salvage: bool) -> tuple[Source
             pose=pose,
             recognised=tuple(r for r in sources.recognised if r.signal != "yaw rate"),
         )
-        sources, drive = _drive(sources, choices, salvage=salvage)
+        sources, drive = _drive(sources, choices)
         return sources, replace(drive, findings=(*drive.findings, f"no yaw rate is used: {error}"))

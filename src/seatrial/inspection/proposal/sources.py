@@ -6,10 +6,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from textwrap import dedent
 from typing import Any
 
-from seatrial.util.errors import RecordingError, VehicleError
-from seatrial.util.format import joined
+from seatrial.util.errors import RecordingError, VehicleError, printable
+from seatrial.util.format import joined, table
 from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
@@ -72,6 +73,7 @@ class Sources:
     notes: Mapping[str, list[str]] = field(default_factory=dict)  # comments, by key
     full: float | None = None  # value of full command, where the message type defines it
     more: tuple[Path, ...] = ()  # further recordings of the same boat
+    salvage: bool = False  # whether damaged bags are read as far as they are readable
     spare: tuple[str, ...] = ()  # further columns that change: a signal that scales thrust?
     recognised: tuple[Recognised, ...] = ()  # signals, for the user to check
     # [deg] of a steered thruster at full command, where it is stated
@@ -135,14 +137,8 @@ def recognised_text(found: Sequence[Recognised]) -> str:
         (r.signal, r.column, r.sure.value, r.why, ", ".join(r.others[:MOST_OTHERS]) or "-")
         for r in found
     ]
-    shown = [
-        tuple("".join(c if c.isprintable() else "?" for c in cell) for cell in row) for row in rows
-    ]
-    widths = [max(len(row[i]) for row in (head, *shown)) for i in range(len(head))]
-    return "\n".join(
-        "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in (head, *shown)
-    )
+    shown = [[printable(cell, keep="") for cell in row] for row in rows]
+    return dedent(table(head, shown, text=range(len(head))))
 
 
 def thrusters_of(text: str) -> tuple[Place, ...]:

@@ -12,6 +12,7 @@ from seatrial.inspection.proposal.actuation import Steered
 from seatrial.inspection.proposal.columns.names import is_propeller_speed
 from seatrial.inspection.proposal.inputs import Drive
 from seatrial.inspection.proposal.sources import Choices, Sources, place_of
+from seatrial.util.errors import printable
 from seatrial.util.frames import AXES
 
 COMMENT_COLUMN = 34  # [characters] where comments begin
@@ -40,8 +41,8 @@ NO_DRIVER_FOUND = "No channel moves it"
 def vehicle_text(sources: Sources, drive: Drive, choices: Choices) -> str:
     """`vehicle.yaml` as text; what the user chose needs no check."""
     length = f" ({sources.length:.0f} s)" if sources.length else ""
-    first = f"{_shown(sources.path.name)}{length}"
-    others = [_shown(path.name) for path in sources.more]
+    first = f"{printable(sources.path.name, keep='')}{length}"
+    others = [printable(path.name, keep="") for path in sources.more]
     axes = [f"check: {AXES_MEANING[sources.axes]}? The data do not show it"]
     if choices.axes_answered:
         axes = [f"{AXES_MEANING[sources.axes]}, as answered"]
@@ -137,8 +138,8 @@ def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare or sources.spare:
         fields = [
-            *(_shown(" ".join(place_of(sources.channels[n]))) for n in spare),
-            *map(_shown, sources.spare),
+            *(printable(" ".join(place_of(sources.channels[n])), keep="") for n in spare),
+            *(printable(name, keep="") for name in sources.spare),
         ]
         lines.append(
             f"    # not used: {', '.join(fields)}; a signal that scales thrust goes under scales:"
@@ -268,14 +269,9 @@ def _same(a: Mapping[str, Any], b: Mapping[str, Any]) -> bool:
 
 def _commented(text: str, *comments: str) -> str:
     """The text with comments, the first beside it, others below."""
-    first, *others = [_shown(comment) for comment in comments] or [""]
+    first, *others = [printable(comment, keep="") for comment in comments] or [""]
     lines = [f"{text:<{COMMENT_COLUMN - 1}}  # {first}" if first else text]
     return "\n".join([*lines, *(f"{'':<{COMMENT_COLUMN - 1}}  # {other}" for other in others)])
-
-
-def _shown(text: str) -> str:
-    """Printable text for a comment."""
-    return "".join(c if c.isprintable() else "?" for c in text)
 
 
 def _line(key: str, value: object) -> str:

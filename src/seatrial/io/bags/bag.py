@@ -81,6 +81,7 @@ class Bag(ABC):
     topics: dict[str, Topic]
     files: tuple[Path, ...]
     remarks: tuple[str, ...] = ()  # losses of a salvaged bag
+    salvage: bool = False  # whether unreadable messages are left out
     # [ns] first and last arrival in each file, where the bag states them
     spans: tuple[tuple[int, int], ...] = ()
 

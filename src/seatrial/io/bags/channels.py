@@ -3,10 +3,8 @@
 
 import re
 from itertools import islice
-from pathlib import Path
 
-from seatrial.io.bags.bag import Topic
-from seatrial.io.bags.opening import open_bag
+from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.tf import frame_edges
 from seatrial.io.bags.wire_walk import WireError
 from seatrial.util.errors import RecordingError
@@ -22,15 +20,14 @@ def holds_numbers(topic: Topic, most: int) -> bool:
     return 1 <= len(own) <= most and "[" not in "".join(own)
 
 
-def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]:
+def number_fields(bag: Bag, topic: str) -> list[str]:
     """Field paths of the numbers in a topic's messages, arrays spelled out."""
-    with open_bag(path, salvage=salvage) as bag:
-        wire = bag.topic(topic, "init").wire
-        first = [raw for _, _, raw in islice(bag.messages({topic}), INSPECTED_MESSAGES)]
-        try:
-            shapes = list(wire.shapes(first))
-        except WireError as error:
-            raise RecordingError(f"{path}: a message on {topic} {error}") from None
+    wire = bag.topic(topic, "init").wire
+    first = [raw for _, _, raw in islice(bag.messages({topic}), INSPECTED_MESSAGES)]
+    try:
+        shapes = list(wire.shapes(first))
+    except WireError as error:
+        raise RecordingError(f"{bag.path}: a message on {topic} {error}") from None
     shape = max(shapes, key=lambda s: len(s.rows))
     single = set(wire.paths())  # arrays are listed there as name[]
     found = []
@@ -42,10 +39,6 @@ def number_fields(path: Path, topic: str, *, salvage: bool = False) -> list[str]
     return found[:MOST_FIELDS]
 
 
-def tf_frames(path: Path, topic: str, *, salvage: bool = False) -> list[tuple[str, str, bool]]:
+def tf_frames(bag: Bag, topic: str) -> list[tuple[str, str, bool]]:
     """Parent and child of every transform, and whether it moves."""
-    with open_bag(path, salvage=salvage) as bag:
-        return sorted(
-            (parent, child, not fixed)
-            for (parent, child), fixed in frame_edges(bag, topic, salvage=salvage)
-        )
+    return sorted((parent, child, not fixed) for (parent, child), fixed in frame_edges(bag, topic))

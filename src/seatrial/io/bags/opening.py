@@ -59,7 +59,9 @@ def open_bag(path: Path, *, salvage: bool = False) -> Bag:
     if not path.exists():
         raise FileError(f"{path}: no such file or folder")
     with readable(path, RecordingError):
-        return (_open_folder if path.is_dir() else _open_file)(path, salvage=salvage)
+        bag = (_open_folder if path.is_dir() else _open_file)(path, salvage=salvage)
+    bag.salvage = salvage
+    return bag
 
 
 def _open_folder(path: Path, *, salvage: bool) -> Bag:

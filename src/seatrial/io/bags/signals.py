@@ -25,9 +25,9 @@ ALL_READ, COMMANDS_READ = 0.9, 0.3  # of the time of a recording; poses from tf 
 class BagSignals(Signals):
     """Topics of an open bag."""
 
-    def __init__(self, bag: Bag, vehicle: Vehicle, *, salvage: bool) -> None:
+    def __init__(self, bag: Bag, vehicle: Vehicle) -> None:
         self.path, self.files = bag.path, bag.files
-        self._bag, self._vehicle, self._salvage = bag, vehicle, salvage
+        self._bag, self._vehicle = bag, vehicle
 
     def pose_columns(self, vehicle: Vehicle) -> Mapping[str, Column]:
         """Columns x, y and psi, those of the usual messages where the file names none."""
@@ -84,7 +84,7 @@ class BagSignals(Signals):
             wire = topic.wire
             texts = tuple(f for f in FRAME_FIELDS if wire.has_text(f))
         return Collector(
-            topic, request.paths, str(self.path), text_paths=texts, salvage=self._salvage
+            topic, request.paths, str(self.path), text_paths=texts, salvage=self._bag.salvage
         )
 
     def _from_samples(self, request: Request, samples: Samples, *, mixed: bool) -> Rows:
@@ -112,7 +112,7 @@ class BagSignals(Signals):
                 f"{self._vehicle.source}: pose: topic {topic.name} carries transforms: name parent and child, "
                 "for instance parent: map and child: base_link"
             )
-        found = tf_pose(self._bag, topic.name, spec.parent, spec.child, salvage=self._salvage)
+        found = tf_pose(self._bag, topic.name, spec.parent, spec.child)
         stream = describe(
             request.role, topic.name, f"{topic.type} {spec.parent} -> {spec.child}", clock=Clock.HEADER,
             stamps=found.stamps, arrival=found.arrival,

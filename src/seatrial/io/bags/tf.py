@@ -41,15 +41,15 @@ def is_tf(topic: Topic) -> bool:
     return topic.type_name in TYPES
 
 
-def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> Transforms:
+def tf_pose(bag: Bag, name: str, parent: str, child: str) -> Transforms:
     """The pose of `child` in `parent`, at the stamps of the moving transform nearest the child."""
     names = _topics(bag, name)
     with stage("", 0.5):
-        edges = frame_edges(bag, name, salvage=salvage)
+        edges = frame_edges(bag, name)
     path = _path(bag, {edge for edge, _ in edges}, parent.lstrip("/"), child.lstrip("/"))
     wanted = {edge for edge, _ in path}
     with stage(""):
-        found = _collect(bag, names, wanted, salvage=salvage)
+        found = _collect(bag, names, wanted)
     static = {edge for edge, is_fixed in edges if is_fixed}
     moving = [edge for edge, _ in path if edge not in static]
     if not moving:
@@ -69,12 +69,14 @@ def tf_pose(bag: Bag, name: str, parent: str, child: str, *, salvage: bool) -> T
     return Transforms(base.stamps, base.arrival, pose)
 
 
-def frame_edges(bag: Bag, name: str, *, salvage: bool) -> set[tuple[Edge, bool]]:
+def frame_edges(bag: Bag, name: str) -> set[tuple[Edge, bool]]:
     """Parent and child of every transform, and whether it is static."""
     return {
         (edge, topic.endswith("_static"))
         for topic, batch in _batches(bag, _topics(bag, name))
-        for edge in _edges(bag, topic, batch, salvage=salvage)
+        for shape in _shapes(bag, topic, batch)
+        for _, edges in _frames(shape)
+        for edge in edges
     }
 
 
@@ -114,15 +116,13 @@ def _batches(bag: Bag, names: Iterable[str]) -> Iterator[tuple[str, list[tuple[i
         bag.check(topic, count)
 
 
-def _shapes(
-    bag: Bag, topic: str, batch: list[tuple[int, bytes]], *, salvage: bool
-) -> Iterator[Shape]:
+def _shapes(bag: Bag, topic: str, batch: list[tuple[int, bytes]]) -> Iterator[Shape]:
     wire = bag.topics[topic].wire
     messages = [raw for _, raw in batch]
     try:
         yield from list(wire.shapes(messages))
     except WireError as error:
-        if not salvage:
+        if not bag.salvage:
             raise RecordingError(f"{bag.path}: a message on {topic} {error}; {SALVAGE}") from None
         good = wire.readable(messages)
         for shape in wire.shapes([messages[i] for i in good]):
@@ -140,15 +140,6 @@ def _frames(shape: Shape) -> Iterator[tuple[int, list[Edge]]]:
             [(p.lstrip("/"), c.lstrip("/")) for p, c in zip(parents, children, strict=True)],
         )
         number += 1
-
-
-def _edges(bag: Bag, topic: str, batch: list[tuple[int, bytes]], *, salvage: bool) -> set[Edge]:
-    return {
-        edge
-        for shape in _shapes(bag, topic, batch, salvage=salvage)
-        for _, edges in _frames(shape)
-        for edge in edges
-    }
 
 
 def _path(bag: Bag, edges: set[Edge], parent: str, child: str) -> list[tuple[Edge, bool]]:
@@ -188,13 +179,11 @@ def _no_static(bag: Bag) -> str:
     )
 
 
-def _collect(
-    bag: Bag, names: Iterable[str], wanted: set[Edge], *, salvage: bool
-) -> dict[Edge, Transforms]:
+def _collect(bag: Bag, names: Iterable[str], wanted: set[Edge]) -> dict[Edge, Transforms]:
     parts: dict[Edge, list[Transforms]] = {edge: [] for edge in wanted}
     for topic, batch in _batches(bag, names):
         arrival = np.array([a for a, _ in batch], dtype=np.int64)
-        for shape in _shapes(bag, topic, batch, salvage=salvage):
+        for shape in _shapes(bag, topic, batch):
             for number, edges in _frames(shape):
                 for edge in wanted.intersection(edges):
                     mine = np.array([e == edge for e in edges])

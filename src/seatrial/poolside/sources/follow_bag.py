@@ -51,7 +51,7 @@ class FollowBag(EventSource):
             raise FileError(f"{bag.path}: there is no folder {bag.path.parent}")
         super().__init__(name)
         self._bag, self._vehicle = bag, vehicle
-        self._signals = BagSignals(self._bag, vehicle, salvage=True)
+        self._signals = BagSignals(self._bag, vehicle)
         self._conversion: Conversion | None = None
         self._wait = ""  # what it waits for
         self._now = 0  # [ns]

@@ -24,6 +24,7 @@ class GrowingBag(Bag):
     path: a file, or a folder with one recording. Neither need be there yet.
     """
 
+    salvage = True
     suffix: str  # of the files in a folder
 
     def __init__(self, path: Path) -> None:
