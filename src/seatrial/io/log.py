@@ -58,12 +58,15 @@ class Log(ABC):
     clock: Clock = Clock.LOG  # what its stamps are
     parameters: Mapping[str, float] = {}  # logged parameters of the autopilot: SERVO1_FUNCTION
 
-    @abstractmethod
     def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """The samples, in the order of `wanted`, in one pass and bounded memory.
+        """The samples, in the order of `wanted`. Raises RecordingError where a topic or field is unknown."""
+        for each in wanted:
+            self.require(each.topic, each.fields, "wanted")
+        return self._read(wanted)
 
-        Raises RecordingError where a topic or field is unknown (by `require`).
-        """
+    @abstractmethod
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
+        """Those of topics and fields that are there, in one pass and bounded memory."""
 
     def require(self, name: str, fields: Sequence[str], where: str) -> LogTopic:
         """The topic, which has all these fields. Raises RecordingError; `where`: place in the vehicle file."""

@@ -45,18 +45,11 @@ class TopicTable(Table):
         seconds = (stamps - stamps[0]) * 1e-9 if len(stamps) else np.empty(0)
         self._values = np.column_stack([seconds, values])
 
-    def columns(self, wanted: Sequence[str]) -> Array:
-        """The wanted columns."""
-        return np.asarray(self._values[:, [self.find(name) for name in wanted]])
+    def _numbers(self, name: str, *, strict: bool) -> Array:
+        return np.asarray(self._values[:, self.names.index(name)])
 
-    def texts(self, name: str) -> list[str] | None:
-        """None: fields are numbers."""
-        self.find(name)
+    def _texts(self, name: str) -> None:
         return None
-
-    def numbers(self) -> Array:
-        """All columns."""
-        return np.asarray(self._values)
 
 
 class Topics(ABC):
@@ -122,9 +115,8 @@ def _parts_of(field: str) -> list[str]:
 class BagTopics(Topics):
     """Those of a bag."""
 
-    def __init__(self, bag: Bag, *, salvage: bool) -> None:
-        self.path, self.names = bag.path, list(bag.topics)
-        self._bag, self._salvage = bag, salvage
+    def __init__(self, bag: Bag) -> None:
+        self.path, self.names, self._bag = bag.path, list(bag.topics), bag
 
     def require(self, topic: str, field: str, option: str) -> str:
         """By the message's definition."""
@@ -139,7 +131,7 @@ class BagTopics(Topics):
     def samples(self, wanted: Mapping[str, Sequence[str]]) -> list[tuple[Stamps, Array]]:
         """By the headers' stamps, where there are any."""
         collectors = [
-            Collector(self._bag.topics[t], tuple(f), str(self.path), salvage=self._salvage)
+            Collector(self._bag.topics[t], tuple(f), str(self.path), salvage=self._bag.salvage)
             for t, f in wanted.items()
         ]
         return [

@@ -41,10 +41,7 @@ class ArduPilotLog(Log):
             raise RecordingError(f"{path}: no ArduPilot log: it holds no message with a stamp")
         self.remarks = walk.remarks()
 
-    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """Columns of the topics wanted."""
-        for each in wanted:
-            self.require(each.topic, each.fields, "wanted")
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
         columns = [Columns(each.topic, each.fields) for each in wanted]
         _Walk(self.path, self._stated, columns)
         return [each.samples() for each in columns]

@@ -9,15 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.io.formats.dataflash import DEFINING, STAMPS, Definitions, Format
-from seatrial.io.formats.layout import MOST_STAMP
+from seatrial.io.formats.layout import MOST_STAMP, pass_lines
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.util.errors import RecordingError
-from seatrial.util.files import readable
-from seatrial.util.progress import reach
 
-LONGEST_LINE = 4096  # [bytes]
 BAD_LINES = 100_000  # after which a file that is less than half messages is no log
-EVERY = 1 << 16  # [lines] between two reports of progress
 INSTANCE = re.compile(r"\[(\d+)\]$")
 
 
@@ -44,10 +40,7 @@ class ArduPilotTextLog(Log):
             raise RecordingError(f"{path}: no ArduPilot log: it holds no message with a stamp")
         self.remarks = (f"{strange} lines are no message",) if strange else ()
 
-    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """Columns of the topics wanted."""
-        for each in wanted:
-            self.require(each.topic, each.fields, "wanted")
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
         columns = [_TextColumns(each) for each in wanted]
         by_name: dict[str, list[_TextColumns]] = {}
         for column in columns:
@@ -74,15 +67,7 @@ class ArduPilotTextLog(Log):
         return strange
 
     def _lines(self) -> Iterator[str]:
-        with readable(self.path):
-            size = max(self.path.stat().st_size, 1)
-            with self.path.open("rb") as file:
-                number = done = 0
-                while line := file.readline(LONGEST_LINE):
-                    number, done = number + 1, done + len(line)
-                    if number % EVERY == 0:
-                        reach(done / size)
-                    yield line.decode("latin-1").strip()
+        return (line.decode("latin-1").strip() for line in pass_lines(self.path))
 
     def _take(self, line: str) -> int:
         """Count a line, or learn what it defines; 1 where it is no message."""

@@ -1,20 +1,24 @@
 # SPDX-License-Identifier: MIT
-"""Binary records of one topic as columns: where each field is, and a buffer that decodes blocks of them."""
+"""Binary records of one topic as columns, decoded in blocks; files read by blocks or by lines."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.io.log import LogSamples
+from seatrial.util.files import readable
 from seatrial.util.frames import Array
 from seatrial.util.progress import reach
 
 BLOCK = 1 << 22  # [bytes] of records that are decoded at once
 MOST_STAMP = 1 << 62  # [ns] a later stamp is damage
 READ = 1 << 22  # [bytes] of a file read at once
+LONGEST_LINE = 4096  # [bytes] no message of numbers is longer
+EVERY = 1 << 16  # [lines] between two reports of progress
 
 
 @dataclass(frozen=True)
@@ -112,3 +116,14 @@ def pass_blocks(file: BinaryIO, size: int, consume: Callable[[bytes, bool], int]
         reach(done / max(size, 1))
         if not block:
             return
+
+
+def pass_lines(path: Path) -> Iterator[bytes]:
+    """Lines of a text log with their ends; of one above `LONGEST_LINE`, pieces of that length."""
+    with readable(path), path.open("rb") as file:
+        size, done = max(path.stat().st_size, 1), 0
+        for number, line in enumerate(iter(lambda: file.readline(LONGEST_LINE), b""), 1):
+            done += len(line)
+            if number % EVERY == 0:
+                reach(done / size)
+            yield line

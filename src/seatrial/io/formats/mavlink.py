@@ -96,6 +96,25 @@ def _message(found: Any) -> Message:  # noqa: ANN401 (a class that is generated)
     )  # fmt: skip
 
 
+def is_telemetry(data: bytes) -> bool:
+    """Whether a file begins with records of a stamp of this century and a MAVLink frame."""
+    at, found = 0, 0
+    while at + 12 <= len(data) and found < 4:
+        usec = int.from_bytes(data[at : at + STAMP], "big")
+        if data[at + STAMP] not in STARTS or not EARLIEST < usec < LATEST:
+            return False
+        at += STAMP + frame_size(data, at + STAMP)
+        found += 1
+    return found > 0
+
+
+def frame_size(data: bytes, at: int) -> int:
+    """[bytes] of the MAVLink frame that begins at a place, of version 1 or 2."""
+    if data[at] == STARTS[0]:
+        return 8 + data[at + 1]
+    return 12 + data[at + 1] + (13 if data[at + 2] & 1 else 0)  # signed
+
+
 def frame_at(
     data: bytes,
     frame: int,
@@ -109,14 +128,12 @@ def frame_at(
     """
     if frame + 12 > end or data[frame] not in STARTS:
         return None
-    length = data[frame + 1]
+    length, after = data[frame + 1], frame + frame_size(data, frame)
     if data[frame] == STARTS[0]:
         body, source, number = frame + 6, (data[frame + 3], data[frame + 4]), data[frame + 5]
-        after = body + length + 2
     else:
         body, source = frame + 10, (data[frame + 5], data[frame + 6])
         number = data[frame + 7] | data[frame + 8] << 8 | data[frame + 9] << 16
-        after = body + length + (15 if data[frame + 2] & 1 else 2)  # signed
     if after > end:
         return None
     message = known.get(number)
@@ -156,12 +173,10 @@ class MavlinkLog(Log):
             )
         self.remarks = walk.remarks()
 
-    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """Columns of the topics wanted."""
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
         columns: dict[tuple[int, Source, int], list[Columns]] = {}
         several = []
         for each in wanted:
-            self.require(each.topic, each.fields, "wanted")
             place = self._places[each.topic]
             time = next((t for t in TIMES if t in messages()[place[0]].layout.fields), None)
             fields = (*each.fields, time) if time else each.fields

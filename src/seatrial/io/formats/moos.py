@@ -13,21 +13,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.io.formats.layout import MOST_STAMP
+from seatrial.io.formats.layout import LONGEST_LINE, MOST_STAMP, pass_lines
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import RecordingError
-from seatrial.util.files import readable
 from seatrial.util.frames import Array, Stamps
-from seatrial.util.progress import reach
 
 LOGSTART = re.compile(r"%% LOGSTART\s+(\d{1,12}(\.\d*)?)$")
 PAIRS = (("_X", "_Y"), ("_LAT", "_LONG"))  # endings of two coordinates
 TOGETHER = 50_000_000  # [ns] between the postings of one position's coordinates, at most
 ABSOLUTE = 1e8  # [s] a time of a posting beyond it counts from 1970, not from the log's start
-LONGEST_LINE = 4096  # [bytes] no posting of a number is longer
 MOST_VARIABLES = 10_000
-EVERY = 1 << 16  # [lines] between two reports of progress
 
 
 class MoosLog(Log):
@@ -59,10 +55,7 @@ class MoosLog(Log):
         ]
         self.topics = {topic.name: topic for topic in sorted([*both, *alone], key=lambda t: t.name)}
 
-    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """Columns of the topics wanted."""
-        for each in wanted:
-            self.require(each.topic, each.fields, "wanted")
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
         variables = {name for each in wanted for name in self.topics[each.topic].fields}
         stamps: dict[str, list[int]] = {name: [] for name in variables}
         values: dict[str, list[float]] = {name: [] for name in variables}
@@ -111,19 +104,12 @@ class MoosLog(Log):
 
     def _lines(self) -> Iterator[str]:
         """Lines up to the longest that can hold a number."""
-        with readable(self.path):
-            size = max(self.path.stat().st_size, 1)
-            with self.path.open("rb") as file:
-                number = done = 0
-                whole = True  # the chunk before ended its line
-                while chunk := file.readline(LONGEST_LINE):
-                    number, done = number + 1, done + len(chunk)
-                    if number % EVERY == 0:
-                        reach(done / size)
-                    ends = chunk.endswith(b"\n")
-                    if whole and (ends or len(chunk) < LONGEST_LINE):
-                        yield chunk.decode("latin-1").strip()
-                    whole = ends
+        whole = True  # the piece before ended its line
+        for piece in pass_lines(self.path):
+            ends = piece.endswith(b"\n")
+            if whole and (ends or len(piece) < LONGEST_LINE):
+                yield piece.decode("latin-1").strip()
+            whole = ends
 
 
 def _together(first: Stamps, second: Stamps) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

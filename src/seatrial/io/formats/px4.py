@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from struct import Struct
-from typing import BinaryIO
 
 import numpy as np
 
@@ -75,10 +74,7 @@ class Px4Log(Log):
             raise RecordingError(f"{path}: a PX4 log without any data")
         self.remarks = walk.remarks()
 
-    def read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
-        """Columns of the topics wanted."""
-        for each in wanted:
-            self.require(each.topic, each.fields, "wanted")
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
         columns = [Columns(each.topic, each.fields) for each in wanted]
         _Walk(self.path, columns)
         return [_stopped(each.samples()) for each in columns]
@@ -109,7 +105,9 @@ class _Walk:
         self.ends: list[int] = []  # offsets behind which data was appended
         self.begins = FILE_HEADER  # where in the file the data at hand begin
         with readable(path), path.open("rb") as file:
-            self._run(file, path.stat().st_size)
+            if not file.read(FILE_HEADER).startswith(MAGIC):
+                raise RecordingError(f"{path}: no PX4 log: it does not begin as a ULog file")
+            pass_blocks(file, path.stat().st_size, self._pass)
 
     def remarks(self) -> tuple[str, ...]:
         """Losses."""
@@ -123,20 +121,15 @@ class _Walk:
         }  # fmt: skip
         return tuple(text for text, count in found.items() if count)
 
-    def _run(self, file: BinaryIO, size: int) -> None:
-        if not file.read(FILE_HEADER).startswith(MAGIC):
-            raise RecordingError(f"{self.path}: no PX4 log: it does not begin as a ULog file")
-        pass_blocks(file, size, self._pass)
-
     def _pass(self, data: bytes, ended: bool) -> int:
         """Pass all messages that are whole; returns where the next one begins."""
-        at = self._messages(data, self.begins, ended=ended)
+        at = self._messages(data, ended=ended)
         self.begins += at
         return at
 
-    def _messages(self, data: bytes, begins: int, *, ended: bool) -> int:
+    def _messages(self, data: bytes, *, ended: bool) -> int:
         at, end, unpack = 0, len(data), HEAD.unpack_from
-        cut = self._cut(begins)
+        cut = self._cut()
         while at + 3 <= end:
             at = self._data(data, at, end if cut is None or cut > end else cut)
             if at + 3 > end:
@@ -147,7 +140,7 @@ class _Walk:
             if cut is not None and at <= cut < after and cut <= end:
                 self._lose(data[at:cut])
                 at = cut
-                cut = self._cut(begins, at + 1)
+                cut = self._cut(at + 1)
                 continue
             if kind not in KNOWN or size == 0:
                 at = self._resync(data, at, ended=ended)
@@ -161,7 +154,7 @@ class _Walk:
             else:
                 self._other(kind, data[at + 3 : after])
                 if kind == 0x42:  # B
-                    cut = self._cut(begins, after)
+                    cut = self._cut(after)
             at = after
         if ended:
             self._lose(data[at:end])
@@ -187,9 +180,9 @@ class _Walk:
             self.losing = False
         return at
 
-    def _cut(self, begins: int, at: int = 0) -> int | None:
+    def _cut(self, at: int = 0) -> int | None:
         """Where in the data appended data begin, at `at` or behind it."""
-        return next((e - begins for e in self.ends if e >= begins + at), None)
+        return next((e - self.begins for e in self.ends if e >= self.begins + at), None)
 
     def _resync(self, data: bytes, at: int, *, ended: bool) -> int:
         """The next sync message, or the end of the data."""
@@ -217,10 +210,8 @@ class _Walk:
             elif kind == 0x50:  # P
                 self._parameter(body)
             elif kind == 0x4F:  # O
-                self.dropouts, self.dropped = (
-                    self.dropouts + 1,
-                    self.dropped + body[0] + 256 * body[1],
-                )
+                self.dropped += body[0] + 256 * body[1]
+                self.dropouts += 1
             elif kind == 0x42:  # B
                 self._flags(body)
         except (IndexError, ValueError):

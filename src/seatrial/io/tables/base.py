@@ -24,7 +24,7 @@ from seatrial.io.tables.stamps import (
     refuse_empty,
     spread_evenly,
 )
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import RecordingError, printable
 from seatrial.util.frames import Array, Mask, Stamps
 
 Rows = NDArray[np.intp]
@@ -76,9 +76,14 @@ class Table(ABC):
         """A column (n,) that is there; not `strict`: NaN where a cell is not a number."""
         raise NotImplementedError
 
-    @abstractmethod
     def texts(self, name: str) -> list[str] | None:
-        """A column (n,) as it is written; None where the file has numbers."""
+        """A column (n,) as it is written; None where it has numbers. Raises RecordingError where there is none."""
+        self.find(name)
+        return self._texts(name)
+
+    @abstractmethod
+    def _texts(self, name: str) -> list[str] | None:
+        """The same of a column that is there."""
 
     def typed_stamps(self, name: str) -> Stamps | None:
         """A column (n,) that the file types as times [ns], `EMPTY_STAMP` in empty cells."""
@@ -197,4 +202,4 @@ def unique_names(found: Sequence[str]) -> tuple[list[str], list[str]]:
 def first_line(error: Exception) -> str:
     """What a library's error says, in one short printable line."""
     line = next(iter(str(error).splitlines()), "") or type(error).__name__
-    return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_REASON]
+    return printable(line, keep="")[:LONGEST_REASON]

@@ -78,9 +78,8 @@ class CaptureTable(Table):
             self.remarks.append(self._zone)
         return super().stamps(column, rows)
 
-    def texts(self, name: str) -> None:
-        """None: all columns have numbers."""
-        self.find(name)
+    def _texts(self, name: str) -> None:
+        return None
 
     def place(self, row: int) -> str:
         """The line of a row."""

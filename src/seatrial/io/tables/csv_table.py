@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice, takewhile
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -103,11 +104,10 @@ class CsvTable(Table):
         if name not in self._read_columns and name not in self._numeric:
             first = next((row[i] for row, _ in self._rows() if i < len(row) and row[i].strip()), "")
             if is_date_time(first):
-                return self.texts(name)
+                return self._texts(name)
         return np.asarray(self.columns([name])[:, 0])
 
-    def texts(self, name: str) -> list[str]:
-        """A column (n,) as it is written."""
+    def _texts(self, name: str) -> list[str]:
         i = self.find(name)
         found = [self._checked(row, i, line)[i].strip() for row, line in self._rows()]
         self._check_rows(len(found))
@@ -174,20 +174,14 @@ class CsvTable(Table):
     def _first_lines(self) -> list[str]:
         """Lines that reach beyond the header."""
         lines: list[str] = []
-        try:
-            with self.path.open(encoding=self.encoding, newline="") as file:
-                while len(lines) < MOST_COMMENTS + 3:
-                    lines.append(file.readline(LONGEST_LINE))
-                    plain = (
-                        layout_of(lines[:LINES_OF_OPENING]) is None
-                        and plain_lines(lines) >= MOST_TITLES + 3
-                    )
-                    if not lines[-1] or plain or is_whole(lines):
-                        break
-        except OSError as error:
-            raise RecordingError(f"{self.path}: can't be read ({error.strerror})") from None
-        except UnicodeDecodeError:
-            raise RecordingError(f"{self.path}: is not a CSV text file") from None
+        with self._opened() as file:
+            while len(lines) < MOST_COMMENTS + 3:
+                lines.append(file.readline(LONGEST_LINE))
+                plain = layout_of(lines[:LINES_OF_OPENING]) is None and (
+                    plain_lines(lines) >= MOST_TITLES + 3
+                )
+                if not lines[-1] or plain or is_whole(lines):
+                    break
         return [line for line in lines if line]
 
     def _skip_units(self, cells: list[list[str]]) -> None:
@@ -273,7 +267,7 @@ class CsvTable(Table):
 
     def _rows(self) -> Iterator[tuple[list[str], int]]:
         """Cells of every row that is not empty, and its line."""
-        with self._errors(), self.path.open(encoding=self.encoding, newline="") as file:
+        with self._opened() as file:
             lines: Iterator[str] = islice(file, self._skipped, None)
             if self.joined is not None and self.joined.layout.ends_blank:
                 lines = takewhile(lambda line: line.strip("\r\n\t ,;"), lines)
@@ -302,6 +296,14 @@ class CsvTable(Table):
             f"(the first is line {min(self._no_rows)})"
         )
         return True
+
+    @contextmanager
+    def _opened(self) -> Iterator[TextIO]:
+        with (
+            readable(self.path, RecordingError), self._errors(),
+            self.path.open(encoding=self.encoding, newline="") as file,
+        ):  # fmt: skip
+            yield file
 
     @contextmanager
     def _errors(self) -> Iterator[None]:

@@ -46,11 +46,10 @@ class FrameTable(Table):
         self.names, self.remarks = unique_names(found)
         self._columns: dict[str, Series] = dict(zip(self.names, columns, strict=True))
 
-    def texts(self, name: str) -> list[str] | None:
-        """A column (n,) of text or of Python's objects, as text; None of numbers."""
+    def _texts(self, name: str) -> list[str] | None:
+        """Python's objects, too."""
         import pandas as pd
 
-        self.find(name)
         column = self._columns[name]
         kind = pd.api.types
         if kind.is_numeric_dtype(column.dtype) or self._timed(column):
@@ -100,7 +99,7 @@ class FrameTable(Table):
             stamps = self.typed_stamps(name)
             assert stamps is not None
             return np.asarray(np.where(stamps == self.EMPTY_STAMP, np.nan, stamps * 1e-9))
-        texts = self.texts(name)
+        texts = self._texts(name)
         if texts is not None:
             return self.as_numbers(name, texts, strict=strict)
         if column.dtype.kind == "c":

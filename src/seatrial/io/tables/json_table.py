@@ -50,16 +50,14 @@ class JsonTable(Table):
         filled = (c + [None] * (len(rows) - len(c)) for c in columns.values())
         self._columns: dict[str, list[Any]] = dict(zip(self.names, filled, strict=True))
 
-    def texts(self, name: str) -> list[str] | None:
-        """A column (n,) as text; None where it has numbers alone."""
-        self.find(name)
+    def _texts(self, name: str) -> list[str] | None:
         column = self._columns[name]
         if not any(isinstance(value, str) for value in column):
             return None
         return ["" if value is None else str(value)[:LONGEST_CELL] for value in column]
 
     def _numbers(self, name: str, *, strict: bool) -> Array:
-        texts = self.texts(name)
+        texts = self._texts(name)
         if texts is not None:
             return self.as_numbers(name, texts, strict=strict)
         return np.array(self._columns[name], dtype=float)

@@ -37,9 +37,7 @@ class MatTable(Table):
         self._columns = {key: self._dated(key, column) for key, column in columns.items()}
         self.names = list(self._columns)
 
-    def texts(self, name: str) -> list[str] | None:
-        """A column (n,) of text; None of numbers."""
-        self.find(name)
+    def _texts(self, name: str) -> list[str] | None:
         column = self._columns[name]
         return column if isinstance(column, list) else None
 

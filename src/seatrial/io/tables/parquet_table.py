@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from seatrial.io.tables.base import MOST_NUMBERS, Table, first_line
+from seatrial.io.tables.stamps import TO_NANOSECONDS
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
@@ -22,7 +23,6 @@ DEEPEST = 16  # nested structs
 MOST_COLUMNS = 10_000
 LONGEST_NAMES = 1 << 24  # [bytes] of the file's own text
 MOST_CELL_TEXT = 256  # characters of a cell that may be a date
-TIME_SCALES = {"s": 10**9, "ms": 10**6, "us": 10**3, "ns": 1}  # [ns]
 
 
 class ParquetTable(Table):
@@ -65,9 +65,7 @@ class ParquetTable(Table):
         self._read(self.names)
         return super().numbers()
 
-    def texts(self, name: str) -> list[str] | None:
-        """A column (n,) of text; None of numbers."""
-        self.find(name)
+    def _texts(self, name: str) -> list[str] | None:
         self._read([name])
         found = self._read_columns[name]
         return found if isinstance(found, list) else None
@@ -199,10 +197,11 @@ def _values(column: "pa.Array", kind: "pa.DataType") -> Array | Stamps | list[st
         whole = column.view(width).cast(pa.int64())
         given = np.asarray(column.is_valid().to_numpy(zero_copy_only=False))
         raw = whole.fill_null(0).to_numpy(zero_copy_only=False)
-        most = np.iinfo(np.int64).max // TIME_SCALES[unit]
+        scale = int(TO_NANOSECONDS[unit])
+        most = np.iinfo(np.int64).max // scale
         if len(raw) and np.abs(raw // 2).max() > most // 2:
             raise OverflowError("a time is out of range")
-        return np.where(given, raw * TIME_SCALES[unit], Table.EMPTY_STAMP)
+        return np.where(given, raw * scale, Table.EMPTY_STAMP)
     if _is_text(kind):
         text = column.cast(pa.string()) if pa.types.is_dictionary(kind) else column
         return [(value or "")[:MOST_CELL_TEXT] for value in text.to_pylist()]

@@ -21,6 +21,7 @@ from seatrial.io.signals import (
     shared_places,
 )
 from seatrial.io.table import Table, open_tables
+from seatrial.io.tables.base import LISTED_COLUMNS
 from seatrial.recording.timing import Clock, describe, regular_period
 from seatrial.util.errors import FileError, RecordingError
 from seatrial.util.frames import Array, Mask, Stamps
@@ -28,7 +29,6 @@ from seatrial.util.progress import over
 
 POSE_FILE = "poses.csv"
 COMMAND_FILE = "commands.csv"
-LISTED_COLUMNS = 20  # in an error message
 # of the rows with a command, below which have all of them where each is logged on change
 ON_CHANGE_WHOLE = 0.5
 IN_TURN = 1.5  # times as many rows as one channel has, above which channels are written in turn

@@ -55,9 +55,7 @@ class TallTable(Table):
             f"its rows are of several signals, by '{key}': {shown}; each is a column"
         )
 
-    def texts(self, name: str) -> list[str] | None:
-        """Dates and times of the stamps; None of numbers."""
-        self.find(name)
+    def _texts(self, name: str) -> list[str] | None:
         written = self._stamps
         return written if name == self._stamp and isinstance(written, list) else None
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from seatrial.io.formats import frame_size
 from seatrial.io.formats.layout import topic_name
 from seatrial.io.formats.mavlink import (
     AUTOPILOT,
@@ -15,6 +14,7 @@ from seatrial.io.formats.mavlink import (
     STARTS,
     Message,
     frame_at,
+    frame_size,
     messages,
     own_stamps,
 )

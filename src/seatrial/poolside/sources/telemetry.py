@@ -8,7 +8,7 @@ clock; their offset is that of the least delayed message of the first `SETTLING`
 import queue
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -159,8 +159,7 @@ class _Definitions(Log):
     path = Path("LOG.tlog")  # in the advice to let `seatrial init` write a vehicle file
     files = ()
 
-    def read(self, wanted: list[Wanted]) -> list[LogSamples]:  # type: ignore[override]
-        """There is nothing to read."""
+    def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:
         raise NotImplementedError
 
 
