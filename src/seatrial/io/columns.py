@@ -12,11 +12,11 @@ import numpy as np
 from seatrial.boat.schema import Column
 from seatrial.io.kinds import refused
 from seatrial.io.table import Table, open_tables
-from seatrial.io.tables.stamps import UNPADDED, is_date_time, is_unpadded
+from seatrial.io.tables.stamps import TO_NANOSECONDS, UNPADDED, is_date_time, is_unpadded
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
-PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+PER_SECOND = {unit: 1e9 / nanoseconds for unit, nanoseconds in TO_NANOSECONDS.items()}
 DAY = 86_400.0  # [s]
 SERIAL_DAYS = {"days of Excel": 25569.0, "days of MATLAB": 719529.0}  # number of 1 January 1970
 PER_SECOND |= dict.fromkeys(SERIAL_DAYS, 1 / DAY)

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from seatrial.boat.schema import Column, PoseSource, VehicleFile, as_column
+from seatrial.boat.schema import TO_SI, Column, PoseSource, VehicleFile, as_column
 from seatrial.boat.vehicle import Vehicle
+from seatrial.io.poses import ANGLE_UNITS, LENGTH_UNITS
 from seatrial.util.frames import Array
 
-LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001}  # [m]
-ANGLES = {"rad": 1.0, "deg": float(np.pi / 180.0)}  # [rad]
+LENGTHS = {unit: TO_SI[unit] for unit in LENGTH_UNITS}  # [m]
+ANGLES = {unit: TO_SI[unit] for unit in ANGLE_UNITS}  # [rad]
 REVERSED = 1.5  # edits: likelier than another zero of the heading and one negation
 COMPASS = 1  # quarter turn: psi = 90 deg - heading, where x is east
 QUARTER_BACK = np.array([[0.0, 1.0], [-1.0, 0.0]])

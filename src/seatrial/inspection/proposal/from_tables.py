@@ -28,10 +28,9 @@ from seatrial.inspection.proposal.columns.signals import (
 )
 from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
-    find_stamp,
-    no_stamp,
     recognised,
     stamp_columns,
+    stamp_of,
 )
 from seatrial.inspection.proposal.command_sources import by_source, measured_twins, sums_of_sides
 from seatrial.inspection.proposal.sources import (
@@ -71,12 +70,12 @@ def of_tables(
     pose = choose_pose(path, tables, choices, ask)
     driven, chosen = _commands(path, tables, pose, choices, ask)
     table = driven[0]
-    stamp = as_long_as(pose.tables[0], pose.stamp, table, _stamp(table))
+    stamp = as_long_as(pose.tables[0], pose.stamp, table, stamp_of(table))
     pose = pose.by_clock_of(table, stamp)
     commands: dict[str, Any] = {"file": table.key} if table.key else {}
     commands["stamp"] = stamp.entry
     if chosen:
-        channels = {n: _channel(t, c, table, _stamp(t)) for n, (t, c) in chosen.items()}
+        channels = {n: _channel(t, c, table, stamp_of(t)) for n, (t, c) in chosen.items()}
         sparse: list[str] = []
         sure, why = Sureness.CHOSEN, "--commands"
     else:
@@ -126,13 +125,6 @@ def _changing(tables: Sequence[TableSeen], more: Sequence[Path]) -> list[TableSe
         return replace(table, view=replace(table.view, columns=columns))
 
     return [over_all(table) for table in tables]
-
-
-def _stamp(table: TableSeen) -> StampFound:
-    found = find_stamp(table)
-    if found is None:
-        raise no_stamp(table)
-    return found
 
 
 def _commands(
@@ -239,7 +231,7 @@ def _channels(
     if len(driven) > 1:
         pairs = [(t, c.name) for t in driven for c in _able(t, pose)]
         found = named(
-            (f"{Path(t.key).stem}_{c}", _channel(t, c, first, _stamp(t))) for t, c in pairs
+            (f"{Path(t.key).stem}_{c}", _channel(t, c, first, stamp_of(t))) for t, c in pairs
         )
         sparse: list[str] = []
     else:
@@ -267,7 +259,7 @@ def _channel(table: TableSeen, name: str, main: TableSeen, stamp: StampFound) ->
     entry: dict[str, Any] = {"column": name}
     if table is not main:
         entry["file"] = table.key
-        own = _stamp(main).entry["column"]
+        own = stamp_of(main).entry["column"]
         if stamp.entry["column"] != own:
             entry["stamp"] = stamp.entry["column"]
     return entry

@@ -18,9 +18,8 @@ from seatrial.inspection.proposal.columns.signals import (
 )
 from seatrial.inspection.proposal.columns.stamps import (
     StampFound,
-    find_stamp,
     given_stamp,
-    no_stamp,
+    stamp_of,
 )
 from seatrial.inspection.proposal.columns.up import about_y, refuse_steep, refuse_y_up, upright
 from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, assigned, choose
@@ -206,7 +205,4 @@ def _stamp(
     if "stamp" in given:
         table, name = column_of(path, [position.table], given["stamp"], "--pose")
         return given_stamp(table, name)
-    found = find_stamp(position.table)
-    if found is None:
-        raise no_stamp(position.table)
-    return found
+    return stamp_of(position.table)

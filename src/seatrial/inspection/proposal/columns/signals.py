@@ -22,6 +22,7 @@ from seatrial.inspection.proposal.columns.names import (
 )
 from seatrial.inspection.proposal.sources import Sureness
 from seatrial.io.columns import ColumnView, TableSeen
+from seatrial.io.poses import LARGEST_LATITUDE, LARGEST_LONGITUDE, NO_FIX
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
@@ -39,9 +40,7 @@ HOW_WRITTEN = {
     MINUTES: ", degrees and minutes as in NMEA 0183",
     RADIANS: ", radians",
 }
-LARGEST_LATITUDE, LARGEST_LONGITUDE = 90.0, 360.0  # [deg]
 WIDEST = 2.0  # [deg] that a small boat moves in latitude or longitude, at most
-NO_FIX = 1e-6  # [deg] from latitude and longitude 0
 HARDLY_MOVES = 0.02  # of the other coordinate's range
 LEAST_CORRELATION = 0.6  # of a yaw rate with the derivative of the heading
 FINE_DEGREES = (10.0, 100.0)  # in a degree, of headings as whole numbers

@@ -70,12 +70,14 @@ def find_stamp(table: TableSeen) -> StampFound | None:
     return StampFound(entry, why, sure, tuple(str(f[1]["column"]) for f in found[1:]))
 
 
-def no_stamp(table: TableSeen) -> RecordingError:
-    """The error where a table has no stamps: its columns, and what is wrong with those that could be them."""
+def stamp_of(table: TableSeen) -> StampFound:
+    """The same. Raises RecordingError with the table's columns, and what is wrong with those that could be it."""
+    if (stamp := find_stamp(table)) is not None:
+        return stamp
     columns = [c for c in table.view.columns if c.name]
     found = [text for c in columns if (text := _why_none(table, c))]
     listed = ", ".join(c.name for c in columns[:LISTED])
-    return RecordingError(
+    raise RecordingError(
         f"{table.view.path}: no column of stamps; it has {listed}. {''.join(found)}"
         "Name it with --pose stamp=COLUMN"
     )
