@@ -2,6 +2,7 @@
 """`init` on logs of autopilots: the file it writes reads the truth, by the parameters of the log."""
 
 import re
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -134,6 +135,13 @@ def test_the_battery_is_a_scale_where_it_falls(logs):
     assert vehicle.file.scales["battery"].reference == pytest.approx(16.0)
     recording = read(logs["twin", "run.BIN"], vehicle)
     assert recording.scales.values[[0, -1], 0] == pytest.approx([16.6, 15.4], abs=0.02)
+
+
+def test_a_voltage_that_is_never_positive_is_no_scale(tmp_path):
+    """Of a sensor that is wired the wrong way round."""
+    run = trial(TWIN, 60.0)
+    path = ardupilot(tmp_path / "run.BIN", replace(run, volts=-run.volts))
+    assert proposed(path)[1].file.scales == {}
 
 
 def test_another_position_is_chosen_by_its_topic(logs):

@@ -22,7 +22,6 @@ from seatrial.inspection.proposal.log_candidates import (
     LEAST_POSITIONS,
     Candidate,
     Found,
-    candidates,
 )
 from seatrial.inspection.proposal.log_motors import as_motors, find_motors, topics_of
 from seatrial.inspection.proposal.servo_parameters import Motor, full_angle
@@ -40,7 +39,7 @@ from seatrial.io.formats import open_log
 from seatrial.io.formats.known import HEADINGS, POSITIONS, VOLTAGES, YAW_RATES, Known
 from seatrial.io.log import LogTopic
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Axes, Stamps
+from seatrial.util.frames import Array, Axes, Stamps
 from seatrial.util.progress import stage
 
 LEAST_FALL = 0.02  # of the battery's voltage, 5th to 95th percentile, for a scale
@@ -53,7 +52,7 @@ def of_log(path: Path, name: str, choices: Choices, ask: Ask | None) -> Sources:
         log = open_log(path)
     # 1. All known signals that change, read in one pass.
     with stage("signals", READ):
-        found = Found(log, candidates(log))
+        found = Found(log)
     # 2. A position, raw before filtered, and a heading; or those that the user names.
     axes = Axes(choices.axes)
     pose, rows, stamps, why = _chosen_pose(found, choices, ask)
@@ -193,22 +192,25 @@ def _axes_note(axes: Axes) -> str:
 def _voltage(found: Found) -> Candidate | None:
     """The battery's voltage, where it falls enough to matter."""
     for candidate in found.of(VOLTAGES, 3):
-        values = candidate.samples.values[:, 0]
-        values = values[np.isfinite(values) & (values > 0)]
-        low, middle, high = np.percentile(values, [5, 50, 95])
+        low, middle, high = _range(candidate)
         if middle > 0 and (high - low) / middle > LEAST_FALL:
             return candidate
     return None
+
+
+def _range(voltage: Candidate) -> Array:
+    """5th, 50th and 95th percentiles of the voltage as logged, where it is above 0; 0: it never is."""
+    values = voltage.samples.values[:, 0]
+    values = values[np.isfinite(values) & (values > 0)]
+    return np.percentile(values, [5, 50, 95]) if len(values) else np.zeros(3)
 
 
 def _scales(voltage: Candidate | None) -> list[str]:
     """Lines of the vehicle file that state the battery as a scale."""
     if voltage is None:
         return []
-    values = voltage.samples.values[:, 0] / voltage.known.column.get("scale", 1.0)
-    values = values[np.isfinite(values) & (values > 0)]
-    low, middle, high = np.percentile(values, [5, 50, 95])
     scale = voltage.known.column.get("scale")
+    low, middle, high = _range(voltage) / (scale or 1.0)
     raw = "" if scale is None else f", scale: {scale:g}"
     return [
         f"# The battery's voltage was {low:.3g} to {high:.3g} V; thrust changes about with its square.",

@@ -54,10 +54,12 @@ class Candidate:
 
 
 class Found:
-    """Candidates of the log, with values."""
+    """Known signals of the log, in each topic that has them, read in one pass."""
 
-    def __init__(self, log: Log, candidates: Sequence[tuple[Known, LogTopic]]) -> None:
+    def __init__(self, log: Log) -> None:
         self.log = log
+        several = (*POSITIONS, *HEADINGS, *YAW_RATES, *VOLTAGES)
+        candidates = [(known, topic) for known in several for topic in known.topics(log)]
         wanted = [(*k.fields, *([k.fix] if k.fix in t.fields else [])) for k, t in candidates]
         samples = log.read(
             [Wanted(t.name, w) for (_, t), w in zip(candidates, wanted, strict=True)]
@@ -68,9 +70,3 @@ class Found:
         """Candidates of one kind of signal that have enough different values, in the order of `known`."""
         mine = [c for k in known for c in self.all if c.known is k]
         return [c for c in mine if c.different >= least]
-
-
-def candidates(log: Log) -> list[tuple[Known, LogTopic]]:
-    """Known signals and the topics that have them."""
-    several = (*POSITIONS, *HEADINGS, *YAW_RATES, *VOLTAGES)
-    return [(known, topic) for known in several for topic in known.topics(log)]
