@@ -87,6 +87,11 @@ class PoseSource(Strict, frozen=True):
     delay: Delay | Estimate | None = None  # of the position; not stated: none
     heading_delay: Delay | Estimate | None = None  # of the heading; not stated: the position's
 
+    @property
+    def columns(self) -> dict[str, Column]:
+        """Those of x, y and psi."""
+        return {"x": as_column(self.x), "y": as_column(self.y), "psi": as_column(self.psi)}
+
 
 class CommandSource(Strict, frozen=True):
     """Where the commands come from: a name for each input."""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A recording from the signals of any log: positions, headings, yaw rates, commands, scales."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -97,7 +97,13 @@ def _with_sampled_commands(recording: Recording, stated: Stated) -> Recording:
 
 def requests(signals: Signals, vehicle: Vehicle) -> list[Request]:
     """Signals of the vehicle file: poses, headings, yaw rates, commands, scales. Raises RecordingError."""
-    values = [*_requested_commands(signals, vehicle), *_requested_scales(signals, vehicle)]
+    inputs, scales = vehicle.file.commands.inputs, vehicle.file.scales
+    values = [
+        *_requested_values(signals, vehicle, "commands", inputs, "commands: inputs"),
+        *_requested_values(
+            signals, vehicle, "scales", {n: s.column for n, s in scales.items()}, "scales"
+        ),
+    ]
     return [*_requested_poses(signals, vehicle), *_requested_rates(signals, vehicle), *values]
 
 
@@ -134,20 +140,10 @@ def _requested_rates(signals: Signals, vehicle: Vehicle) -> list[Request]:
     return grouped(signals, "yaw rates", {"yaw_rate": column}, spec, f"{vehicle.source}: pose")
 
 
-def _requested_commands(signals: Signals, vehicle: Vehicle) -> list[Request]:
-    spec = vehicle.file.commands
-    columns = {name: as_column(c) for name, c in spec.inputs.items()}
-    return _requested_values(signals, vehicle, "commands", columns, "commands: inputs")
-
-
-def _requested_scales(signals: Signals, vehicle: Vehicle) -> list[Request]:
-    columns = {name: as_column(s.column) for name, s in vehicle.file.scales.items()}
-    return _requested_values(signals, vehicle, "scales", columns, "scales")
-
-
 def _requested_values(
-    signals: Signals, vehicle: Vehicle, role: str, columns: dict[str, Column], where: str
+    signals: Signals, vehicle: Vehicle, role: str, entries: Mapping[str, str | Column], where: str
 ) -> list[Request]:
+    columns = {name: as_column(entry) for name, entry in entries.items()}
     for name, column in columns.items():
         checked_unit(column, f"{vehicle.source}: {where}: {name}")
     return grouped(signals, role, columns, vehicle.file.commands, f"{vehicle.source}: {where}")

@@ -24,7 +24,7 @@ from seatrial.io.bags.write import BAG_FORMATS, BagTopic, write_bag
 from seatrial.io.formats import is_log, open_log
 from seatrial.io.log import Wanted
 from seatrial.io.reader import open_signals, recording_name
-from seatrial.io.signals import Request, Rows
+from seatrial.io.signals import Request, Rows, in_own_unit
 from seatrial.recording.sampled_commands import are_samples, sampled_commands
 from seatrial.recording.timing import Clock
 from seatrial.util.arguments import expect
@@ -37,6 +37,7 @@ STAMP, REST, VALID = "t", "t_ns", "valid"  # columns
 EXACT = 1 << 53  # [ns] up to which a number of a table keeps whole nanoseconds
 # of tables, by role; poses, commands, scales
 NAMES = {"headings": "heading", "yaw rates": "yaw_rate"}
+SOURCES = {"poses": "pose", "commands": "commands"}  # keys of the vehicle file, by name
 VECTOR = ("vector.x", "vector.y", "vector.z")
 
 
@@ -130,8 +131,8 @@ def _as_tables(found: Sequence[_Signal], out: Path, vehicle: Vehicle) -> list[Pa
     if any(s.rows.marked_valid is not None for s in found):
         content["pose"]["valid"] = valid
     for file, signal in ((f"{table}.csv", s) for table in tables for s in tables[table]):
-        if signal.name in ("poses", "commands"):
-            content["pose" if signal.name == "poses" else "commands"]["file"] = file
+        if source := SOURCES.get(signal.name):
+            content[source]["file"] = file
         for name, column in zip(signal.request.names, signal.request.columns, strict=True):
             _enter(content, signal.request, name, _entry(column) | {"column": name, "file": file})
     return [*written, _write_vehicle(out / "vehicle.yaml", content)]
@@ -295,8 +296,8 @@ def _topic(topic: str, signals: Sequence[_Signal], content: dict[str, Any]) -> B
         for name, entry in zip(signal.request.names, entries, strict=True):
             place = {"field": next(left), "topic": topic}
             _enter(content, signal.request, name, entry | place)
-        if signal.name in ("poses", "commands"):
-            content["pose" if signal.name == "poses" else "commands"]["topic"] = topic
+        if source := SOURCES.get(signal.name):
+            content[source]["topic"] = topic
     stamps, parts = _in_rows(found)
     columns = dict(zip(fields, np.column_stack(parts).T, strict=True))
     return BagTopic(topic, type_name, stamps, stamps, columns)
@@ -313,7 +314,7 @@ def _written(signal: _Signal) -> tuple[Stamps, Array, list[dict[str, Any]]]:
     if signal.request.names != GEOGRAPHIC:
         return stamps, values, [_entry(column) for column in columns]
     # others read it, too: degrees
-    degrees = [c.sign * (x - c.offset) / c.scale for x, c in zip(values.T, columns, strict=True)]
+    degrees = [in_own_unit(x, c) for x, c in zip(values.T, columns, strict=True)]
     return stamps, np.column_stack(degrees), [{}, {}]
 
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from seatrial.boat.schema import TO_SI, Column, as_column
+from seatrial.boat.schema import TO_SI, Column
 from seatrial.boat.vehicle import Vehicle
-from seatrial.io.signals import checked_unit, scaled
+from seatrial.io.signals import checked_unit, in_own_unit, scaled
 from seatrial.recording.delays import heading_at_positions
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Axes, Stamps, earth_offset
@@ -24,11 +24,10 @@ FAR = 2e4  # [m] from the origin, beyond which the plane that touches the earth 
 
 def pose_columns(vehicle: Vehicle) -> list[Column]:
     """x, y and psi of the vehicle file, their units checked."""
-    spec = vehicle.file.pose
-    columns = [as_column(c) for c in (spec.x, spec.y, spec.psi)]
-    for name, column in zip(("x", "y", "psi"), columns, strict=True):
+    columns = vehicle.file.pose.columns
+    for name, column in columns.items():
         checked_unit(column, f"{vehicle.source}: pose: {name}", UNITS_OF_POSES[name])
-    return columns
+    return [*columns.values()]
 
 
 def of_origin(eta: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Array:
@@ -54,6 +53,13 @@ def heading_of(values: Array, column: Column) -> Array:
     return scaled(values, column)
 
 
+def degrees_of(raw: Array, columns: Sequence[Column]) -> Array:
+    """Latitude and longitude (n, 2) [deg] from raw ones; NaN without a fix."""
+    degrees = np.column_stack([in_own_unit(raw[:, i], c) for i, c in enumerate(columns)])
+    degrees[(np.abs(degrees) <= NO_FIX).all(axis=1)] = np.nan
+    return degrees
+
+
 def in_plane(raw: Array, columns: Sequence[Column], vehicle: Vehicle) -> Array:
     """Positions (n, 2) [m] in the file's axes from raw latitude and longitude (n, 2).
 
@@ -62,8 +68,8 @@ def in_plane(raw: Array, columns: Sequence[Column], vehicle: Vehicle) -> Array:
     """
     import pymap3d
 
-    lat, lon = ((c.sign * (raw[:, i] - c.offset) / c.scale) for i, c in enumerate(columns))
-    known = np.isfinite(lat) & np.isfinite(lon) & ((np.abs(lat) > NO_FIX) | (np.abs(lon) > NO_FIX))
+    lat, lon = degrees_of(raw, columns).T
+    known = np.isfinite(lat) & np.isfinite(lon)
     out = np.full((len(raw), 2), np.nan)
     if not known.any():
         raise RecordingError(
@@ -98,8 +104,6 @@ def lengths_of_degrees(raw: Array, columns: Sequence[Column]) -> Array:
 
     For the steps in which the log moves; NaN without a fix.
     """
-    lat, lon = (c.sign * (raw[:, i] - c.offset) / c.scale for i, c in enumerate(columns))
-    lost = (np.abs(lat) <= NO_FIX) & (np.abs(lon) <= NO_FIX)
-    lat, lon = np.where(lost, np.nan, lat), np.where(lost, np.nan, lon)
+    lat, lon = degrees_of(raw, columns).T
     shrunk = np.cos(np.radians(np.nanmedian(lat)))
     return np.asarray(EARTH_RADIUS * np.radians(np.column_stack([shrunk * lon, lat])))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.boat.schema import TO_SI, Column, CommandSource, PoseSource, as_column
+from seatrial.boat.schema import TO_SI, Column, CommandSource, PoseSource
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.recording import rising
 from seatrial.recording.signal import Signal
@@ -65,8 +65,7 @@ class Signals(ABC):
 
     def pose_columns(self, vehicle: Vehicle) -> Mapping[str, Column]:
         """Columns x, y and psi; a bag finds what its usual messages hold."""
-        spec = vehicle.file.pose
-        return {name: as_column(getattr(spec, name)) for name in ("x", "y", "psi")}
+        return vehicle.file.pose.columns
 
 
 def shared_places(requests: Sequence[Request]) -> set[str]:
@@ -105,11 +104,15 @@ def grouped(
     ]  # fmt: skip
 
 
+def in_own_unit(raw: Array, column: Column) -> Array:
+    """value = sign (raw - offset) / scale."""
+    return np.asarray(column.sign * (raw - column.offset) / column.scale)
+
+
 def scaled(raw: Array, column: Column) -> Array:
-    """value = sign (raw - offset) / scale, in SI; none where the raw value means off."""
-    unit = TO_SI.get(column.unit or "-", 1.0)
+    """The same in SI; none where the raw value means off."""
     with np.errstate(over="ignore", invalid="ignore"):  # NaN is handled later
-        values = np.asarray(column.sign * (raw - column.offset) / column.scale * unit)
+        values = in_own_unit(raw, column) * TO_SI.get(column.unit or "-", 1.0)
     return values if column.off is None else np.where(raw == column.off, 0.0, values)
 
 

@@ -72,7 +72,7 @@ def _tables(vehicle: Vehicle) -> tuple[str, str]:
 def _write_tables(trial: Trial, folder: Path) -> None:
     spec, commands = trial.vehicle.file.pose, trial.vehicle.file.commands
     poses, orders = _tables(trial.vehicle)
-    stamp, *columns = (as_column(c) for c in (spec.stamp, spec.x, spec.y, spec.psi))
+    stamp, *columns = as_column(spec.stamp), *spec.columns.values()
     rows = np.column_stack([_raw_stamps(trial.pose_stamps, stamp), _raw_pose(trial)])
     _write_table(folder / poses, [stamp.column, *(c.column for c in columns)], rows)
     stamp = as_column(commands.stamp)

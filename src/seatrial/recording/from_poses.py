@@ -57,7 +57,10 @@ def make_recording(
     # 3. Intervals with unknown commands: poses in them are masked.
     kept = found.in_order
     driven = _driven(name, found.t, commands, stamps[kept][0], timeout, paused=paused)
-    streams = [replace(s, on_change=s.on_change or _on_change(s, driven)) for s in streams]
+    streams = [
+        replace(s, on_change=s.on_change or (s.role == "commands" and driven.on_change))
+        for s in streams
+    ]
     # 4. Poses with rising stamps.
     faults = sorted([*found.faults, *driven.faults], key=lambda f: f.start)
     return Recording(
@@ -73,7 +76,7 @@ class _Driven:
     """Commands without the rows that are no numbers, and where they are unknown."""
 
     commands: Signal
-    held: Array  # (m,) their times [s]
+    on_change: bool  # whether these are logged only where they change
     faults: Sequence[Fault]
     hidden: Mask  # (n,) poses without known commands
 
@@ -91,14 +94,14 @@ def _driven(
     finite, unknown = _finite_rows(commands)
     held, not_finite = ((some - origin).astype(float) * 1e-9 for some in (finite.stamps, unknown))
     if not len(held):
-        return _Driven(finite, held, (), np.zeros(len(t), dtype=bool))
+        return _Driven(finite, False, (), np.zeros(len(t), dtype=bool))
     silent = silences(name, t, held, finite.values, timeout)
     holes = [(FaultKind.SILENT, *hole) for hole in silent]
     for (stamp, _), (begin, end) in zip(unknown.tolist(), not_finite.tolist(), strict=True):
         if begin < t[-1] and end > 0:
             kind = FaultKind.PAUSED if stamp in paused else FaultKind.NO_NUMBER
             holes.append((kind, begin, end))
-    return _Driven(finite, held, *_unknown_commands(t, holes))
+    return _Driven(finite, only_changes(held, finite.values), *_unknown_commands(t, holes))
 
 
 def _unknown_commands(
@@ -112,12 +115,6 @@ def _unknown_commands(
         until = float(min(end, t[-1]))
         faults.append(Fault(kind, max(0.0, float(begin)), until, int(inside.sum())))
     return faults, hidden
-
-
-def _on_change(stream: Stream, driven: _Driven) -> bool:
-    """Whether it has the commands, and these are logged only where they change."""
-    some = len(driven.held) > 0
-    return some and stream.role == "commands" and only_changes(driven.held, driven.commands.values)
 
 
 def _finite_rows(commands: Signal) -> tuple[Signal, Stamps]:

@@ -93,8 +93,6 @@ def smooth_poses(
 
 def _turning_window(t: Array, psi: Array) -> float:
     """Length [s] in which a craft turns by `MOST_TURN` at most; `WINDOW` for a boat."""
-    if len(t) < 2:
-        return WINDOW
     apart = max(1, round(TURN_SPAN / float(np.median(np.diff(t)))))
     if len(t) <= apart:
         return WINDOW
@@ -122,10 +120,8 @@ def smooth_signals(
     """
     if len(centres) == 0:
         return np.zeros((len(delays), 0, len(signal.names)))
-    lowest, highest = (
-        float(centres[0]) - max(delays) - half,
-        float(centres[-1]) - min(delays) + half,
-    )
+    lowest = float(centres[0]) - max(delays) - half
+    highest = float(centres[-1]) - min(delays) + half
     # poses far apart need no fine grid
     step = max(COMMAND_GRID, half / KERNEL_STEPS, (highest - lowest) / MOST_GRID_STEPS)
     grid = np.arange(lowest, highest + 2 * step, step)

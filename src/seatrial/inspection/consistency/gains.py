@@ -97,13 +97,8 @@ def block_count(runs: Sequence[Run]) -> int:
 
 def enough(runs: Sequence[Run]) -> bool:
     """Whether the runs are long enough for the gains of all inputs and their covariance."""
-    n = len(runs[0].commands.names) if runs else 0
-    return bool(runs) and block_count(runs) > n + 1 and len(blocks(runs)) > 2 * (n + DRAG_COLUMNS)
-
-
-def plane_acceleration_squared(runs: Sequence[Run]) -> float:
-    """Sum of the plane's squared accelerations."""
-    return float(sum(np.sum(np.abs(run.smooth.acceleration) ** 2) for run in runs))
+    n = len(runs[0].commands.names)
+    return block_count(runs) > n + 1 and len(blocks(runs)) > 2 * (n + DRAG_COLUMNS)
 
 
 def gains(runs: Sequence[Run], motion: Array, inputs: Array) -> tuple[Gains, Gains, Gains]:

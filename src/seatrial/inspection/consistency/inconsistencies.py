@@ -120,7 +120,7 @@ def _units(repair: Repair, speed: float) -> list[Inconsistency]:
 
 def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
     negated = [name for name, sign in zip(POSE, repair.pose_signs, strict=True) if sign < 0]
-    columns = _pose_columns(vehicle)
+    columns = vehicle.file.pose.columns
     if negated == ["y", "psi"] and not (repair.exchanged or repair.turn):
         return [_handed(vehicle, negated)]
     found = []
@@ -182,7 +182,7 @@ def _heading(column: Column, repair: Repair) -> Inconsistency:
 
 
 def _handed(vehicle: Vehicle, negated: list[str]) -> Inconsistency:
-    columns = _pose_columns(vehicle)
+    columns = vehicle.file.pose.columns
     signs = ", ".join(f"sign: {-columns[name].sign} at pose: {name}" for name in negated)
     return Inconsistency(
         InconsistencyKind.HANDED,
@@ -248,11 +248,6 @@ def _label(column: Column) -> str:
     index = "" if column.index is None else f"[{column.index}]"
     field = column.field and f"{column.topic}{' ' if column.topic else ''}{column.field}{index}"
     return " or ".join(dict.fromkeys(part for part in (column.column, field) if part))
-
-
-def _pose_columns(vehicle: Vehicle) -> dict[str, Column]:
-    pose = vehicle.file.pose
-    return {n: as_column(c) for n, c in zip(POSE, (pose.x, pose.y, pose.psi), strict=True)}
 
 
 def _places(names: list[str]) -> str:

@@ -7,15 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from seatrial.boat.physics import ABSURD_SPEED
-from seatrial.boat.schema import as_column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
-from seatrial.inspection.consistency.gains import (
-    Run,
-    plane_acceleration_squared,
-    unexplained,
-    without_drag,
-)
+from seatrial.inspection.consistency.gains import Run, unexplained, without_drag
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
 from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind, examine
 from seatrial.recording.recording import Recording
@@ -50,8 +44,7 @@ def clearly_better(now: Array, other: Array) -> bool:
 
 def declared(vehicle: Vehicle) -> tuple[str, str, str]:
     """Units of x, y and psi that the file states or implies."""
-    pose = vehicle.file.pose
-    x, y, psi = (as_column(c).unit for c in (pose.x, pose.y, pose.psi))
+    x, y, psi = (column.unit for column in vehicle.file.pose.columns.values())
     return x or "m", y or "m", psi or "rad"
 
 
@@ -188,7 +181,7 @@ def _unexplained_either_hand(runs: Sequence[Run], heading: float) -> Array:
 
 def _unexplained_of_total(runs: Sequence[Run]) -> float:
     """Share of the squared acceleration that inputs and drag leave unexplained."""
-    whole = plane_acceleration_squared(runs)
+    whole = float(sum(np.sum(np.abs(run.smooth.acceleration) ** 2) for run in runs))
     return float(_unexplained_either_hand(runs, 1.0).sum()) / whole if whole > 0 else 1.0
 
 

@@ -94,10 +94,9 @@ def apply_repair(vehicle: Vehicle, repair: Repair) -> Vehicle:
 
 
 def _repaired_pose(pose: PoseSource, repair: Repair) -> PoseSource:
-    columns = [as_column(entry) for entry in (pose.x, pose.y, pose.psi)]
     columns = [
         column if unit is None else msgspec.structs.replace(column, unit=unit)
-        for column, unit in zip(columns, repair.units, strict=True)
+        for column, unit in zip(pose.columns.values(), repair.units, strict=True)
     ]
     if repair.exchanged:
         columns[:2] = columns[1::-1]

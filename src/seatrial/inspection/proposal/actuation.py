@@ -51,7 +51,7 @@ def sticks(found: Channels) -> Parts:
     forces: dict[str, dict[str, Any]] = {}
     for a in sorted(found.assigned, key=lambda a: a.axis):
         name = WRENCH[a.axis]
-        inputs[name] = _towards(found, a.channel, a.axis, 1.0)
+        inputs[name] = _ahead(found, a.channel, a.axis)
         ambiguous = (
             "" if a.trusted or found.lever else "; check: another channel moves it with a similar t"
         )
@@ -82,7 +82,7 @@ def steered(found: Channels) -> Steered | None:
     if by_motion:
         t = found.angles[angle].t * (1.0 if flow else np.sign(found.t[0, k]))
     inputs = {
-        thrust: _towards(found, thrust, 0, 1.0),
+        thrust: _ahead(found, thrust, 0),
         angle: _turned(found.columns[angle], against=t < 0.0 if flow else t > 0.0),
     }
     how = "at speed: a rudder in the flow, below structure"
@@ -100,10 +100,10 @@ def steered(found: Channels) -> Steered | None:
     return Steered(thrust, angle, (inputs, remarks, forces), by_motion and steers(angle), flow)
 
 
-def _towards(found: Channels, channel: str, axis: int, sense: float) -> dict[str, Any]:
-    """The column with the sign by which the channel moves an axis in this sense."""
+def _ahead(found: Channels, channel: str, axis: int) -> dict[str, Any]:
+    """The column with the sign by which a positive command moves the axis forward."""
     t = found.t[axis, found.names.index(channel)]
-    return _turned(found.columns[channel], against=t * sense <= 0.0)
+    return _turned(found.columns[channel], against=t <= 0.0)
 
 
 def _turned(column: dict[str, Any], *, against: bool) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import msgspec
 import numpy as np
 
 from seatrial.boat.schema import Clock as ClockChoice
-from seatrial.boat.schema import Column, PoseSource, as_column
+from seatrial.boat.schema import Column, PoseSource
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.collect import Samples
@@ -26,10 +26,9 @@ QUATERNION = ("x", "y", "z", "w")
 def usual_columns(bag: Bag, vehicle: Vehicle) -> Mapping[str, Column]:
     """Columns of x, y and psi: named fields, or what the topic's message has. Raises RecordingError."""
     spec = vehicle.file.pose
-    columns = {key: as_column(getattr(spec, key)) for key in ("x", "y", "psi")}
     geographic = spec.latitude is not None
     found: dict[str, Column] = {}
-    for key, column in columns.items():
+    for key, column in spec.columns.items():
         name = column.topic or spec.topic
         if column.field or column.quaternion or name is None or (geographic and key != "psi"):
             found[key] = column

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seatrial.io.bags.bag import standard_definitions
+from seatrial.io.bags.bag import COMMON, standard_definitions
 from seatrial.io.bags.wire import Shape, Wire, short_type
 from seatrial.io.bags.wire_walk import described
 from seatrial.util.errors import FileError, RecordingError
@@ -193,6 +193,5 @@ def _store(*, ros1: bool) -> "Typestore":
 
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     known = standard_definitions()
-    wanted = {n: d for n, d in known.items() if n not in store.fielddefs}
-    store.register({n: d for n, d in wanted.items() if n.startswith(("mavros_msgs/", "tf2_msgs/"))})
+    store.register({name: known[name] for name in COMMON if name not in store.fielddefs})
     return store

@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.assemble import GEOGRAPHIC, requests
-from seatrial.io.poses import NO_FIX, heading_of, in_plane
+from seatrial.io.poses import degrees_of, heading_of, in_plane
 from seatrial.io.signals import Request, Signals, scaled
 from seatrial.poolside.sources.source import EventKind, Mistakes, SourceEvent, usable
 from seatrial.recording.faults.pose_faults import in_order
@@ -90,10 +90,8 @@ class Conversion:
     def _in_plane(self, raw: Array, request: Request) -> Array:
         """Positions (n, 2) [m]; NaN without a fix. Keeps the first fix as the origin."""
         columns = request.columns[:2]
-        degrees = np.column_stack(
-            [c.sign * (raw[:, i] - c.offset) / c.scale for i, c in enumerate(columns)]
-        )
-        fixed = np.isfinite(degrees).all(axis=1) & (np.abs(degrees) > NO_FIX).any(axis=1)
+        degrees = degrees_of(raw, columns)
+        fixed = np.isfinite(degrees).all(axis=1)
         if not fixed.any():
             return np.full((len(raw), 2), np.nan)
         if self.vehicle.file.pose.origin is None:
