@@ -77,9 +77,8 @@ def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
     # 4. Yaw rates of a gyro, their bias removed.
     for one, rows in _by_role(found, "yaw rates"):
         r = vehicle.axes.lateral_sign * scaled(rows.values[:, 0], one.columns[0])
-        recording = with_yaw_rate(
-            recording, stamps_of_headings(rows.stamps, heading), r, one.wheres[0]
-        )
+        stamps = stamps_of_headings(rows.stamps, heading)
+        recording = with_yaw_rate(recording, stamps, r, one.wheres[0])
     return recording
 
 
@@ -90,9 +89,8 @@ def _with_sampled_commands(recording: Recording, stated: Stated) -> Recording:
         return recording
     sampled = are_samples(stream, stated)
     remarks = (*recording.remarks, taken_halfway(stream)) if sampled else recording.remarks
-    return replace(
-        recording, remarks=remarks, command_period=1.0 / stream.rate, command_sampled=sampled
-    )
+    period = 1.0 / stream.rate
+    return replace(recording, remarks=remarks, command_period=period, command_sampled=sampled)
 
 
 def requests(signals: Signals, vehicle: Vehicle) -> list[Request]:
@@ -184,9 +182,8 @@ def _poses(
         eta = np.column_stack([position, heading_of(raw[:, 2], columns[2])])
         return Poses(rows.stamps, of_origin(eta, vehicle, rows.stamps)), doubts
     compass, turned = found[1]
-    both = joined(
-        rows.stamps, position, turned.stamps, heading_of(turned.values[:, 0], compass.columns[0])
-    )
+    psi = heading_of(turned.values[:, 0], compass.columns[0])
+    both = joined(rows.stamps, position, turned.stamps, psi)
     asynchronous = both.asynchronous
     if asynchronous is not None and vehicle.axes is Axes.FRD:
         asynchronous = asynchronous.mirrored()

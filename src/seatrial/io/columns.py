@@ -44,9 +44,8 @@ class ColumnView:
             return f"dates and times: stamps? {self.rate:.4g} Hz"
         if self.least is None:
             return "no numbers"
-        text = f"{self.least:.6g} to {self.most:.6g}" + (
-            f", {self.empty} without a number" if self.empty else ""
-        )
+        empty = f", {self.empty} without a number" if self.empty else ""
+        text = f"{self.least:.6g} to {self.most:.6g}{empty}"
         if self.unit:
             return f"{text}; monotonic: stamps in {self.unit}? {self.rate:.4g} Hz"
         return text if self.changes else f"{text}; constant"

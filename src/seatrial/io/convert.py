@@ -87,8 +87,6 @@ def _guard(path: Path, out: Path, *, bag: bool) -> None:
         raise FileError(f"{out}: exists already; give another name")
     if not bag and out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise FileError(f"{out}: exists already and is not empty; give a new folder")
-    if path.exists() and path.resolve() == out.resolve():
-        raise FileError(f"{out}: is the log itself")
 
 
 def _named(pairs: Iterable[tuple[Request, Rows]]) -> list[_Signal]:
@@ -325,6 +323,5 @@ def _message(signals: Sequence[_Signal]) -> tuple[str, tuple[str, ...]]:
         return "std_msgs/msg/Float64MultiArray", tuple(f"data[{i}]" for i in range(len(names)))
     if first.names == GEOGRAPHIC:
         return "sensor_msgs/msg/NavSatFix", GEOGRAPHIC
-    return "geometry_msgs/msg/Vector3Stamped", VECTOR[-1:] if len(names) == 1 else VECTOR[
-        : len(names)
-    ]
+    fields = VECTOR[-1:] if len(names) == 1 else VECTOR[: len(names)]
+    return "geometry_msgs/msg/Vector3Stamped", fields

@@ -56,7 +56,6 @@ def _kept(rows: Rows, kept: Mask) -> Rows:
         duplicated=int((steps == 0).sum()),
         backward=int((steps < 0).sum()),
     )
-    marked = None if rows.marked_valid is None else rows.marked_valid[kept]
-    return replace(
-        rows, stamps=stamps, values=rows.values[kept], stream=stream, marked_valid=marked
-    )
+    marked, values = rows.marked_valid, rows.values[kept]
+    marked = None if marked is None else marked[kept]
+    return replace(rows, stamps=stamps, values=values, stream=stream, marked_valid=marked)

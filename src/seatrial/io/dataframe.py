@@ -45,9 +45,8 @@ def frame_of(recording: Recording, *, velocities: bool) -> "DataFrame":
             taken.add(shown)
             columns[shown] = values
             units[shown] = "-"
-    frame = pd.DataFrame(
-        columns | {VALID: recording.valid}, index=pd.Index(recording.t, name=TIME), copy=True
-    )
+    index = pd.Index(recording.t, name=TIME)
+    frame = pd.DataFrame(columns | {VALID: recording.valid}, index=index, copy=True)
     frame.attrs = {
         "name": recording.name, "axes": Axes.FLU.value, "units": units | {TIME: "s"},
         "first_stamp_ns": recording.origin,

@@ -38,7 +38,7 @@ def of_origin(eta: Array, vehicle: Vehicle, stamps: Stamps | None = None) -> Arr
     eta = eta.copy()
     eta[np.abs(eta) > LARGEST_POSE] = np.nan
     psi, (position, heading) = eta[:, 2], vehicle.delays
-    if stamps is not None and position != heading:
+    if stamps is not None:
         psi = heading_at_positions(stamps, psi, position - heading)
     ahead, second = vehicle.file.pose.lever or (0.0, 0.0)
     if ahead or second:  # a position is known without a heading, too

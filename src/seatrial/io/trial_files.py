@@ -148,10 +148,8 @@ def write_setting(plan: PlanFile, vehicle: Vehicle, truth: Model, out: Path) -> 
     """Vehicle file for the trials, the plan, and the true model."""
     suffix = SUFFIX[vehicle.scheme]
     path = out / f"vehicle{suffix}.yaml"
-    write_text(
-        out / TRUTH / "plan.yaml",
-        dump_yaml({"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}),
-    )
+    content = {"seatrial": plan.seatrial, **msgspec.to_builtins(plan)}
+    write_text(out / TRUTH / "plan.yaml", dump_yaml(content))
     with noted(out, out / TRUTH / DIGESTS, [path]):
         write_text(path, dump_yaml(vehicle.to_mapping()))
     save(truth, out / TRUTH / f"model{suffix}.yaml")

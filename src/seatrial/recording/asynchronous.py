@@ -131,10 +131,8 @@ def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) ->
     # 1. Rows without a pose of their own.
     rows, remarks = _own_poses(eta, marked_valid)
     # 2. Rows that repeat or lack one part.
-    fresh = [
-        np.isfinite(part).all(axis=1) & ~poses_held(part)
-        for part in (eta[rows][:, :2], eta[rows][:, 2:])
-    ]
+    parts = np.split(eta[rows], [2], axis=1)
+    fresh = [np.isfinite(part).all(axis=1) & ~poses_held(part) for part in parts]
     half = fresh[0] != fresh[1]
     if half.mean() < TWO_RATES_SHARE or not (fresh[0].any() and fresh[1].any()):
         return Poses(stamps[rows], eta[rows], rows=rows, remarks=tuple(remarks))
@@ -150,16 +148,11 @@ def split_rates(stamps: Stamps, eta: Array, marked_valid: Mask | None = None) ->
 
 def _own_poses(eta: Array, marked_valid: Mask | None) -> tuple[NDArray[np.intp], list[str]]:
     """Rows (n, 3) that have a pose of their own, and what is left out."""
-    remarks = []
-    rows = np.arange(len(eta))
-    if (
-        marked_valid is not None
-        and np.mean(np.diff(marked_valid.astype(int)) < 0) > TWO_RATES_SHARE
-    ):
-        share = 100 * np.mean(~marked_valid)
-        remarks.append(
-            f"{share:.0f} % of the rows are marked bad, in turn with good ones: left out"
-        )
+    remarks, rows = [], np.arange(len(eta))
+    falls = np.zeros(1) if marked_valid is None else np.diff(marked_valid.astype(int)) < 0
+    if marked_valid is not None and falls.mean() > TWO_RATES_SHARE:
+        bad = f"{100 * np.mean(~marked_valid):.0f} % of the rows are marked bad"
+        remarks.append(f"{bad}, in turn with good ones: left out")
         rows = rows[marked_valid]
     held = poses_held(eta[rows])
     if held.any():

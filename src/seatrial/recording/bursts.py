@@ -54,6 +54,5 @@ def on_even_clock(stamps: Stamps) -> tuple[Stamps, str]:
 def _median_around(values: Array) -> Array:
     """Running median over `AROUND` values on either side."""
     padded = np.pad(values, AROUND, mode="edge")
-    return np.asarray(
-        np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND + 1), axis=1)
-    )
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * AROUND + 1)
+    return np.asarray(np.median(windows, axis=1))

@@ -100,10 +100,8 @@ def _delay_messages(stream: Stream, delay: Delay) -> Iterator[str]:
 
 def _replayed(stream: Stream, delay: Delay) -> bool:
     """Whether arrivals are of a replay: much later, or at another speed."""
-    length = stream.count / stream.rate if stream.rate else 0.0
-    return abs(delay.median) > REPLAYED_DELAY or abs(delay.drift) > REPLAYED_DRIFT * max(
-        length, 1.0
-    )
+    length = max(stream.count / stream.rate if stream.rate else 0.0, 1.0)
+    return abs(delay.median) > REPLAYED_DELAY or abs(delay.drift) > REPLAYED_DRIFT * length
 
 
 def _steps(known: Sequence[tuple[Stream, Delay]], begin: int | None) -> list[str]:

@@ -157,9 +157,8 @@ def find_roles(
         expect_each(chosen_names, str, f"role {label}")
     roles: list[tuple[int, ...]] = []
     for axis, label in enumerate(AXES):
-        chosen = [
-            _index(names, name, label) for name in dict.fromkeys((given or {}).get(label, ()))
-        ]
+        named = dict.fromkeys((given or {}).get(label, ()))
+        chosen = [_index(names, name, label) for name in named]
         if not chosen:
             chosen = [i for i, e in enumerate(found) if e.dominant == axis]
         if not chosen:

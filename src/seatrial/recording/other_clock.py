@@ -52,10 +52,8 @@ def other_unit(poses: Array, commands: Array) -> str:
 
 def zones_apart(poses: Array, commands: Array) -> float:
     """Whole time zones [s] by which commands are after poses, by their stamps [s]; 0: it is no such time."""
-    apart = min(
-        (float(commands[end] - poses[end]) for end in (0, -1)),
-        key=lambda s: abs(s - _zones(s) * ZONE),
-    )
+    ends = (float(commands[end] - poses[end]) for end in (0, -1))
+    apart = min(ends, key=lambda s: abs(s - _zones(s) * ZONE))
     zones = _zones(apart)
     if abs(zones) > MOST_ZONES or abs(apart - zones * ZONE) > ZONE_SLACK:
         return 0.0

@@ -102,9 +102,8 @@ def _differences(recording: Recording, eta: Array, windows: NDArray[np.int64]) -
 
 def _white_deviation(differences: Array) -> Array:
     """Standard deviations (3,) of the white noise with such fourth differences."""
-    return np.asarray(
-        np.median(np.abs(differences), axis=0) / MAD_OF_NORMAL / np.sqrt(np.sum(_DIFFERENCE**2))
-    )
+    deviation = np.median(np.abs(differences), axis=0) / MAD_OF_NORMAL
+    return np.asarray(deviation / np.sqrt(np.sum(_DIFFERENCE**2)))
 
 
 def _entry(spread: Array) -> NoiseEntry:

@@ -208,13 +208,10 @@ class Recording:
             for f in self.faults
             if f.end >= shift and f.start <= last
         )
+        own = self.asynchronous
         return replace(
             self._with_poses(keep),
-            asynchronous=None
-            if self.asynchronous is None
-            else self.asynchronous.kept(
-                (self.asynchronous.stamps >= begin) & (self.asynchronous.stamps < stop)
-            ),
+            asynchronous=own and own.kept((own.stamps >= begin) & (own.stamps < stop)),
             commands=self.commands.cut(begin, stop),
             scales=None if self.scales is None else self.scales.cut(begin, stop),
             faults=kept,
@@ -291,13 +288,12 @@ class Recording:
         For intervals with an external disturbance (a touched boat). The velocity after it is unknown.
         Commands stay. Raises RecordingError where fewer than two poses are left.
         """
-        last = float(self.t[-1])
         span = f"from {start:g} s to {f'{end:g} s' if np.isfinite(end) else 'its end'}"
         if not end > start:
             raise RecordingError(
                 f"{self.name}: can't exclude {span}: the end is not after the start"
             )
-        if start > last or end < 0.0:
+        if start > self.duration or end < 0.0:
             raise RecordingError(
                 f"{self.name}: can't exclude {span}: it lasts {self.duration:.1f} s"
             )
@@ -306,7 +302,9 @@ class Recording:
             raise RecordingError(
                 f"{self.name}: no poses remain without the time {span}: leave out the whole recording"
             )
-        fault = Fault(FaultKind.EXCLUDED, max(0.0, start), min(end, last), int(inside.sum()))
+        fault = Fault(
+            FaultKind.EXCLUDED, max(0.0, start), min(end, self.duration), int(inside.sum())
+        )
         faults = sorted((*self.faults, fault), key=lambda f: f.start)
         return replace(self, valid=self.valid & ~inside, faults=tuple(faults))
 

@@ -94,12 +94,9 @@ def heading_step(recording: Recording) -> float:
 
     Only a step that is less than the heading turns from pose to pose: rounding errors are white then.
     """
-    own = recording.asynchronous
-    psi = (
-        recording.eta[recording.valid, 2]
-        if own is None
-        else own.values[own.parts == _core.HEADING_PART]
-    )
+    psi, own = recording.eta[recording.valid, 2], recording.asynchronous
+    if own is not None:
+        psi = own.values[own.parts == _core.HEADING_PART]
     turned = np.diff(psi)
     if not len(turned):
         return 0.0

@@ -40,11 +40,8 @@ class StencilNoise:
         stated where too few poses are in a row.
         """
         try:
-            own = (
-                pose_noise(recording)
-                if moved is None
-                else pose_noise_given_motion(recording, moved)
-            )
+            own = pose_noise(recording)
+            own = own if moved is None else pose_noise_given_motion(recording, moved)
         except RecordingError:
             return cls(stated, recording)
         entry = stated.correlated
@@ -72,9 +69,8 @@ class StencilNoise:
         period = self.recording.period
         places = np.arange(len(EVEN_WEIGHTS))
         apart = np.abs(steps + places[None, :] - places[:, None])
-        slope = (
-            EVEN_WEIGHTS @ pose_error_correlation(entry, period * apart) @ EVEN_WEIGHTS / period**2
-        )
+        correlation = pose_error_correlation(entry, period * apart)
+        slope = EVEN_WEIGHTS @ correlation @ EVEN_WEIGHTS / period**2
         size = np.array([entry.position, entry.position, entry.heading])
         return np.asarray(shared * self._white + slope * size**2)
 

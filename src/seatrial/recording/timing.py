@@ -207,12 +207,8 @@ def rate_text(stream: Stream) -> str:
 
 def stream_cells(stream: Stream) -> tuple[str, str, str]:
     """Cells of `STREAM_HEAD` in a table of streams."""
-    known = stream.rate > 0.0
-    return (
-        str(stream.count),
-        rate_text(stream) if known else "",
-        f"{stream.longest:.3g} s" if known else "",
-    )
+    timed = (rate_text(stream), f"{stream.longest:.3g} s") if stream.rate > 0.0 else ("", "")
+    return str(stream.count), *timed
 
 
 def time_text(seconds: float) -> str:
@@ -228,9 +224,8 @@ def _delay(stamps: Stamps, arrival: Stamps) -> Delay:
     spread = float(np.median(whole[:, size * 9 // 10] - whole[:, size // 10]))
     block = np.minimum(np.arange(len(late)) // size, len(medians) - 1)
     sane = np.abs(late - medians[block]) < STRAY_DELAY
-    at, step = _step(
-        stamps, arrival, late, medians, max(LEAST_CLOCK_STEP, TRANSPORT_SPREADS * spread)
-    )
+    least = max(LEAST_CLOCK_STEP, TRANSPORT_SPREADS * spread)
+    at, step = _step(stamps, arrival, late, medians, least)
     level = late - np.where(np.arange(len(late)) >= at, step, 0.0)
     return Delay(
         float(late[sane].min()), float(np.median(late)), float(late[sane].max()),

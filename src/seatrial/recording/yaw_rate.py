@@ -76,9 +76,8 @@ def _averaged(t: Array, r: Array) -> tuple[Array, Array]:
 def _turns(recording: Recording, t: Array, r: Array) -> tuple[Array, Array, Array]:
     """Heading turned [rad], integrated rate [rad] and length [s] (k,) of intervals without a gap in either."""
     angle = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(t))])
-    gap = np.concatenate(
-        [[0], np.cumsum(np.diff(t) > 4.0 / MOST_RATE + 3.0 * np.median(np.diff(t)))]
-    )
+    steps = np.diff(t)
+    gap = np.concatenate([[0], np.cumsum(steps > 4.0 / MOST_RATE + 3.0 * np.median(steps))])
     inside = recording.valid & (recording.t >= t[0]) & (recording.t <= t[-1])
     at = np.flatnonzero(inside)
     at = at[np.concatenate([[True], np.diff(np.floor(recording.t[at] / INTERVAL)) > 0])]

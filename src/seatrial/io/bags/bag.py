@@ -131,9 +131,8 @@ class Bag(ABC):
             )
         if found is not None and found.messages > 0:
             return found
-        listed = "; ".join(
-            f"{t.name} ({t.type}, {t.messages})" for t in sorted(self.topics.values(), key=_order)
-        )
+        topics = sorted(self.topics.values(), key=lambda t: (t.messages == 0, t.name))
+        listed = "; ".join(f"{t.name} ({t.type}, {t.messages})" for t in topics)
         if found is not None:
             raise RecordingError(
                 f"{self.path}: topic {name} has no messages ({where}); was its publisher running? "
@@ -143,10 +142,6 @@ class Bag(ABC):
         hint = f"; did you mean {near[0]}?" if near else "."
         there = f"The topics are {listed}" if listed else "The bag has no topics"
         raise RecordingError(f"{self.path}: no topic {name} ({where}){hint} {there}")
-
-
-def _order(topic: Topic) -> tuple[bool, str]:
-    return topic.messages == 0, topic.name
 
 
 def merged_topics(found: Collection[Topic]) -> dict[str, Topic]:

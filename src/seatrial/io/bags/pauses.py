@@ -33,8 +33,6 @@ def pauses(bag: Bag) -> list[Pause]:
 
 def with_unknown_commands(rows: Rows, arrival: Stamps, found: Sequence[Pause]) -> Rows:
     """Commands with a row that is no number behind the last one before each pause. arrival (n,) [ns]."""
-    if not len(arrival):
-        return rows
     late = int(np.median(arrival - rows.stamps))
     # stamps of another clock may be anything
     found = [one for one in found if 0 <= one[0] - late < LATEST]

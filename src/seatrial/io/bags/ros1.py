@@ -29,6 +29,7 @@ from seatrial.io.bags.ros1_records import (
     chunk_messages,
     decompressed,
     fields,
+    is_encrypted,
     read_record,
 )
 from seatrial.io.bags.unpack import chunk_limit, file_limit
@@ -124,7 +125,7 @@ class Ros1Bag(Bag):
         head = read_record(self._data, len(MAGIC), len(self._data))
         if head.kind != BAG_HEADER:
             raise DamagedError("no bag header")
-        if b"encryptor" in head.fields and head.text(b"encryptor"):
+        if is_encrypted(head):
             reason = "is encrypted; decrypt it with rosbag decrypt"
             raise DamagedBagError(f"{self.path}: {reason}", reason)
         at = head.u64(b"index_pos")

@@ -102,6 +102,11 @@ def chunk_messages(
         at = stop
 
 
+def is_encrypted(header: Record) -> bool:
+    """Whether a bag's header states how it is encrypted."""
+    return b"encryptor" in header.fields and bool(header.text(b"encryptor"))
+
+
 def chunk_content(record: Record) -> bytes:
     """The content of a whole chunk. Raises DamagedError."""
     size, how = record.u32(b"size"), record.text(b"compression")

@@ -42,20 +42,16 @@ class Ros2Bag(Bag):
         except Exception as error:  # noqa: BLE001, RUF100 see _explained
             raise _explained(path, error) from None
         self._check_chunks()
-        self.spans = (
-            _spans(path) if path.is_dir() else ((self._reader.start_time, self._reader.end_time),)
-        )
-        entries = [
-            (c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in self._reader.connections
-        ]
+        reader, folder = self._reader, path.is_dir()
+        self.spans = _spans(path) if folder else ((reader.start_time, reader.end_time),)
+        listed = reader.connections
+        entries = [(c.topic, c.msgtype, c.msgcount, c.msgdef.data) for c in listed]
         if any([type(x) for x in entry] != [str, str, int, str] for entry in entries):
             self.close()
             raise RecordingError(f"{path}: the bag's list of topics is damaged; {SALVAGE}")
+        idl = [c.msgdef.format is MessageDefinitionFormat.IDL for c in listed]
         self.topics = merged_topics(
-            [
-                Topic(*entry, idl=c.msgdef.format is MessageDefinitionFormat.IDL)
-                for entry, c in zip(entries, self._reader.connections, strict=True)
-            ]
+            [Topic(*entry, idl=is_idl) for entry, is_idl in zip(entries, idl, strict=True)]
         )
 
     def _check_chunks(self) -> None:

@@ -13,6 +13,7 @@ from seatrial.io.bags.wire import plain
 from seatrial.util.errors import RecordingError
 
 MOST_DAMAGED_PARTS = 10_000  # that are skipped
+FROM_ROW = "FROM messages WHERE rowid >= ? ORDER BY rowid"
 DB3_ERRORS = (sqlite3.Error, UnicodeDecodeError, OverflowError)
 
 
@@ -98,10 +99,8 @@ class SalvagedDb3(Bag):
             at += step
 
     def _from(self, at: int, ends: str = "") -> Iterator[_Row]:
-        query = (
-            "SELECT rowid, topic_id, timestamp, data FROM messages WHERE rowid >= ? ORDER BY rowid"
-        )
-        for number, topic, stamp, data in self._base.execute(query + ends, (at,)):
+        query = f"SELECT rowid, topic_id, timestamp, data {FROM_ROW}{ends}"
+        for number, topic, stamp, data in self._base.execute(query, (at,)):
             if type(number) is not int or number < at:
                 raise sqlite3.DatabaseError("pages in a cycle")
             at = number + 1
@@ -129,7 +128,7 @@ class SalvagedDb3(Bag):
         return far
 
     def _readable(self, number: int) -> bool:
-        query = "SELECT data FROM messages WHERE rowid >= ? ORDER BY rowid LIMIT 1"
+        query = f"SELECT data {FROM_ROW} LIMIT 1"
         try:
             self._base.execute(query, (number,)).fetchall()
         except (sqlite3.Error, UnicodeDecodeError):

@@ -57,15 +57,9 @@ class BagSignals(Signals):
         wanted = [self._collector(one) for one in plain]
         with stage("", COMMANDS_READ if any(turned) else ALL_READ):
             samples = collect(self._bag, wanted)
-        unreadable = [
-            f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped
-        ]
+        lost = [f"{s.dropped} unreadable messages on {s.topic.name}" for s in samples if s.dropped]
         self._pauses = pauses(self._bag)
-        self.remarks = (
-            *self._bag.remarks,
-            *unreadable,
-            *pause_remarks(self._bag, self._pauses),
-        )
+        self.remarks = (*self._bag.remarks, *lost, *pause_remarks(self._bag, self._pauses))
         # removed from the list one by one, so that ten hours of samples are in memory once
         return [
             self._from_transforms(one)

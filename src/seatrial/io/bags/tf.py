@@ -135,10 +135,8 @@ def _frames(shape: Shape) -> Iterator[tuple[int, list[Edge]]]:
     while f"transforms[{number}].child_frame_id" in shape.leaves:
         parents = shape.texts(f"transforms[{number}].header.frame_id") or []
         children = shape.texts(f"transforms[{number}].child_frame_id") or []
-        yield (
-            number,
-            [(p.lstrip("/"), c.lstrip("/")) for p, c in zip(parents, children, strict=True)],
-        )
+        pairs = zip(parents, children, strict=True)
+        yield number, [(p.lstrip("/"), c.lstrip("/")) for p, c in pairs]
         number += 1
 
 
@@ -188,9 +186,8 @@ def _collect(bag: Bag, names: Iterable[str], wanted: set[Edge]) -> dict[Edge, Tr
                 for edge in wanted.intersection(edges):
                     mine = np.array([e == edge for e in edges])
                     stamps, values = _numbers(shape, f"transforms[{number}]")
-                    parts[edge].append(
-                        Transforms(stamps[mine], arrival[shape.rows][mine], values[mine])
-                    )
+                    own = Transforms(stamps[mine], arrival[shape.rows][mine], values[mine])
+                    parts[edge].append(own)
     return {edge: _joined(found) for edge, found in parts.items()}
 
 
@@ -223,9 +220,8 @@ def _interpolated(step: Transforms, at: Stamps) -> Array:
     share = ((at - stamps[right - 1]) / (stamps[right] - stamps[right - 1]))[:, None]
     a, b = values[right - 1], values[right]
     inside = (share >= 0) & (share <= 1)
-    between = np.column_stack(
-        [a[:, :3] + share * (b[:, :3] - a[:, :3]), slerp(a[:, 3:], b[:, 3:], share)]
-    )
+    moved = a[:, :3] + share * (b[:, :3] - a[:, :3])
+    between = np.column_stack([moved, slerp(a[:, 3:], b[:, 3:], share)])
     between = np.where(share <= 0, a, np.where(share >= 1, b, between))  # also next to a NaN
     return np.where(inside, between, np.nan)
 

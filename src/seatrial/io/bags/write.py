@@ -151,10 +151,8 @@ def _put(
                 f"{where}: '{path}' gets {values.min():g} to {values.max():g}; its range is "
                 f"{least} to {most}"
             )
-    block = (
-        np.ascontiguousarray(exact.astype(kind)).view(np.uint8).reshape(len(rows), kind.itemsize)
-    )
-    rows[:, begin : begin + kind.itemsize] = block
+    block = np.ascontiguousarray(exact.astype(kind)).view(np.uint8)
+    rows[:, begin : begin + kind.itemsize] = block.reshape(len(rows), kind.itemsize)
 
 
 def _first(topic: BagTopic, store: "Typestore") -> object:

@@ -149,6 +149,5 @@ class _TextColumns:
         """All that was collected."""
         shape = len(self.stamps), len(self.wanted.fields)
         values = np.array(self.values, dtype=np.float64).reshape(shape)
-        return LogSamples(
-            self.wanted.topic, np.array(self.stamps, dtype=np.int64), values, self.dropped
-        )
+        stamps = np.array(self.stamps, dtype=np.int64)
+        return LogSamples(self.wanted.topic, stamps, values, self.dropped)

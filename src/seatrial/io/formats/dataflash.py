@@ -55,9 +55,7 @@ class Format:
     @cached_property
     def body(self) -> struct.Struct:
         """The columns of a binary message."""
-        return struct.Struct(
-            "<" + "".join(FORMAT_CODES.get(c) or TEXTS[c] for c in self.characters)
-        )
+        return struct.Struct(f"<{''.join(map(_code, self.characters))}")
 
     @property
     def stamp(self) -> str | None:
@@ -80,7 +78,7 @@ class Format:
         offset = HEADER
         for name, character in zip(self.columns, self.characters, strict=True):
             yield name, character, offset
-            offset += struct.calcsize(f"<{FORMAT_CODES.get(character) or TEXTS[character]}")
+            offset += struct.calcsize(f"<{_code(character)}")
 
     def numbers(self) -> Iterator[tuple[str, Place]]:
         """Numeric columns, arrays spelled out."""
@@ -179,6 +177,10 @@ class Definitions:
             if character not in DIVISORS and factor not in (0.0, 1.0):
                 unit = PREFIXES.get(factor, f"{factor:g} ") + unit
             yield name, unit
+
+
+def _code(character: str) -> str:
+    return FORMAT_CODES.get(character) or TEXTS[character]
 
 
 def c_text(text: bytes) -> str:

@@ -24,13 +24,17 @@ class Known:
     geographic: bool = False  # latitude and longitude; else metres north and east
     fix: str = ""  # field of a receiver's kind of fix: 3 without corrections, 4 with, 5 and 6 RTK
 
+    def is_in(self, topic: LogTopic) -> bool:
+        """Whether a topic holds it."""
+        return topic.type == self.message and set(self.fields) <= set(topic.fields)
+
     def topics(self, log: Log) -> list[LogTopic]:
-        """Topics of the log that hold it."""
-        return [
-            t
-            for t in log.topics.values()
-            if t.type == self.message and "@" not in t.name and set(self.fields) <= set(t.fields)
-        ]
+        """Topics of the log's own autopilot that hold it."""
+        return [t for t in log.topics.values() if "@" not in t.name and self.is_in(t)]
+
+    def fields_in(self, topic: LogTopic) -> tuple[str, ...]:
+        """Its fields, and the kind of fix behind them where the topic has it."""
+        return (*self.fields, *([self.fix] if self.fix in topic.fields else []))
 
 
 E7 = {"scale": 1e7}
@@ -115,9 +119,5 @@ def role(topic: LogTopic) -> str:
     several = {
         "position": POSITIONS, "heading": HEADINGS, "yaw rate": YAW_RATES, "battery": VOLTAGES,
     }  # fmt: skip
-    found = [
-        name
-        for name, known in several.items()
-        if any(k.message == topic.type and set(k.fields) <= set(topic.fields) for k in known)
-    ]
+    found = [name for name, known in several.items() if any(k.is_in(topic) for k in known)]
     return ", ".join([*found, *(["commands"] if topic.type in OUTPUTS else [])])

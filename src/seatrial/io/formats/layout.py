@@ -31,9 +31,8 @@ class Place:
 
     def stored(self, block: bytearray, size: int) -> NDArray[Any]:
         """The number of each record in a block of records of `size` bytes."""
-        view: NDArray[Any] = np.ndarray(
-            (len(block) // size,), np.dtype(self.code), block, self.offset, (size,)
-        )
+        shape = (len(block) // size,)
+        view: NDArray[Any] = np.ndarray(shape, np.dtype(self.code), block, self.offset, (size,))
         return view.copy()
 
     def values(self, block: bytearray, size: int) -> Array:

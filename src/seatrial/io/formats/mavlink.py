@@ -163,9 +163,8 @@ class MavlinkLog(Log):
             if source != self._autopilot:
                 name += f"@{source[0]}.{source[1]}"
             self._places[name] = number, source, instance
-            self.topics[name] = LogTopic(
-                name, found.name, count, tuple(found.layout.fields), found.units
-            )
+            fields = tuple(found.layout.fields)
+            self.topics[name] = LogTopic(name, found.name, count, fields, found.units)
         self.topics = dict(sorted(self.topics.items()))
         if not self.topics:
             raise RecordingError(

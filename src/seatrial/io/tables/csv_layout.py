@@ -36,10 +36,8 @@ def _below_titles(lines: Sequence[str], plain: Sequence[int]) -> int:
 
 
 def _divided_alike(head: str, rows: Sequence[str]) -> bool:
-    return any(
-        mark in head and all(row.count(mark) == head.count(mark) for row in rows)
-        for mark in SEPARATORS
-    )
+    counts = {mark: head.count(mark) for mark in SEPARATORS if mark in head}
+    return any(all(row.count(mark) == n for row in rows) for mark, n in counts.items())
 
 
 def _has_number(line: str) -> bool:

@@ -103,9 +103,8 @@ class _Found:
                     kept |= {c if c not in kept else f"{other}.{c}": v for c, v in inner.items()}
 
     def _same_time(self, name: str, other: str) -> bool:
-        one, two = (
-            next(v for c, v in self.tables[n].items() if _is_time(c)) for n in (name, other)
-        )
+        both = (self.tables[name], self.tables[other])
+        one, two = (next(v for c, v in table.items() if _is_time(c)) for table in both)
         if isinstance(one, list) or isinstance(two, list):
             return one is two
         return len(one) == len(two) and bool(np.allclose(one, two, rtol=SAME_TIME, atol=0.0))

@@ -91,11 +91,9 @@ class TableSignals(Signals):
         self._check_named(stamp, f"{self._source}: {key}: stamp", table)
         for column, where in zip(request.columns, request.wheres, strict=True):
             self._check_named(column, where, table)
-        valid = (
-            request.spec.valid
-            if request.role == "poses" and isinstance(request.spec, PoseSource)
-            else None
-        )
+        valid = None
+        if request.role == "poses" and isinstance(request.spec, PoseSource):
+            valid = request.spec.valid
         raw = table.columns([*request.paths, *([valid] if valid else [])])
         n = len(request.paths)
         given: Mask = np.ones(len(raw), dtype=bool)
@@ -147,13 +145,9 @@ def held_values(values: Array) -> tuple[Array, Mask]:
     values stay as they are.
     """
     given = np.isfinite(values)
-    every = np.ones(len(values), dtype=bool)
-    if (
-        values.shape[1] < 2
-        or given.all(axis=1).mean() >= ON_CHANGE_WHOLE
-        or not given.any(axis=0).all()
-    ):
-        return values, every
+    whole = values.shape[1] < 2 or given.all(axis=1).mean() >= ON_CHANGE_WHOLE
+    if whole or not given.any(axis=0).all():
+        return values, np.ones(len(values), dtype=bool)
     row = np.where(given, np.arange(len(values))[:, None], -1)
     last = np.maximum.accumulate(row, axis=0)
     known = np.asarray((last >= 0).all(axis=1))

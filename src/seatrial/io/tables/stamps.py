@@ -188,9 +188,8 @@ def from_date_times(texts: Sequence[str], name: str, place: Place) -> Stamps:
     for i, text in enumerate(texts):
         found = DATE_TIME.fullmatch(text)
         if found is None:
-            what = (
-                f"has '{text[:40]}', expected a date and time" if text.strip() else "has no stamp"
-            )
+            odd = f"has '{text[:40]}', expected a date and time"
+            what = odd if text.strip() else "has no stamp"
             raise RecordingError(f"{place(i)}: column '{name}' {what}")
         parts.append(found)
     month_first = _month_first(parts)

@@ -24,16 +24,14 @@ def course_doubt(recording: Recording) -> list[str]:
     for span in SPANS:
         moved, heading = _displacements(recording, span)
         distance = np.hypot(*moved.T)
-        resolved = distance > np.sqrt(2.0) * noise.position / RESOLVED
-        resolved &= distance > 0.0
+        resolved = (distance > np.sqrt(2.0) * noise.position / RESOLVED) & (distance > 0.0)
         if resolved.sum() < max(FEWEST, LEAST_SHARE * len(distance)):
             continue
         course = np.arctan2(moved[resolved, 1], moved[resolved, 0])
         apart = np.angle(np.exp(1j * (course - heading[resolved])))
         sideways = float(np.sqrt(np.mean(apart**2)))
-        expected = np.sqrt(
-            np.mean(2.0 * (noise.position / distance[resolved]) ** 2) + noise.heading**2
-        )
+        of_course = np.mean(2.0 * (noise.position / distance[resolved]) ** 2)
+        expected = np.sqrt(of_course + noise.heading**2)
         turned = float(np.ptp(np.percentile(heading[resolved], MOST_HEADINGS)))
         if turned < LEAST_TURNED or sideways > BY_NOISE * expected:
             return []

@@ -71,11 +71,8 @@ def _part_stuck(part: Array) -> Mask:
     moving = steps[steps > 0]
     usual = float(np.percentile(moving, USUAL_STEP)) if len(moving) else 0.0
     for first, last in runs(repeats):
-        if (
-            last - first + 1 >= STUCK_ROWS
-            and last < len(steps)
-            and steps[last] > STUCK_CATCH_UP * usual
-        ):
+        caught_up = last < len(steps) and steps[last] > STUCK_CATCH_UP * usual
+        if last - first + 1 >= STUCK_ROWS and caught_up:
             found[first : last + 1] = True
     return found
 

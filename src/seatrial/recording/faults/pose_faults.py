@@ -236,8 +236,6 @@ def _gaps(t: Array) -> Mask:
 
 def usual_step(steps: Array) -> float:
     """90th percentile [s] of the steps between poses (n - 1,), at most `MOST_MEDIAN_STEPS` medians."""
-    if not len(steps):
-        return 0.0
     usual = float(np.percentile(steps, USUAL_PERCENTILE, method="lower"))
     return min(usual, MOST_MEDIAN_STEPS * float(np.median(steps)))
 

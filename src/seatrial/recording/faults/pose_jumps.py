@@ -31,18 +31,14 @@ def jumps(t: Array, eta: Array, gap: Mask) -> list[int]:
         return []
     steps = np.diff(t)
     rate = np.diff(eta, axis=0) / steps[:, None]
-    usual = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
+    fast, turn = np.percentile([np.hypot(rate[:, 0], rate[:, 1]), np.abs(rate[:, 2])], 90, axis=1)
     # for a resting axis the other sets the scale: a point of the hull moves with both
-    least = JUMP_SPEED * np.array(
-        [max(usual[0], usual[1] * JUMP_LEVER), max(usual[1], usual[0] / JUMP_LEVER)]
-    )
+    least = JUMP_SPEED * np.array([max(fast, turn * JUMP_LEVER), max(turn, fast / JUMP_LEVER)])
     found: set[int] = set()
     period = float(np.median(steps))
     for parts, floor in ((rate[:, :2], least[0]), (rate[:, 2:], least[1])):
         change = np.linalg.norm(np.diff(parts, axis=0), axis=1)
-        bend = np.append(
-            np.append(np.inf, np.linalg.norm(_rate_curvature(t, parts), axis=1)), np.inf
-        )
+        bend = np.pad(np.linalg.norm(_rate_curvature(t, parts), axis=1), 1, constant_values=np.inf)
         apart = np.minimum(np.append(np.inf, change), np.append(change, np.inf))
         apart[gap] = 0.0  # a gap is a fault of its own
         # close stamps: the rate is noise; distant stamps: the displacement is the boat's

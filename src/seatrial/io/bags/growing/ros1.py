@@ -17,6 +17,7 @@ from seatrial.io.bags.ros1_records import (
     Record,
     chunk_content,
     chunk_messages,
+    is_encrypted,
     read_record,
 )
 from seatrial.io.bags.ros2 import by_number
@@ -82,11 +83,7 @@ class GrowingRos1(GrowingBag, Ros1Bag):
             return self._chunk_of(record)
         elif record.kind not in (BAG_HEADER, INDEX):
             raise DamagedError(f"a record of kind {record.kind}")
-        elif (
-            record.kind == BAG_HEADER
-            and b"encryptor" in record.fields
-            and record.text(b"encryptor")
-        ):
+        elif record.kind == BAG_HEADER and is_encrypted(record):
             raise RecordingError(f"{self.files[-1]}: is encrypted, so it can't be followed")
         return True
 
