@@ -175,9 +175,8 @@ def implausible_units(recording: Recording, vehicle: Vehicle) -> list[tuple[str,
     if fast > np.hypot(ABSURD_SPEED, by_noise[0]) and not _has_unit(pose.x, pose.y):
         what = f"speeds of {fast:.3g} m/s: are x and y in mm or cm?"
         found.append((what, "State their unit in the vehicle file"))
-    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not (
-        _has_unit(pose.psi) or _wraps_in_radians(recording)
-    ):
+    known = _has_unit(pose.psi) or _wraps_in_radians(recording)
+    if turn > np.hypot(ABSURD_YAW_RATE, by_noise[1]) and not known:
         what = f"yaw rates of {turn:.3g} rad/s: is psi in degrees?"
         found.append((what, "State unit: deg, or unit: rad if the boat turns so fast"))
     return found
@@ -209,6 +208,5 @@ def _moves_only_by_noise(recording: Recording) -> bool:
     if noise is None or not recording.commands.values.any():
         return False
     apart = np.ptp(np.percentile(recording.eta[recording.valid], (5, 95), axis=0), axis=0)
-    return bool(
-        np.all(apart < AT_REST_SPREAD * np.array([noise.position, noise.position, noise.heading]))
-    )
+    by_noise = AT_REST_SPREAD * np.array([noise.position, noise.position, noise.heading])
+    return bool(np.all(apart < by_noise))

@@ -29,10 +29,9 @@ def inspection_text(found: Inspection) -> str:
         lines.append("  => units, signs and order are not checked")
     elif not signs.findings:
         used = [use for view in found.recordings for use in view.inputs]
-        unit_in_doubt = found.vehicle.remarks or any(
-            beyond_full(u.name, u.least, u.most) for u in used
-        )
-        checked = "signs and order" if unit_in_doubt else "units, signs and order"
+        beyond = any(beyond_full(use.name, use.least, use.most) for use in used)
+        in_doubt = beyond or found.vehicle.remarks
+        checked = "signs and order" if in_doubt else "units, signs and order"
         but = f", but for {', '.join(signs.unexcited)}: drive them to check" * bool(signs.unexcited)
         lines.append(f"  => consistent with the vehicle file's {checked}{but}")
     return "\n".join(lines)
@@ -44,9 +43,8 @@ def _recording_lines(view: RecordingView, vehicle: Vehicle) -> list[str]:
         f", noise {1e3 * noise.position:.2f} mm, {1e3 * noise.heading:.2f} mrad"
     )  # fmt: skip
     cut = f" from {view.start:.1f} s on" if view.start else ""
-    lines = [
-        f"{view.name}: {view.duration:.1f} s{cut}, vehicle {vehicle.name} ({vehicle.axes.value})"
-    ]
+    boat = f"vehicle {vehicle.name} ({vehicle.axes.value})"
+    lines = [f"{view.name}: {view.duration:.1f} s{cut}, {boat}"]
     shown: set[str] = set()
     for stream in view.streams:
         if stream.role == "poses" or stream.source not in shown:

@@ -65,9 +65,8 @@ def coverage(vehicle: Vehicle, recording: Recording) -> tuple[Excitation, list[A
     for axis, largest in enumerate((largest_of_each(vehicle, shares) * vehicle.axes.signs).T):
         size = np.abs(largest)
         bounds = (AT_REST_COMMAND, *SIZE_BOUNDS, np.inf)
-        minutes = [
-            float(((size > a) & (size <= b)).sum()) * period / 60 for a, b in pairwise(bounds)
-        ]
+        within = [(size > a) & (size <= b) for a, b in pairwise(bounds)]
+        minutes = [float(inside.sum()) * period / 60 for inside in within]
         axes.append(
             AxisCoverage(
                 AXES[axis], float(found.rms[axis]), float(found.largest[axis]), float(found.share[axis]),
@@ -124,10 +123,8 @@ def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
     for step in (usual, usual / 2, usual / 3):  # not all levels occur
         off = (levels - levels[np.argmax(rows)]) / step
         on_grid = float(driven[np.abs(off - np.rint(off)) < GRID_TOLERANCE].sum())
-        if (
-            on_grid >= ON_GRID_SHARE * driven.sum()
-            and levels[-1] - levels[0] < MOST_GRID_LEVELS * step
-        ):
+        few = levels[-1] - levels[0] < MOST_GRID_LEVELS * step
+        if few and on_grid >= ON_GRID_SHARE * driven.sum():
             return step
     return 0.0
 

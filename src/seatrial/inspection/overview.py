@@ -167,7 +167,6 @@ def _faults(recording: Recording) -> list[FaultSummary]:
     found = []
     for kind, count in counts.items():
         worst = max((f for f in recording.faults if f.kind is kind), key=lambda f: f.end - f.start)
-        found.append(
-            FaultSummary(kind.value, count, worst.end - worst.start, recording.offset + worst.start)
-        )
+        at = recording.offset + worst.start
+        found.append(FaultSummary(kind.value, count, worst.end - worst.start, at))
     return found

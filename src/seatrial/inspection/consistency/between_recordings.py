@@ -48,11 +48,8 @@ def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> C
     if all(fit for fit, own in zip(by_lever, apart, strict=True) if own.findings):
         return together
     # 6. What is left contradicts the vehicle file that is right for the others.
-    right = [
-        r.name
-        for r, own, fit in zip(recordings, apart, by_lever, strict=True)
-        if fit or not own.findings
-    ]
+    left = [() if fit else own.findings for own, fit in zip(apart, by_lever, strict=True)]
+    right = [r.name for r, wrong in zip(recordings, left, strict=True) if not wrong]
     agree = f"{shortened(right)} {'agrees' if len(right) == 1 else 'agree'} with it"
     findings = [
         Inconsistency(
@@ -60,8 +57,8 @@ def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> C
             f"{recording.name} contradicts the vehicle file, {agree}; leave it out, or correct its "
             f"columns: {finding.text}",
         )
-        for recording, own, fit in zip(recordings, apart, by_lever, strict=True)
-        for finding in (() if fit else own.findings)
+        for recording, wrong in zip(recordings, left, strict=True)
+        for finding in wrong
     ]
     return replace(together, findings=tuple(findings))
 
@@ -80,12 +77,10 @@ def _one_edit_explains_all(together: ConsistencyReport, apart: Sequence[Consiste
 
 def _explained_by_one_lever(apart: Sequence[ConsistencyReport]) -> list[bool]:
     """Recordings that the unedited file fits if all poses are of one point off the origin."""
-    searches = [own.search for own in apart]
-    if any(s is None or s.mirrored for s in searches) or any(
-        any(own.repair.units) for own in apart
-    ):
+    known = [own.search for own in apart if own.search is not None]
+    other_unit = any(any(own.repair.units) for own in apart)
+    if len(known) < len(apart) or other_unit or any(s.mirrored for s in known):
         return [False] * len(apart)
-    known = [s for s in searches if s is not None]
     lever = nearest_lever(known, LEVER_OF_SEVERAL)
     return [
         not _has_clock_offset(own) and s.at_point(*lever).misfit(s.no_edit) < s.edit_penalty

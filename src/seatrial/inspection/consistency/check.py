@@ -175,9 +175,8 @@ def _not_excited(vehicle: Vehicle, *, commanded: bool) -> ConsistencyReport:
     n = len(vehicle.inputs)
     nothing = Repair(order=tuple(range(n)), input_signs=(1,) * n)
     not_excited = [f"{name}: {NOT_EXCITED}" for name in vehicle.inputs]
-    return ConsistencyReport(
-        (), (), (TOO_SHORT,) if commanded else (NEVER_COMMANDED, *not_excited), nothing
-    )
+    text = (TOO_SHORT,) if commanded else (NEVER_COMMANDED, *not_excited)
+    return ConsistencyReport((), (), text, nothing)
 
 
 def _heading_spread(runs: Sequence[Run]) -> float:
@@ -241,9 +240,8 @@ def _exchangeable(
     """Pairs of inputs that explain the motion as well in the other order."""
     names = vehicle.inputs
     for i, j in combinations([k for k in range(len(names)) if k not in unexcited], 2):
-        if search.relative_misfit(
-            repair, swapped(repair, i, j)
-        ) < 1.0 and not search.interchangeable(i, j):
+        alike = search.relative_misfit(repair, swapped(repair, i, j)) < 1.0
+        if alike and not search.interchangeable(i, j):
             yield f"{names[i]} and {names[j]}: not distinguishable"
 
 
@@ -273,9 +271,8 @@ def _log_unexplained(runs: Sequence[Run], offsets: Array) -> Array:
         smooth_signals(r.commands, r.recording.origin, r.smooth.t, r.smooth.half, offsets.tolist())
         for r in runs
     ]
-    return np.asarray(
-        np.log(unexplained_share(*without_drag(runs, np.concatenate(averaged, axis=1)))).sum(axis=1)
-    )
+    share = unexplained_share(*without_drag(runs, np.concatenate(averaged, axis=1)))
+    return np.asarray(np.log(share).sum(axis=1))
 
 
 def delayed(run: Run, offset: float) -> Run:

@@ -117,9 +117,7 @@ def unexplained(runs: Sequence[Run], motion: Array, inputs: Array) -> Array:
     for axis in range(2):
         left = [motion[:, axis] - x @ _solve(x, motion[:, axis]) for x in inputs]
         squares += min(left, key=lambda e: float(e @ e)) ** 2
-    return np.asarray(
-        np.bincount(blocks(runs, UNEXPLAINED_BLOCK), weights=squares), dtype=np.float64
-    )
+    return np.asarray(np.bincount(blocks(runs, UNEXPLAINED_BLOCK), weights=squares), dtype=float)
 
 
 def without_drag(

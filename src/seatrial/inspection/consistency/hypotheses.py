@@ -41,7 +41,7 @@ class Pattern:
     own: Mask  # (forces,) those along the axis, whose gain is positive
 
 
-def patterns(vehicle: Vehicle) -> tuple[Pattern, Pattern, Pattern]:
+def _patterns(vehicle: Vehicle) -> tuple[Pattern, Pattern, Pattern]:
     """Patterns of surge, sway and yaw."""
     allocated = vehicle.actuators != vehicle.inputs  # then T f = F, and the inputs are F
     names = np.array([[float(i == f) for i in vehicle.inputs] for f in WRENCH])
@@ -50,9 +50,8 @@ def patterns(vehicle: Vehicle) -> tuple[Pattern, Pattern, Pattern]:
     for axis in range(3):
         rows, own = [], []
         for force, row in zip(vehicle.forces, mix, strict=True):
-            terms = [
-                t for t in vehicle.structure.terms if t.axis == axis and force.name in t.factors
-            ]
+            own_axis = (t for t in vehicle.structure.terms if t.axis == axis)
+            terms = [t for t in own_axis if force.name in t.factors]
             if terms:
                 rows.append(np.sign(terms[0].number) * row)
                 own.append(force.axis == axis)
@@ -66,9 +65,8 @@ class HypothesisSearch:
     """Hypotheses of signs and order, scored by the estimated gains of the file's inputs."""
 
     vehicle: Vehicle
-    gains: tuple[
-        Gains, Gains, Gains
-    ]  # mirrored: with y turned round; each of h hypotheses or of one
+    # mirrored: with y turned round; each of h hypotheses or of one
+    gains: tuple[Gains, Gains, Gains]
     mirrored: bool  # whether the plane of the poses is mirrored with respect to psi
     blocks: int
     _known: dict[Repair, float] = field(default_factory=dict, init=False, compare=False, repr=False)
@@ -82,7 +80,7 @@ class HypothesisSearch:
     @cached_property
     def patterns(self) -> tuple[Pattern, Pattern, Pattern]:
         """Actuation of the three axes by the file."""
-        return patterns(self.vehicle)
+        return _patterns(self.vehicle)
 
     @cached_property
     def no_edit(self) -> Repair:
@@ -104,9 +102,8 @@ class HypothesisSearch:
         for pose in self._pose_readings():
             cost = self._misfits(pose, matrices) + self.edit_penalty * (edits + _pose_edits(pose))
             i = int(np.argmin(cost))
-            found.append(
-                (float(cost[i]), replace(pose, order=inputs[i][0], input_signs=inputs[i][1]))
-            )
+            order, signs = inputs[i]
+            found.append((float(cost[i]), replace(pose, order=order, input_signs=signs)))
         return min(found, key=lambda f: f[0])[1]
 
     def misfit(self, repair: Repair) -> float:
@@ -228,9 +225,7 @@ def swapped(repair: Repair, i: int, j: int) -> Repair:
 
 def _pose_edits(repair: Repair) -> float:
     handed = repair.pose_signs == (1, -1, -1) and not (repair.exchanged or repair.turn)
-    return repair.pose_edits * (
-        1.0 - POSE_PAIR_PREFERENCE if handed else 1.0 + POSE_PAIR_PREFERENCE
-    )
+    return repair.pose_edits * (1.0 + (-1.0 if handed else 1.0) * POSE_PAIR_PREFERENCE)
 
 
 @lru_cache(maxsize=4)

@@ -18,12 +18,8 @@ from seatrial.util.format import joined
 from seatrial.util.frames import POSE
 
 UNIT_NAMES = {
-    "m": "metres",
-    "cm": "centimetres",
-    "mm": "millimetres",
-    "rad": "radians",
-    "deg": "degrees",
-}
+    "m": "metres", "cm": "centimetres", "mm": "millimetres", "rad": "radians", "deg": "degrees",
+}  # fmt: skip
 
 
 class InconsistencyKind(str, Enum):
@@ -111,10 +107,11 @@ def _units(repair: Repair, speed: float) -> list[Inconsistency]:
         )
         found.append(Inconsistency(InconsistencyKind.LENGTH, text))
     if angle:
-        text = f"psi is in {UNIT_NAMES[angle]}: in this unit the heading agrees with the track; "
-        found.append(
-            Inconsistency(InconsistencyKind.ANGLE, f"{text}set unit: {angle} at pose: psi")
+        text = (
+            f"psi is in {UNIT_NAMES[angle]}: in this unit the heading agrees with the track; "
+            f"set unit: {angle} at pose: psi"
         )
+        found.append(Inconsistency(InconsistencyKind.ANGLE, text))
     return found
 
 
@@ -164,16 +161,13 @@ def _heading(column: Column, repair: Repair) -> Inconsistency:
     angle = {1: 90, 2: 180, 3: -90}[repair.turn % 4]
     mirrored = repair.pose_signs[2] < 0
     changed = repaired_heading(column, repair)
-    sign = f"sign: {changed.sign}, " if mirrored else ""
-    what = (
-        f"{angle} deg - heading"
-        if mirrored
-        else f"heading {angle:+d} deg".replace("+", "+ ").replace("-", "- ")
-    )
-    kind = "has another zero and sense" if mirrored else "has another zero"
-    compass = (
-        " (as a compass: clockwise from north, and x is east)" if mirrored and angle == 90 else ""
-    )
+    kind, sign = "has another zero", ""
+    what = f"heading {'+' if angle > 0 else '-'} {abs(angle)} deg"
+    if mirrored:
+        kind, sign = f"{kind} and sense", f"sign: {changed.sign}, "
+        what = f"{angle} deg - heading"
+    is_compass = mirrored and angle == 90
+    compass = " (as a compass: clockwise from north, and x is east)" if is_compass else ""
     return Inconsistency(
         InconsistencyKind.HEADING,
         f"the heading {kind}: with psi = {what} the track agrees with it{compass}; "
@@ -211,11 +205,8 @@ def _orders(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> lis
 
 
 def _signs(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list[Inconsistency]:
-    negated = [
-        name
-        for i, name in enumerate(vehicle.inputs)
-        if repair.order[i] == i and repair.input_signs[i] < 0
-    ]
+    own = zip(vehicle.inputs, repair.order, repair.input_signs, strict=True)
+    negated = [name for i, (name, j, sign) in enumerate(own) if i == j and sign < 0]
     entries = vehicle.file.commands.inputs
     signs = {name: -as_column(entries[name]).sign for name in negated}
     if set(negated) == {"F_v", "F_r"} and repair.pose_edits == 0:

@@ -48,10 +48,9 @@ def _sum(one: Gains, a: Array, other: Gains, b: Array) -> Gains:
     values = a * one.values + b * other.values
     own, others = np.linalg.inv(one.precision), np.linalg.inv(other.precision)
     covariance = a[..., None] ** 2 * own + b[..., None] ** 2 * others
-    errors = [
-        np.abs(g.values) / np.maximum(np.abs(g.t), np.finfo(float).tiny) for g in (one, other)
-    ]
-    error = np.maximum(np.hypot(a * errors[0], b * errors[1]), np.finfo(float).tiny)
+    tiny = np.finfo(float).tiny
+    errors = [np.abs(g.values) / np.maximum(np.abs(g.t), tiny) for g in (one, other)]
+    error = np.maximum(np.hypot(a * errors[0], b * errors[1]), tiny)
     return Gains(values, values / error, np.linalg.inv(covariance))
 
 

@@ -64,11 +64,7 @@ def length_units(runs: Sequence[Run], vehicle: Vehicle) -> tuple[Unit, Unit]:
     if usual > ABSURD_SPEED:
         unit = _nearest(units[int(np.argmax(speeds))], usual)
         new = [unit if UNIT_RATIO * speed > top else None for speed in speeds]
-    elif (
-        usual < UNIT_DOUBT_SPEED
-        and "m" not in units
-        and _unexplained_of_total(runs) < UNDRIVEN_SHARE
-    ):
+    elif usual < UNIT_DOUBT_SPEED and "m" not in units and _is_driven(runs):
         new = ["m", "m"]
     else:
         new = [_slower(*axis, top) for axis in zip(units, speeds, strict=True)]
@@ -106,19 +102,18 @@ def heading_unit(
             read.append(reread_poses(run, (*lengths, factor)))
         except RecordingError:  # in this unit every pose is a fault
             return None, as_is
-        own = [replace(run, smooth=read[-1])]
-        if clearly_better(
-            _unexplained_either_hand(own, 1.0), _unexplained_either_hand(own, 1.0 / factor)
-        ):
+        if _better(1.0, 1.0 / factor, [replace(run, smooth=read[-1])]):
             return None, as_is  # one recording is enough to keep the file's unit
     if sum(len(s.t) for s in read) < LEAST_WINDOWS_LEFT * sum(len(s.t) for s in as_is):
         return None, as_is
     other = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
-    if clearly_better(
-        _unexplained_either_hand(other, 1.0 / factor), _unexplained_either_hand(other, 1.0)
-    ):
-        return new, read
-    return None, as_is
+    return (new, read) if _better(1.0 / factor, 1.0, other) else (None, as_is)
+
+
+def _better(heading: float, other: float, runs: Sequence[Run]) -> bool:
+    """Whether the `other` factor on psi leaves clearly less unexplained than `heading`."""
+    now, then = (_unexplained_either_hand(runs, factor) for factor in (heading, other))
+    return clearly_better(now, then)
 
 
 def _within_a_turn(runs: Sequence[Run]) -> bool:
@@ -131,8 +126,7 @@ def reread_poses(run: Run, factors: tuple[float, float, float]) -> Smooth:
     """The raw poses times factors, faults detected again. Raises RecordingError."""
     recording = run.recording
     raw = recording.raw * factors
-    usable = _unmarked(recording)
-    found = examine(recording.name, recording.stamps, raw, usable)
+    found = examine(recording.name, recording.stamps, raw, _unmarked(recording))
     return smooth_poses(recording.t, found.eta, found.valid, found.segment, stride=run.stride)
 
 
@@ -172,17 +166,14 @@ def _unmarked(recording: Recording) -> Mask:
 
 def _unexplained_either_hand(runs: Sequence[Run], heading: float) -> Array:
     """Unexplained acceleration (blocks,) with the better handedness; heading: factor on psi."""
-    both = [
-        unexplained(runs, *without_drag(runs, heading=heading, mirrored=hand))
-        for hand in (False, True)
-    ]
-    return min(both, key=lambda left: float(left.sum()))
+    hands = (without_drag(runs, heading=heading, mirrored=hand) for hand in (False, True))
+    return min((unexplained(runs, *own) for own in hands), key=lambda left: float(left.sum()))
 
 
-def _unexplained_of_total(runs: Sequence[Run]) -> float:
-    """Share of the squared acceleration that inputs and drag leave unexplained."""
+def _is_driven(runs: Sequence[Run]) -> bool:
+    """Whether inputs and drag explain a part of the squared acceleration: the commands move the boat."""
     whole = float(sum(np.sum(np.abs(run.smooth.acceleration) ** 2) for run in runs))
-    return float(_unexplained_either_hand(runs, 1.0).sum()) / whole if whole > 0 else 1.0
+    return float(_unexplained_either_hand(runs, 1.0).sum()) < UNDRIVEN_SHARE * whole
 
 
 def _nearest(old: str, speed: float) -> str:

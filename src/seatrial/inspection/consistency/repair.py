@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
-from seatrial.boat.schema import TO_SI, Column, PoseSource, VehicleFile, as_column
+from seatrial.boat.schema import TO_SI, Column, PoseSource, as_column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.poses import ANGLE_UNITS, LENGTH_UNITS
 from seatrial.util.frames import Array
@@ -87,10 +87,8 @@ def apply_repair(vehicle: Vehicle, repair: Repair) -> Vehicle:
         for name, entry, sign in zip(names, entries, repair.input_signs, strict=True)
     }
     commands = msgspec.structs.replace(file.commands, inputs=inputs)
-    changed: VehicleFile = msgspec.structs.replace(
-        file, pose=_repaired_pose(file.pose, repair), commands=commands
-    )
-    return Vehicle(changed, vehicle.source)
+    pose = _repaired_pose(file.pose, repair)
+    return Vehicle(msgspec.structs.replace(file, pose=pose, commands=commands), vehicle.source)
 
 
 def _repaired_pose(pose: PoseSource, repair: Repair) -> PoseSource:

@@ -52,11 +52,10 @@ def sticks(found: Channels) -> Parts:
     for a in sorted(found.assigned, key=lambda a: a.axis):
         name = WRENCH[a.axis]
         inputs[name] = _ahead(found, a.channel, a.axis)
-        ambiguous = (
-            "" if a.trusted or found.lever else "; check: another channel moves it with a similar t"
-        )
-        angle = _angle_remark(found, a.channel)
-        remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){ambiguous}{angle}"
+        doubt = _angle_remark(found, a.channel)
+        if not (a.trusted or found.lever):
+            doubt = f"; check: another channel moves it with a similar t{doubt}"
+        remarks[name] = f"moves {AXES[a.axis]} (t {abs(a.t):.0f}){doubt}"
         forces[name] = {"axis": AXES[a.axis], "of": {name: 1.0}}
     return inputs, remarks, forces
 
@@ -115,15 +114,14 @@ def _turned(column: dict[str, Any], *, against: bool) -> dict[str, Any]:
 
 
 def _thruster_remark(found: Channels, name: str) -> str:
-    other = found.twin(name)
-    two = (
-        f"; check: acts as {other} does, never at the same time: two sources of one command? --commands "
-        "chooses one"
-        if other
-        else ""
-    )
     k = found.names.index(name)
-    return _moved_axes(found.t[:, k], found.effects[:, k] > 0.0) + two + _angle_remark(found, name)
+    text = _moved_axes(found.t[:, k], found.effects[:, k] > 0.0)
+    if other := found.twin(name):
+        text += (
+            f"; check: acts as {other} does, never at the same time: two sources of one command? --commands "
+            "chooses one"
+        )
+    return text + _angle_remark(found, name)
 
 
 def _angle_remark(found: Channels, name: str) -> str:

@@ -19,6 +19,7 @@ from seatrial.util.format import joined
 from seatrial.util.frames import AXES
 
 LONG_ENOUGH = 60.0  # [s] of driving, which shows what moves the boat where the clocks are one
+FORCE_AXES = dict(zip(WRENCH, AXES, strict=True))
 FORCE_NAMES = {
     "F_u": "F_u|surge|force_x|linear_x",
     "F_v": "F_v|sway|force_y|linear_y",
@@ -61,8 +62,8 @@ def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
             "is driven, or write the vehicle file by hand (docs/vehicle.md)"
         )
     remarks = dict.fromkeys(inputs, "check: chosen by name; no axis moves significantly with it")
-    axes = dict(zip(WRENCH, AXES, strict=True))
-    return inputs, remarks, {n: {"axis": axes[n], "of": {n: 1.0}} for n in inputs}
+    forces = {n: {"axis": FORCE_AXES[n], "of": {n: 1.0}} for n in inputs}
+    return inputs, remarks, forces
 
 
 def _one_sided(recordings: Sequence[Recording]) -> str:
@@ -79,10 +80,10 @@ def _one_sided(recordings: Sequence[Recording]) -> str:
 def _late(recordings: Sequence[Recording]) -> str:
     """What an error says of messages that arrive long after their stamps: another clock hides what drives."""
     delays = {s.source: s.delay.least for r in recordings for s in r.streams if s.delay}
-    late = {source: least for source, least in delays.items() if least > SLOW_TRANSPORT}
     found = [
-        f"messages of {s} arrive {time_text(least)} or more after their stamps"
-        for s, least in late.items()
+        f"messages of {source} arrive {time_text(least)} or more after their stamps"
+        for source, least in delays.items()
+        if least > SLOW_TRANSPORT
     ]
     return f"{joined(found)}: if a clock is behind, correct its stamps; else " if found else ""
 
@@ -91,10 +92,7 @@ def _own_starts(recordings: Sequence[Recording]) -> str:
     """What an error says of two tables whose stamps count from a start, each perhaps from its own."""
     first = recordings[0]
     tables = {s.role: s.source for s in first.streams if s.clock is Clock.COLUMN}
-    apart = tables.get("poses") is not None and tables.get("commands") not in (
-        None,
-        tables["poses"],
-    )
+    apart = {"poses", "commands"} <= tables.keys() and tables["poses"] != tables["commands"]
     begin = max(int(first.stamps[0]), int(first.commands.stamps[0])) * 1e-9
     if not apart or begin > SINCE_1970 or first.duration < LONG_ENOUGH:
         return ""

@@ -57,11 +57,9 @@ def scale_of(values: Array, full: float | None = None, idle: float = np.nan) -> 
         return {"offset": neutral, "scale": spans[0]}
     rest = _neutral_in_the_middle(values)
     if rest is not None:
-        reach = max(most - rest, rest - least) / OVERSHOOT
-        return {
-            "offset": rest,
-            "scale": next((x for x in HALF_RANGES if x >= reach), reach * OVERSHOOT),
-        }
+        reach = max(most - rest, rest - least)
+        scale = next((x for x in HALF_RANGES if x >= reach / OVERSHOOT), reach)
+        return {"offset": rest, "scale": scale}
     largest = max(abs(least), abs(most))
     usual = next((x for x in USUAL_FULL_COMMANDS if x > largest / OVERSHOOT), 0.0)
     if full is None and largest < LEAST_REACHED * usual and largest > OVERSHOOT:
@@ -84,9 +82,8 @@ def _is_neutral(values: Array, value: float) -> bool:
     least, most = float(values.min()), float(values.max())
     apart = NEUTRAL_WITHIN * (most - least)
     rests = np.mean(np.abs(values - value) < NEUTRAL_NOISE * (most - least)) >= LEAST_REST_SHARE
-    return bool(
-        rests and least >= 0.0 and least + apart <= value <= most - apart and most > OVERSHOOT
-    )
+    inside = least + apart <= value <= most - apart
+    return bool(rests and inside and least >= 0.0 and most > OVERSHOOT)
 
 
 def _neutral(pulses: Array) -> float:

@@ -84,9 +84,8 @@ class Channels:
         effects = self.effects
         if self.lever is not None:
             effects[:2, self.turning] = 0.0
-        return np.asarray(
-            (effects > 0) & (effects >= LEAST_EFFECT_SHARE * effects.max(axis=1, keepdims=True))
-        )
+        least = LEAST_EFFECT_SHARE * effects.max(axis=1, keepdims=True)
+        return np.asarray((effects > 0) & (effects >= least))
 
     @cached_property
     def lever(self) -> tuple[float, float] | None:
@@ -94,18 +93,13 @@ class Channels:
 
         Other channels must drive these axes, too: a single bow thruster has the same effect.
         """
-        effects = self.effects
-        k = self.turning
-        if (
-            np.count_nonzero(effects[2] >= max(LEAST_EFFECT_SHARE * effects[2].max(), LEAST_EFFECT))
-            != 1
-        ):
+        effects, k = self.effects, self.turning
+        least = max(LEAST_EFFECT_SHARE * effects[2].max(), LEAST_EFFECT)
+        if np.count_nonzero(effects[2] >= least) != 1:
             return None
         aside = effects[:2, k] > 0.0
-        others = (
-            np.delete(effects[:2], k, axis=1).max(axis=1, initial=0.0)
-            >= OWN_STICK_SHARE * effects[:2, k]
-        )
+        most = np.delete(effects[:2], k, axis=1).max(axis=1, initial=0.0)
+        others = most >= OWN_STICK_SHARE * effects[:2, k]
         if not aside.any() or not others[aside].all():
             return None
         along, across = np.where(aside, self.gains[:2, k], 0.0) / self.gains[2, k]

@@ -27,7 +27,6 @@ from seatrial.inspection.proposal.columns.signals import (
     shown,
 )
 from seatrial.inspection.proposal.columns.stamps import (
-    StampFound,
     recognised,
     stamp_columns,
     stamp_of,
@@ -75,7 +74,7 @@ def of_tables(
     commands: dict[str, Any] = {"file": table.key} if table.key else {}
     commands["stamp"] = stamp.entry
     if chosen:
-        channels = {n: _channel(t, c, table, stamp_of(t)) for n, (t, c) in chosen.items()}
+        channels = {n: _channel(t, c, table) for n, (t, c) in chosen.items()}
         sparse: list[str] = []
         sure, why = Sureness.CHOSEN, "--commands"
     else:
@@ -100,9 +99,8 @@ def of_tables(
 
 
 def _listed(channels: dict[str, dict[str, Any]], table: TableSeen) -> str:
-    names = [
-        f"{c['file']}: {c['column']}" if "file" in c else c["column"] for c in channels.values()
-    ]
+    columns = channels.values()
+    names = [f"{c['file']}: {c['column']}" if "file" in c else c["column"] for c in columns]
     return shown(table, *names)
 
 
@@ -152,18 +150,15 @@ def _command_tables(
     path: Path, tables: Sequence[TableSeen], pose: PoseColumns, ask: Ask | None
 ) -> list[TableSeen]:
     """The table of the commands: by name, else with columns named so, else the other, else the same."""
-    others = [
-        t for t in tables if all(t is not own for own in pose.tables) and not t.table.only_poses
-    ]
+    apart = [t for t in tables if all(t is not own for own in pose.tables)]
+    others = [t for t in apart if not t.table.only_poses]
     likely = [t for t in others if any(w in t.key.lower() for w in COMMAND_TABLE_WORDS)]
     if not likely:
         holding = [t for t in others if _named_commands(_able(t, pose))]
         likely = holding or others
     alike = {tuple(t.table.names) for t in likely}
-    if len(likely) > 1 and len(alike) == 1:
-        few = len(_able(likely[0], pose)) <= OWN_TABLE_CHANNELS
-        if few:
-            return likely
+    if len(likely) > 1 and len(alike) == 1 and len(_able(likely[0], pose)) <= OWN_TABLE_CHANNELS:
+        return likely
     if not likely and pose.tables[0].table.only_poses:
         raise RecordingError(
             f"{path}: has poses alone, and no commands: put it in a folder with the table of the commands "
@@ -230,9 +225,7 @@ def _channels(
     first = driven[0]
     if len(driven) > 1:
         pairs = [(t, c.name) for t in driven for c in _able(t, pose)]
-        found = named(
-            (f"{Path(t.key).stem}_{c}", _channel(t, c, first, stamp_of(t))) for t, c in pairs
-        )
+        found = named((f"{Path(t.key).stem}_{c}", _channel(t, c, first)) for t, c in pairs)
         sparse: list[str] = []
     else:
         able = _able(first, pose)
@@ -254,14 +247,14 @@ def _channels(
     return found, sparse, Sureness.GUESS, "they change, and are no other signal"
 
 
-def _channel(table: TableSeen, name: str, main: TableSeen, stamp: StampFound) -> dict[str, Any]:
+def _channel(table: TableSeen, name: str, main: TableSeen) -> dict[str, Any]:
     """A channel's entry; `file` and `stamp` where they are not those of all commands."""
     entry: dict[str, Any] = {"column": name}
     if table is not main:
         entry["file"] = table.key
-        own = stamp_of(main).entry["column"]
-        if stamp.entry["column"] != own:
-            entry["stamp"] = stamp.entry["column"]
+        own = stamp_of(table).entry["column"]
+        if own != stamp_of(main).entry["column"]:
+            entry["stamp"] = own
     return entry
 
 

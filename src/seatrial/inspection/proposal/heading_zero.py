@@ -85,11 +85,8 @@ def _by_sticks(pose: Mapping[str, Any], found: Channels, before: float) -> Turne
     if abs(angle) < (LEAST_REST if before else LEAST_ANGLE):
         return None
     # one of four quarters, by the name of the stick that drives ahead
-    ahead = [
-        f
-        for f, i in zip((one, other), np.flatnonzero(plane), strict=True)
-        if _is_surge(found.names[i])
-    ]
+    drives = zip((one, other), np.flatnonzero(plane), strict=True)
+    ahead = [force for force, i in drives if _is_surge(found.names[i])]
     if len(ahead) == 1:
         angle += 90.0 * round((float(np.degrees(np.angle(ahead[0]))) - angle) / 90.0)
     return _oblique(pose, angle, "two inputs drive", before)
@@ -133,16 +130,11 @@ def _repaired(pose: Mapping[str, Any], repair: Repair, text: str) -> TurnedHeadi
     entry = dict(pose.get("psi", {}))
     column = repaired_heading(_heading(pose), repair)
     entry |= {"sign": column.sign, "offset": round(column.offset, 9)}
-    kept = {
-        key: value
-        for key, value in entry.items()
-        if (key, value) not in (("sign", 1), ("offset", 0.0))
-    }
-    changed = dict(pose) | {"psi": kept}
+    usual = (("sign", 1), ("offset", 0.0))
+    changed = dict(pose) | {"psi": dict(pair for pair in entry.items() if pair not in usual)}
     if "yaw_rate" in pose and repair.pose_signs[YAW] < 0:
-        changed["yaw_rate"] = dict(pose["yaw_rate"]) | {
-            "sign": -dict(pose["yaw_rate"]).get("sign", 1)
-        }
+        rate = dict(pose["yaw_rate"])
+        changed["yaw_rate"] = rate | {"sign": -rate.get("sign", 1)}
     return TurnedHeading(changed, f"check: the heading {text}")
 
 

@@ -201,9 +201,7 @@ def _changing_channels(sources: Sources) -> tuple[list[str], dict[str, dict[str,
                 disarmed[name] = sources.channels[name] | scale | {"off": off}
         for recording in recordings:
             steps = np.diff(recording.commands.values * part.input_signs, axis=0)
-            clocks = (
-                (steps > 0).mean(axis=0) > CLOCK_RISES if len(steps) else np.zeros(len(part.inputs))
-            )
+            clocks = (steps > 0).sum(axis=0) > CLOCK_RISES * len(steps)
             counts = np.where(clocks, 0, (steps != 0).sum(axis=0))
             for name, count in zip(part.inputs, counts.tolist(), strict=True):
                 changes[name] = changes.get(name, 0) + count
@@ -212,9 +210,8 @@ def _changing_channels(sources: Sources) -> tuple[list[str], dict[str, dict[str,
         raise RecordingError(
             f"{sources.path}: no command ever changes; record while the boat is driven"
         )
-    return [name for name in names if name in kept], {
-        n: e for n, e in disarmed.items() if n in kept
-    }
+    entries = {name: entry for name, entry in disarmed.items() if name in kept}
+    return [name for name in names if name in kept], entries
 
 
 def _channels(

@@ -60,10 +60,7 @@ class Found:
         self.log = log
         several = (*POSITIONS, *HEADINGS, *YAW_RATES, *VOLTAGES)
         candidates = [(known, topic) for known in several for topic in known.topics(log)]
-        wanted = [(*k.fields, *([k.fix] if k.fix in t.fields else [])) for k, t in candidates]
-        samples = log.read(
-            [Wanted(t.name, w) for (_, t), w in zip(candidates, wanted, strict=True)]
-        )
+        samples = log.read([Wanted(t.name, known.fields_in(t)) for known, t in candidates])
         self.all = [Candidate(k, t, s) for (k, t), s in zip(candidates, samples, strict=True)]
 
     def of(self, known: Sequence[Known], least: int) -> list[Candidate]:

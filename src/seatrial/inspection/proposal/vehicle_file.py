@@ -95,28 +95,17 @@ def _pose(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
 
 def _lever(drive: Drive, choices: Choices) -> list[str]:
     """Position of the measured point."""
+    where = "check: position of the sensor (or SLAM frame) from the boat's origin [m]"
+    axes = "ahead, and along the file's second axis;"
+    text = "  # lever: [0, 0]"
+    comments: tuple[str, ...] = (f"{where}:", axes, ORIGIN)
+    if found := choices.lever or drive.lever:
+        text = f"  lever: [{found[0]:g}, {found[1]:g}]"
+        measure = f"{axes} measure it, or add --effect lever to identify"
+        comments = (f"{where}, estimated:", measure)
     if choices.lever is not None:
-        ahead, aside = choices.lever
-        return [
-            _commented(f"  lever: [{ahead:g}, {aside:g}]", "position of the sensor [m], as given")
-        ]
-    where = "check: position of the sensor (or SLAM frame) from the boat's origin"
-    if drive.lever is None:
-        return [
-            _commented(
-                "  # lever: [0, 0]",
-                f"{where} [m]:",
-                "ahead, and along the file's second axis;",
-                ORIGIN,
-            )
-        ]
-    return [
-        _commented(
-            f"  lever: [{drive.lever[0]:g}, {drive.lever[1]:g}]",
-            f"{where} [m], estimated:",
-            "ahead, and along the file's second axis; measure it, or add --effect lever to identify",
-        )
-    ]
+        comments = ("position of the sensor [m], as given",)
+    return [_commented(text, *comments)]
 
 
 def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:

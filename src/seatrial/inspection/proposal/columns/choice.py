@@ -97,9 +97,8 @@ def _given_position(
     kinds = tuple(chosen)
     for pair in ((Kind.X, Kind.Y), (Kind.EAST, Kind.NORTH), (Kind.LATITUDE, Kind.LONGITUDE)):
         if set(kinds) == set(pair):
-            (table, first), (other, second) = (
-                column_of(path, tables, chosen[kind], "--pose") for kind in pair
-            )
+            columns = [column_of(path, tables, chosen[kind], "--pose") for kind in pair]
+            (table, first), (other, second) = columns
             if table is not other:
                 raise RecordingError(
                     f"{path}: --pose: {first} is in {table.key} and {second} in {other.key}; both "
@@ -143,11 +142,8 @@ def _nothing(path: Path, tables: Sequence[TableSeen], what: str) -> str:
 
 def _deeper(path: Path) -> str:
     """What an error says of tables in folders below the recording's."""
-    found = (
-        [p for p in sorted(path.glob("*/*")) if p.is_file() and is_table(p)]
-        if path.is_dir()
-        else []
-    )
+    below = sorted(path.glob("*/*")) if path.is_dir() else []
+    found = [p for p in below if p.is_file() and is_table(p)]
     if not found:
         return ""
     return (
@@ -161,11 +157,10 @@ def texts_of(tables: Sequence[TableSeen]) -> str:
     found = []
     for table in tables:
         for column in table.view.columns:
-            written = (
-                table.table.texts(column.name) if column.name and column.least is None else None
-            )
-            first = next((text for text in written or [] if text), "")
-            if first and not column.unit:
+            if not column.name or column.unit or column.least is not None:
+                continue
+            first = next((text for text in table.table.texts(column.name) or [] if text), "")
+            if first:
                 found.append(f"{column.name} ('{first[:20]}')")
     text = ", ".join(found[:LISTED])
     return f". Columns with text, not numbers: {text}; write plain numbers" if text else ""

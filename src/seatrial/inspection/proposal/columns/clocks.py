@@ -46,8 +46,8 @@ def by_clock_of(
 def stamp_beside(table: TableSeen, main: TableSeen, stamp: StampFound) -> StampFound | None:
     """The stamps of another table by the clock of the main one: of the same name, else those that overlap."""
     own = find_stamp(table)
-    if own is None or table is main:
-        return own
+    if own is None:
+        return None
     if stamp.entry["column"] in own.others:
         return given_stamp(table, stamp.entry["column"])
     return by_clock_of(table, own, main, stamp)

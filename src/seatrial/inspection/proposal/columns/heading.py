@@ -114,11 +114,8 @@ def _sense(
     if motion is None:
         certain = usual is COMPASS and is_compass(heading) and np.nanmin(heading.values) >= 0
         sure = Sureness.CERTAIN if certain else Sureness.LIKELY
-        return (
-            usual,
-            sure,
-            f"{name}; {what[usual]}" + ("" if certain else ", not seen in the motion"),
-        )
+        unseen = "" if certain else ", not seen in the motion"
+        return usual, sure, f"{name}; {what[usual]}{unseen}"
     turned = (motion.offset - usual.offset) % 360
     if motion.sign == usual.sign and turned == 180 and quaternion:  # of a body with any axes
         return usual, Sureness.GUESS, f"{name}; {what[usual]}; the boat moves mostly astern: check"

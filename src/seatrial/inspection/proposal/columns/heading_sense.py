@@ -64,10 +64,8 @@ def by_motion(first: Array, second: Array, heading: Array) -> Sense | None:
     if weights.sum() == 0:
         return None
     course, mid = np.angle(moved), (h[1:] + h[:-1]) / 2
-    along = {
-        sign: float(np.abs(np.average(np.exp(2j * (course - sign * mid)), weights=weights)))
-        for sign in (1, -1)
-    }
+    doubled = {sign: np.exp(2j * (course - sign * mid)) for sign in (1, -1)}
+    along = {s: float(np.abs(np.average(x, weights=weights))) for s, x in doubled.items()}
     sign = max(along, key=lambda s: along[s])
     if along[sign] < max(CLEAR_CONCENTRATION, CLEAR_RATIO * along[-sign]):
         return None

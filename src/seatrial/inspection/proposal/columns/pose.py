@@ -88,8 +88,12 @@ def choose_pose(
     notes = _axes_notes(position, axes)
     rate = find_yaw_rate(path, tables, heading, psi, given)
     if rate is not None:
-        found.append(rate[3])
-        _state_yaw_rate(rate, position.table, stamp, entries, notes)
+        table, name, entry, seen = rate
+        found.append(seen)
+        if seen.sure is Sureness.GUESS:
+            notes["yaw_rate"] = [f"yaw_rate: {name}", seen.why]
+        else:
+            entries["yaw_rate"] = entry | _elsewhere(table, position.table, stamp)
     marks = [c.name for c in position.table.view.columns if is_validity(c)]
     if marks:
         entries["valid"] = marks[0]
@@ -105,34 +109,10 @@ def _axes_notes(position: Position, axes: Axes) -> dict[str, list[str]]:
         return {"known axes": [f"x is {first} and y is {second}"]}
     if not position.right_handed:
         return {}
-    key, text = _captured_axes(position, axes)
-    return {key: [text]}
-
-
-def _captured_axes(position: Position, axes: Axes) -> tuple[str, str]:
-    """The note on the axes of motion capture, which is right-handed; and its key."""
-    up = "y" if position.y_up else "z"
+    up, captured = "y" if position.y_up else "z", "motion capture has right-handed axes"
     if axes is Axes.FLU:
-        return "known axes", f"known: motion capture has right-handed axes, here with {up} up"
-    return (
-        "pose",
-        f"check axes: motion capture has right-handed axes; with {up} up they are {Axes.FLU.value}",
-    )
-
-
-def _state_yaw_rate(
-    rate: YawRate,
-    poses: TableSeen,
-    stamp: StampFound,
-    entries: dict[str, Any],
-    notes: dict[str, list[str]],
-) -> None:
-    """An entry where it is sure, else a note."""
-    table, name, entry, seen = rate
-    if seen.sure is Sureness.GUESS:
-        notes["yaw_rate"] = [f"yaw_rate: {name}", seen.why]
-    else:
-        entries["yaw_rate"] = entry | _elsewhere(table, poses, stamp)
+        return {"known axes": [f"known: {captured}, here with {up} up"]}
+    return {"pose": [f"check axes: {captured}; with {up} up they are {Axes.FLU.value}"]}
 
 
 def heading_and_sense(
@@ -141,11 +121,8 @@ def heading_and_sense(
     """Position, heading, and the sense in which the heading follows the motion. Raises RecordingError."""
     given, own = given_columns(path, tables, choices)
     position, heading, stamp = pose_signals(path, own, tables, given, None)
-    return (
-        position,
-        heading,
-        sense_by_motion(position, heading, _at_positions(position, heading, stamp)),
-    )
+    course = _at_positions(position, heading, stamp)
+    return position, heading, sense_by_motion(position, heading, course)
 
 
 def _at_positions(position: Position, heading: Heading, stamp: StampFound) -> Array:
