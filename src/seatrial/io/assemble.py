@@ -42,6 +42,7 @@ from seatrial.util.frames import Axes
 
 GEOGRAPHIC = ("latitude", "longitude")
 HEADING = "psi"
+Read = tuple[Request, Rows]
 
 
 def assemble(signals: Signals, vehicle: Vehicle, name: str) -> Recording:
@@ -147,13 +148,13 @@ def _requested_values(
     return grouped(signals, role, columns, vehicle.file.commands, f"{vehicle.source}: {where}")
 
 
-def _by_role(found: Sequence[tuple[Request, Rows]], role: str) -> list[tuple[Request, Rows]]:
+def _by_role(found: Sequence[Read], role: str) -> list[Read]:
     return [(request, rows) for request, rows in found if request.role == role]
 
 
 def _without_waits(
-    found: Sequence[tuple[Request, Rows]],
-) -> tuple[list[tuple[Request, Rows]], list[str]]:
+    found: Sequence[Read],
+) -> tuple[list[Read], list[str]]:
     """Poses and headings with the stamps that they left with, and what was found."""
     changed, texts = [], []
     for request, rows in found:
@@ -163,9 +164,7 @@ def _without_waits(
     return changed, texts
 
 
-def _poses(
-    found: Sequence[tuple[Request, Rows]], vehicle: Vehicle, name: str
-) -> tuple[Poses, list[str]]:
+def _poses(found: Sequence[Read], vehicle: Vehicle, name: str) -> tuple[Poses, list[str]]:
     """Poses of the boat's origin, forward-left-up, at the stamps of the log, and doubts about them."""
     request, rows = found[0]
     columns, raw = request.columns, rows.values

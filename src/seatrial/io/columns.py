@@ -74,6 +74,9 @@ class TableSeen:
         return np.asarray(self.values[:, self.table.names.index(name)])
 
 
+Tables = Sequence[TableSeen]
+
+
 def read_tables(path: Path) -> list[TableSeen]:
     """The tables of a file or folder with all their numbers. Raises RecordingError, FileError."""
     if error := refused(path):

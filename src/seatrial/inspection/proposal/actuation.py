@@ -11,6 +11,7 @@ from seatrial.inspection.consistency.steering_angle import STEERED, angle_text
 from seatrial.inspection.proposal.by_name import Parts
 from seatrial.inspection.proposal.channels import LONGEST_LEVER, Channels
 from seatrial.inspection.proposal.columns.names import steers
+from seatrial.inspection.proposal.sources import Entries
 from seatrial.util.frames import AXES, Array, Mask
 
 EQUAL_GAINS = 0.05  # of their mean; gains within it are proposed as equal (identical thrusters)
@@ -30,7 +31,7 @@ class Steered:
 
 def thrusters(found: Channels) -> Parts:
     """Each channel an input; forces as sums of them, weighted by their gains."""
-    forces: dict[str, dict[str, Any]] = {}
+    forces: Entries = {}
     for axis, clear in enumerate(found.clear):
         if clear.any():
             own = weights(axis, found.clear, found.gains, found.t)
@@ -46,9 +47,9 @@ def thrusters(found: Channels) -> Parts:
 
 def sticks(found: Channels) -> Parts:
     """One channel an axis."""
-    inputs: dict[str, dict[str, Any]] = {}
+    inputs: Entries = {}
     remarks: dict[str, str] = {}
-    forces: dict[str, dict[str, Any]] = {}
+    forces: Entries = {}
     for a in sorted(found.assigned, key=lambda a: a.axis):
         name = WRENCH[a.axis]
         inputs[name] = _ahead(found, a.channel, a.axis)

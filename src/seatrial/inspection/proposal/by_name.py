@@ -3,13 +3,13 @@
 
 import re
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from seatrial.boat.vehicle import WRENCH
 from seatrial.inspection.consistency.effects import combinations
 from seatrial.inspection.proposal.channels import Channels
+from seatrial.inspection.proposal.sources import Entries
 from seatrial.recording.clocks import SLOW_TRANSPORT
 from seatrial.recording.other_clock import SINCE_1970
 from seatrial.recording.recording import Recording
@@ -26,7 +26,7 @@ FORCE_NAMES = {
     "F_r": "F_r|yaw|torque_z|angular_z",
 }
 # inputs, what the data show about each, forces
-Parts = tuple[dict[str, dict[str, Any]], dict[str, str], dict[str, dict[str, Any]]]
+Parts = tuple[Entries, dict[str, str], Entries]
 
 
 class ThrustersUnknownError(RecordingError):
@@ -40,7 +40,7 @@ class ThrustersUnknownError(RecordingError):
 
 def named_sticks(recordings: Sequence[Recording], found: Channels) -> Parts:
     """Inputs by the names of the channels, where no gain is significant."""
-    inputs: dict[str, dict[str, Any]] = {}
+    inputs: Entries = {}
     for force, words in FORCE_NAMES.items():
         like = [n for n in found.names if re.search(rf"(^|_)({words})$", n, re.IGNORECASE)]
         if len(like) == 1:

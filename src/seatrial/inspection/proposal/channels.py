@@ -4,7 +4,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from seatrial.inspection.consistency.channel_assignment import (
     assignments,
 )
 from seatrial.inspection.consistency.steering_angle import SteeringAngle
+from seatrial.inspection.proposal.sources import Entries
 from seatrial.util.frames import Array
 
 LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
@@ -34,7 +34,7 @@ class Channels:
     """Gain from each channel to each axis, in the axes of the file."""
 
     names: tuple[str, ...]
-    columns: dict[str, dict[str, Any]]  # with offset and scale
+    columns: Entries  # with offset and scale
     t: Array  # (3, n)
     gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
     spread: Array  # (n,) standard deviation of the command

@@ -22,6 +22,7 @@ from seatrial.inspection.proposal.sources import (
     OPTIONS,
     Ask,
     Choices,
+    Entries,
     Recognised,
     Sources,
     Sureness,
@@ -152,9 +153,7 @@ def _namespace(topic: str) -> str:
     return first if slash else ""
 
 
-def _channels(
-    bag: Bag, driving: Entry, siblings: list[Entry]
-) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+def _channels(bag: Bag, driving: Entry, siblings: list[Entry]) -> tuple[dict[str, Any], Entries]:
     """The commands' entry, and the channels by name."""
     if len(siblings) == 1:
         fields = _fields(bag, driving.topic)

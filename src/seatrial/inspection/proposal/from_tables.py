@@ -35,6 +35,7 @@ from seatrial.inspection.proposal.command_sources import by_source, measured_twi
 from seatrial.inspection.proposal.sources import (
     Ask,
     Choices,
+    Entries,
     Recognised,
     Sources,
     Sureness,
@@ -44,7 +45,7 @@ from seatrial.inspection.proposal.sources import (
 )
 from seatrial.io.bags.contents import COMMAND_WORDS
 from seatrial.io.bags.opening import is_bag
-from seatrial.io.columns import ColumnView, TableSeen, read_tables
+from seatrial.io.columns import ColumnView, Tables, TableSeen, read_tables
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
 
@@ -98,13 +99,13 @@ def of_tables(
     )  # fmt: skip
 
 
-def _listed(channels: dict[str, dict[str, Any]], table: TableSeen) -> str:
+def _listed(channels: Entries, table: TableSeen) -> str:
     columns = channels.values()
     names = [f"{c['file']}: {c['column']}" if "file" in c else c["column"] for c in columns]
     return shown(table, *names)
 
 
-def _changing(tables: Sequence[TableSeen], more: Sequence[Path]) -> list[TableSeen]:
+def _changing(tables: Tables, more: Sequence[Path]) -> list[TableSeen]:
     """Tables of the first recording; a column changes if it does in any recording."""
     changing = {
         (table.key, column.name)
@@ -126,7 +127,7 @@ def _changing(tables: Sequence[TableSeen], more: Sequence[Path]) -> list[TableSe
 
 
 def _commands(
-    path: Path, tables: Sequence[TableSeen], pose: PoseColumns, choices: Choices, ask: Ask | None
+    path: Path, tables: Tables, pose: PoseColumns, choices: Choices, ask: Ask | None
 ) -> tuple[list[TableSeen], dict[str, tuple[TableSeen, str]]]:
     """Tables of the commands, and the columns where the user chose them, by name."""
     given = choices.commands
@@ -147,7 +148,7 @@ def _commands(
 
 
 def _command_tables(
-    path: Path, tables: Sequence[TableSeen], pose: PoseColumns, ask: Ask | None
+    path: Path, tables: Tables, pose: PoseColumns, ask: Ask | None
 ) -> list[TableSeen]:
     """The table of the commands: by name, else with columns named so, else the other, else the same."""
     apart = [t for t in tables if all(t is not own for own in pose.tables)]
@@ -219,8 +220,8 @@ def _finite(values: Array) -> Array:
 
 
 def _channels(
-    path: Path, driven: Sequence[TableSeen], pose: PoseColumns
-) -> tuple[dict[str, dict[str, Any]], list[str], Sureness, str]:
+    path: Path, driven: Tables, pose: PoseColumns
+) -> tuple[Entries, list[str], Sureness, str]:
     """Channels by name, columns left out for empty cells, and how sure they are commands."""
     first = driven[0]
     if len(driven) > 1:

@@ -16,7 +16,14 @@ from seatrial.inspection.proposal.columns.choice import CHOICE_KEYS, COORDINATE_
 from seatrial.inspection.proposal.columns.names import COORDINATES, Kind, grade, is_quaternion_part
 from seatrial.inspection.proposal.columns.pose import choose_pose
 from seatrial.inspection.proposal.columns.signals import headings, positions
-from seatrial.inspection.proposal.sources import Choices, Recognised, assigned, listed_topics, named
+from seatrial.inspection.proposal.sources import (
+    Choices,
+    Entries,
+    Recognised,
+    assigned,
+    listed_topics,
+    named,
+)
 from seatrial.io.bags.bag import Bag
 from seatrial.io.bags.collect import Collector, collect
 from seatrial.io.bags.poses import orientation_paths, pose_paths
@@ -293,7 +300,7 @@ def _elsewhere(entry: Mapping[str, Any], own: str, main: str) -> dict[str, Any]:
 # Commands #
 
 
-def given_commands(topics: Topics, text: str) -> tuple[str, dict[str, dict[str, Any]]] | None:
+def given_commands(topics: Topics, text: str) -> tuple[str, Entries] | None:
     """The first topic, and channels by name; None where `--commands` names a topic. Raises RecordingError."""
     pairs = assigned(text, "--commands")
     if not pairs:

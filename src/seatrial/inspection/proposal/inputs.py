@@ -19,7 +19,7 @@ from seatrial.inspection.proposal.channels import ALONE, AT_REST, Channels
 from seatrial.inspection.proposal.columns.names import steers
 from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.heading_zero import TurnedHeading, turned_heading
-from seatrial.inspection.proposal.sources import Sources, place_of
+from seatrial.inspection.proposal.sources import Entries, Sources, place_of
 from seatrial.io.reader import read
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
@@ -36,9 +36,9 @@ MOST_CHANNELS = 8  # inputs of a vehicle; of more channels those that change mos
 class Drive:
     """Inputs and forces, and what the data show about each."""
 
-    inputs: dict[str, dict[str, Any]]  # by name: the column
+    inputs: Entries  # by name: the column
     remarks: dict[str, str]  # by name: what the data show
-    forces: dict[str, dict[str, Any]]  # empty: the inputs are F_u, F_v, F_r, and all are there
+    forces: Entries  # empty: the inputs are F_u, F_v, F_r, and all are there
     thrusters: bool  # whether several channels drive an axis together
     undriven: tuple[str, ...]  # axes without a channel that drives them
     pose: dict[str, Any]  # columns, with units corrected
@@ -185,10 +185,10 @@ def _draft(sources: Sources, pose: Mapping[str, Any], names: Sequence[str]) -> V
     return vehicle_from(content, f"the draft for {sources.path}")
 
 
-def _changing_channels(sources: Sources) -> tuple[list[str], dict[str, dict[str, Any]]]:
+def _changing_channels(sources: Sources) -> tuple[list[str], Entries]:
     """Channels that change, the most active ones; and entries of those that have a value for `off`."""
     changes: dict[str, int] = {}
-    disarmed: dict[str, dict[str, Any]] = {}
+    disarmed: Entries = {}
     names = [*sources.channels]
     for i in over(range(0, len(names), MOST_CHANNELS)):
         part = _draft(sources, sources.pose, names[i : i + MOST_CHANNELS])

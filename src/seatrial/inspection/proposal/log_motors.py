@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
-from seatrial.inspection.proposal.sources import Ask, Choices, choose, listed_topics
+from seatrial.inspection.proposal.sources import Ask, Choices, Entries, choose, listed_topics
 from seatrial.io.formats.known import BESIDE, OUTPUTS
 from seatrial.io.log import Log, LogTopic, Wanted
 from seatrial.util.errors import RecordingError
@@ -17,9 +17,7 @@ PULSE = (800.0, 2200.0)  # [us]
 NAMES = {"actuator_motors": "motor", "actuator_servos": "servo"}  # whose fields are control[0], …
 
 
-def as_motors(
-    log: Log, main: str, channels: dict[str, dict[str, Any]]
-) -> dict[str, dict[str, Any]]:
+def as_motors(log: Log, main: str, channels: Entries) -> Entries:
     """Channels that the user named, with trim and range where the parameters state them."""
     found = {}
     for name, column in channels.items():

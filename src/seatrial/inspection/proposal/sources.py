@@ -15,6 +15,7 @@ from seatrial.util.frames import Axes
 
 Ask = Callable[[str, Sequence[str]], str]  # a question and its options to the option chosen
 Place = tuple[float, float, float]  # of a thruster: x, y [m], direction [deg]
+Entries = dict[str, dict[str, Any]]  # of the vehicle file by name: columns of inputs, forces
 MOST_OTHERS = 6  # candidates listed
 MOORE_PENROSE = "moore-penrose"
 LONGEST_PLACE = 50.0  # [m] from the origin, on a small boat; a longer one is in other units
@@ -69,7 +70,7 @@ class Sources:
     length: float  # [s]
     pose: dict[str, Any]
     commands: dict[str, Any]  # without inputs
-    channels: dict[str, dict[str, Any]]  # by plain name: the column
+    channels: Entries  # by plain name: the column
     notes: Mapping[str, list[str]] = field(default_factory=dict)  # comments, by key
     full: float | None = None  # value of full command, where the message type defines it
     more: tuple[Path, ...] = ()  # further recordings of the same boat
@@ -92,9 +93,9 @@ def choose(path: Path, role: str, likely: Sequence[str], ask: Ask | None) -> str
     )
 
 
-def named(columns: Iterable[tuple[str, dict[str, Any]]]) -> dict[str, dict[str, Any]]:
+def named(columns: Iterable[tuple[str, dict[str, Any]]]) -> Entries:
     """Columns by unique plain names, made of their field paths, headers or topics."""
-    found: dict[str, dict[str, Any]] = {}
+    found: Entries = {}
     for text, column in columns:
         word = "".join(c if c.isascii() and c.isalnum() else "_" for c in text).strip("_")
         word = word if word[:1].isalpha() else f"c_{word}".rstrip("_")

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: MIT
 """Which of several rigid bodies of a motion capture is the boat."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
 from seatrial.inspection.proposal.columns.names import read_name
-from seatrial.io.columns import TableSeen
+from seatrial.io.columns import Tables, TableSeen
 from seatrial.io.tables.capture_table import PLACES
 from seatrial.util.errors import RecordingError
 
@@ -17,7 +16,7 @@ BOAT_WORDS = frozenset(
 FARTHER = 5.0  # times as far as any other body
 
 
-def likeliest_body(tables: Sequence[TableSeen]) -> TableSeen | None:
+def likeliest_body(tables: Tables) -> TableSeen | None:
     """The only one that is named as a boat, else the one that moves much farther than the others; None: neither.
 
     None also where one of the tables is no body of a motion capture.
@@ -31,7 +30,7 @@ def likeliest_body(tables: Sequence[TableSeen]) -> TableSeen | None:
     return far[-1] if _extent(far[-1]) > FARTHER * _extent(far[-2]) else None
 
 
-def refuse_takes(path: Path, tables: Sequence[TableSeen]) -> None:
+def refuse_takes(path: Path, tables: Tables) -> None:
     """Raise RecordingError where the bodies are in several files: takes, one after the other."""
     takes = list(dict.fromkeys(t.table.path.name for t in tables))
     if len(takes) > 1 and all(t.table.only_poses for t in tables):

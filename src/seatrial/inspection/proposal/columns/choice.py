@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """The columns of position, heading and stamps: those that the user names, else the best by name and value."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 from seatrial.inspection.proposal.columns.bodies import likeliest_body, refuse_takes
@@ -23,7 +23,7 @@ from seatrial.inspection.proposal.columns.stamps import (
 )
 from seatrial.inspection.proposal.columns.up import about_y, refuse_steep, refuse_y_up, upright
 from seatrial.inspection.proposal.sources import OPTIONS, Ask, Choices, assigned, choose
-from seatrial.io.columns import ColumnView, TableSeen
+from seatrial.io.columns import ColumnView, Tables, TableSeen
 from seatrial.io.table import is_table
 from seatrial.util.errors import RecordingError
 
@@ -36,9 +36,7 @@ CHOICE_KEYS = (*COORDINATE_KEYS, *HEADING_KEYS, "stamp", "yaw_rate")
 EXAMPLE = "--pose x=COLUMN,y=COLUMN,heading=COLUMN"
 
 
-def given_columns(
-    path: Path, tables: Sequence[TableSeen], choices: Choices
-) -> tuple[dict[str, str], Sequence[TableSeen]]:
+def given_columns(path: Path, tables: Tables, choices: Choices) -> tuple[dict[str, str], Tables]:
     """Columns of `--pose`, and the tables that may have the position."""
     given = assigned(choices.pose or "", "--pose", CHOICE_KEYS)
     whole = given or choices.pose is None
@@ -46,7 +44,7 @@ def given_columns(
 
 
 def pose_signals(
-    path: Path, own: Sequence[TableSeen], tables: Sequence[TableSeen], given: Mapping[str, str],
+    path: Path, own: Tables, tables: Tables, given: Mapping[str, str],
     ask: Ask | None,
 ) -> tuple[Position, Heading, StampFound]:  # fmt: skip
     """The columns of position, heading and stamps."""
@@ -55,7 +53,7 @@ def pose_signals(
     return position, heading, _stamp(path, tables, position, given)
 
 
-def _table(path: Path, tables: Sequence[TableSeen], name: str) -> TableSeen:
+def _table(path: Path, tables: Tables, name: str) -> TableSeen:
     for table in tables:
         if table.key and name in (table.key, Path(table.key).stem, table.table.name):
             return table
@@ -64,7 +62,7 @@ def _table(path: Path, tables: Sequence[TableSeen], name: str) -> TableSeen:
 
 
 def _position(
-    path: Path, own: Sequence[TableSeen], tables: Sequence[TableSeen], given: Mapping[str, str],
+    path: Path, own: Tables, tables: Tables, given: Mapping[str, str],
     ask: Ask | None,
 ) -> Position:  # fmt: skip
     """The position: as given, or the best by name and value; a question where several tables have one."""
@@ -91,9 +89,7 @@ def _position(
     return position
 
 
-def _given_position(
-    path: Path, tables: Sequence[TableSeen], chosen: Mapping[Kind, str]
-) -> Position:
+def _given_position(path: Path, tables: Tables, chosen: Mapping[Kind, str]) -> Position:
     kinds = tuple(chosen)
     for pair in ((Kind.X, Kind.Y), (Kind.EAST, Kind.NORTH), (Kind.LATITUDE, Kind.LONGITUDE)):
         if set(kinds) == set(pair):
@@ -126,7 +122,7 @@ def _numeric(table: TableSeen) -> list[ColumnView]:
     return [c for c in table.view.columns if c.name and c.changes and c.least is not None]
 
 
-def _nothing(path: Path, tables: Sequence[TableSeen], what: str) -> str:
+def _nothing(path: Path, tables: Tables, what: str) -> str:
     """What an error says where a signal is not found."""
     listed = "; ".join(
         f"{t.view.path}: {', '.join(c.name for c in _numeric(t)[:LISTED])}" for t in tables
@@ -152,7 +148,7 @@ def _deeper(path: Path) -> str:
     )
 
 
-def texts_of(tables: Sequence[TableSeen]) -> str:
+def texts_of(tables: Tables) -> str:
     """What an error says of columns that hold text in place of numbers; empty: there are none."""
     found = []
     for table in tables:
@@ -167,7 +163,7 @@ def texts_of(tables: Sequence[TableSeen]) -> str:
 
 
 def _heading(
-    path: Path, tables: Sequence[TableSeen], position: Position, given: Mapping[str, str],
+    path: Path, tables: Tables, position: Position, given: Mapping[str, str],
     ask: Ask | None,
 ) -> Heading:  # fmt: skip
     """The heading: as given, or the best of the position's table, or of another."""
@@ -194,9 +190,7 @@ def _heading(
     return Heading(position.table, (name,), Grade.PART, 0)
 
 
-def _stamp(
-    path: Path, tables: Sequence[TableSeen], position: Position, given: Mapping[str, str]
-) -> StampFound:
+def _stamp(path: Path, tables: Tables, position: Position, given: Mapping[str, str]) -> StampFound:
     if "stamp" in given:
         table, name = column_of(path, [position.table], given["stamp"], "--pose")
         return given_stamp(table, name)

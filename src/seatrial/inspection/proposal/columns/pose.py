@@ -25,7 +25,7 @@ from seatrial.inspection.proposal.columns.signals import (
 from seatrial.inspection.proposal.columns.stamps import StampFound, recognised
 from seatrial.inspection.proposal.columns.yaw_rate import YawRate, find_yaw_rate, seconds_of
 from seatrial.inspection.proposal.sources import Ask, Choices, Recognised, Sureness
-from seatrial.io.columns import TableSeen
+from seatrial.io.columns import Tables, TableSeen
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Axes
 
@@ -62,9 +62,7 @@ class PoseColumns:
         return self.taken.get(table.key, frozenset())
 
 
-def choose_pose(
-    path: Path, tables: Sequence[TableSeen], choices: Choices, ask: Ask | None
-) -> PoseColumns:
+def choose_pose(path: Path, tables: Tables, choices: Choices, ask: Ask | None) -> PoseColumns:
     """Position, heading, stamps, and a gyro's yaw rate. Raises RecordingError."""
     given, own = given_columns(path, tables, choices)
     axes = Axes(choices.axes)
@@ -116,7 +114,7 @@ def _axes_notes(position: Position, axes: Axes) -> dict[str, list[str]]:
 
 
 def heading_and_sense(
-    path: Path, tables: Sequence[TableSeen], choices: Choices
+    path: Path, tables: Tables, choices: Choices
 ) -> tuple[Position, Heading, Sense | None]:
     """Position, heading, and the sense in which the heading follows the motion. Raises RecordingError."""
     given, own = given_columns(path, tables, choices)

@@ -2,7 +2,7 @@
 """Position, heading, yaw rate and stamps among the columns of tables, by name and by value."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +21,7 @@ from seatrial.inspection.proposal.columns.names import (
     read_name,
 )
 from seatrial.inspection.proposal.sources import Sureness
-from seatrial.io.columns import ColumnView, TableSeen
+from seatrial.io.columns import ColumnView, Tables, TableSeen
 from seatrial.io.poses import LARGEST_LATITUDE, LARGEST_LONGITUDE, NO_FIX
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -137,7 +137,7 @@ def stated_unit(table: TableSeen, name: str) -> str:
 # Position #
 
 
-def positions(tables: Sequence[TableSeen]) -> list[Position]:
+def positions(tables: Tables) -> list[Position]:
     """Pairs of columns that are a position, the best first."""
     found = [
         position
@@ -240,7 +240,7 @@ def _written(latitude: Array, longitude: Array) -> Iterator[tuple[float, tuple[f
 # Heading and yaw rate #
 
 
-def headings(tables: Sequence[TableSeen]) -> list[Heading]:
+def headings(tables: Tables) -> list[Heading]:
     """Columns and quaternions that are a heading, the best first."""
     found = [
         Heading(table, (c.name,), fit, order(c.name, Kind.HEADING))
@@ -305,9 +305,7 @@ def is_validity(column: ColumnView) -> bool:
 # Columns that the user names #
 
 
-def column_of(
-    path: Path, tables: Sequence[TableSeen], text: str, option: str
-) -> tuple[TableSeen, str]:
+def column_of(path: Path, tables: Tables, text: str, option: str) -> tuple[TableSeen, str]:
     """The table and name of a column that the user gave: COLUMN, or TABLE/COLUMN. Raises RecordingError."""
     found = holding_tables(tables, text)
     if len(found) == 1:
@@ -319,7 +317,7 @@ def column_of(
     raise RecordingError(f"{path}: no column {text} ({option}); there are {listed}")
 
 
-def holding_tables(tables: Sequence[TableSeen], text: str) -> list[tuple[TableSeen, str]]:
+def holding_tables(tables: Tables, text: str) -> list[tuple[TableSeen, str]]:
     """Tables with such a column."""
     found = [(t, text) for t in tables if text in t.table.names]
     for table in tables:

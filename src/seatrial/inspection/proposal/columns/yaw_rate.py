@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """A yaw rate among the columns: the derivative of the heading, with its sign and unit."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from seatrial.inspection.proposal.columns.signals import (
 )
 from seatrial.inspection.proposal.columns.stamps import StampFound, find_stamp
 from seatrial.inspection.proposal.sources import Recognised, Sureness
-from seatrial.io.columns import TableSeen
+from seatrial.io.columns import Tables, TableSeen
 from seatrial.util.frames import Array
 
 YawRate = tuple[TableSeen, str, dict[str, Any], Recognised]  # the last: how it was recognised
@@ -39,7 +39,7 @@ def seconds_of(table: TableSeen, found: StampFound) -> Array:
 
 
 def find_yaw_rate(
-    path: Path, tables: Sequence[TableSeen], heading: Heading, psi: Psi, given: Mapping[str, str]
+    path: Path, tables: Tables, heading: Heading, psi: Psi, given: Mapping[str, str]
 ) -> YawRate | None:
     """A yaw rate that agrees with the heading: of a gyro it is used, another is mentioned."""
     if "yaw_rate" in given:
