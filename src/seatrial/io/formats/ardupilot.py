@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from seatrial.io.formats.dataflash import DEFINING, HEADER, Definitions, Format, Stated, Values
-from seatrial.io.formats.layout import Columns, pass_blocks, topic_name
+from seatrial.io.formats.layout import Columns, pass_blocks, refuse_noise, topic_name
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import readable
@@ -104,20 +104,12 @@ class _Walk:
                 self.lost += after - at
                 self.places += in_step
                 in_step = False
-                self._refuse_noise()
+                if self.lost > BAD_PLACES:
+                    found = sum(n * size for n, size in zip(self.seen, self.sizes, strict=True))
+                    refuse_noise(self.path, "ArduPilot log", self.passed + found, self.lost)
             at = after
         self.in_step = in_step
         return at
-
-    def _refuse_noise(self) -> None:
-        if self.lost < BAD_PLACES:
-            return
-        found = self.passed + sum(n * s for n, s in zip(self.seen, self.sizes, strict=True))
-        if found < self.lost:
-            raise RecordingError(
-                f"{self.path}: no ArduPilot log, or a badly damaged one: of its first "
-                f"{found + self.lost} bytes {self.lost} are no message"
-            )
 
     def _begin(self, found: Format) -> None:
         """What to do from here on with the messages of a new or changed format."""

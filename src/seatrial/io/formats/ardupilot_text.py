@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from seatrial.io.formats.dataflash import DEFINING, STAMPS, Definitions, Format
-from seatrial.io.formats.layout import MOST_STAMP, pass_lines
+from seatrial.io.formats.layout import MOST_STAMP, pass_lines, refuse_noise
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.util.errors import RecordingError
 
@@ -59,11 +59,8 @@ class ArduPilotTextLog(Log):
                 strange += self._take(line)
             else:
                 empty += 1
-            if strange + empty > BAD_LINES and 2 * (strange + empty) > number:
-                raise RecordingError(
-                    f"{self.path}: no ArduPilot log, or a badly damaged one: of its first {number} lines "
-                    f"{strange + empty} are no message"
-                )
+            if (lost := strange + empty) > BAD_LINES:
+                refuse_noise(self.path, "ArduPilot log", number - lost, lost, "lines")
         return strange
 
     def _lines(self) -> Iterator[str]:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.io.log import LogSamples
+from seatrial.util.errors import RecordingError
 from seatrial.util.files import readable
 from seatrial.util.frames import Array
 from seatrial.util.progress import reach
@@ -51,6 +52,14 @@ class Layout:
     stamp: Place | None  # None: records without a stamp are no topic
     tick: int = 1000  # [ns] of one unit of the stamp
     instance: int | None = None  # offset [bytes] of the byte that tells several sensors apart
+
+
+def refuse_noise(path: Path, kind: str, passed: int, lost: int, unit: str = "bytes") -> None:
+    """Raise RecordingError where less than half of what was passed are messages."""
+    if passed < lost:
+        raise RecordingError(
+            f"{path}: no {kind}, or a badly damaged one: of its first {passed + lost} {unit} {lost} are no message"
+        )
 
 
 def topic_name(name: str, instance: int | None) -> str:

@@ -22,7 +22,15 @@ from typing import Any
 import numpy as np
 
 from seatrial.io.formats.dataflash import c_text
-from seatrial.io.formats.layout import MOST_STAMP, Columns, Layout, Place, pass_blocks, topic_name
+from seatrial.io.formats.layout import (
+    MOST_STAMP,
+    Columns,
+    Layout,
+    Place,
+    pass_blocks,
+    refuse_noise,
+    topic_name,
+)
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import readable
@@ -270,11 +278,8 @@ class _Walk:
             self.places += in_step
             in_step = False
             at += 1
-            if self.lost > BAD_PLACES and self.passed < self.lost:
-                raise RecordingError(
-                    f"{self.path}: no MAVLink log, or a badly damaged one: of its first "
-                    f"{self.passed + self.lost} bytes {self.lost} are no message"
-                )
+            if self.lost > BAD_PLACES:
+                refuse_noise(self.path, "MAVLink log", self.passed, self.lost)
         self.in_step = in_step
         return at
 

@@ -59,6 +59,7 @@ class Table(ABC):
         """The wanted columns (n, len(wanted)); an empty cell is NaN. Raises RecordingError."""
         for name in wanted:
             self.find(name)
+        self._load(wanted)
         return np.column_stack([self._numbers(name, strict=True) for name in wanted])
 
     def cells(self, name: str) -> Array | list[str]:
@@ -70,11 +71,15 @@ class Table(ABC):
 
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is missing or not a number."""
+        self._load(self.names)
         return np.column_stack([self._numbers(name, strict=False) for name in self.names])
 
+    def _load(self, wanted: Sequence[str]) -> None:  # noqa: B027, most have all columns
+        """Read columns that are there, of a file that is read on request. Raises RecordingError."""
+
+    @abstractmethod
     def _numbers(self, name: str, *, strict: bool) -> Array:
-        """A column (n,) that is there; not `strict`: NaN where a cell is not a number."""
-        raise NotImplementedError
+        """A column (n,) that is loaded; not `strict`: NaN where a cell is not a number."""
 
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) as it is written; None where it has numbers. Raises RecordingError where there is none."""

@@ -4,6 +4,7 @@
 import re
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -54,23 +55,11 @@ class CaptureTable(Table):
         self.units = {SECONDS: "s", **dict.fromkeys([*PLACES, *error], "m")}
         self._scale = TO_SI[self._unit_of_lengths()]
         self._order = self._order_of_angles()
-        self._values: Array | None = None
         space = header.about.get(header.layout.space, "")
         if space.lower() == "local":
             raise RecordingError(
                 f"{self.path}: Coordinate Space is Local: positions do not show where the boat is; export Global"
             )
-
-    def columns(self, wanted: Sequence[str]) -> Array:
-        """The wanted columns (n, len(wanted)); NaN where the body is not seen."""
-        index = [self.find(name) for name in wanted]
-        return self.numbers()[:, index]
-
-    def numbers(self) -> Array:
-        """All columns (n, len(names))."""
-        if self._values is None:
-            self._values = self._read()
-        return self._values
 
     def stamps(self, column: Column, rows: Mask | None = None) -> Stamps:
         """See `Table`; says of the time of day that its zone is not known."""
@@ -85,8 +74,12 @@ class CaptureTable(Table):
         """The line of a row."""
         return self._rows.place(row)
 
-    def _read(self) -> Array:
-        """All columns (n, len(names)), in metres and seconds."""
+    def _numbers(self, name: str, *, strict: bool) -> Array:
+        return np.asarray(self._values[:, self.names.index(name)])
+
+    @cached_property
+    def _values(self) -> Array:
+        """All columns (n, len(names)), in metres and seconds; NaN where the body is not seen."""
         # 1. Position and rotation as written; all zeros: not seen.
         matrix = all(part in self._parts for part in MATRIX)
         turned = MATRIX if matrix else tuple(p for p in (*ROTATION, "RW") if p in self._parts)

@@ -81,18 +81,16 @@ class CsvTable(Table):
             pairs = zip(self.names, cells[0], strict=False)
             self._numeric = [name for name, cell in pairs if name and is_number(cell)]
 
-    def columns(self, wanted: Sequence[str]) -> Array:
-        """The wanted columns (n, len(wanted)); an empty cell is NaN."""
-        for name in wanted:
-            self.find(name)
+    def _load(self, wanted: Sequence[str]) -> None:
         if not all(name in self._read_columns for name in wanted):
             self._read(wanted)
-        values = np.column_stack([self._read_columns[name] for name in wanted])
-        if len(values) == 0:
+        if not self._count:
             raise RecordingError(
                 f"{self.path}: has a header but no rows; record while the boat is driven"
             )
-        return values
+
+    def _numbers(self, name: str, *, strict: bool) -> Array:
+        return self._read_columns[name]
 
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is missing or not a number."""

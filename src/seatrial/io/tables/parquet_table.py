@@ -49,21 +49,12 @@ class ParquetTable(Table):
             raise RecordingError(f"{path}: no column of numbers, times or text")
         self._read_columns: dict[str, Array | Stamps | list[str]] = {}
 
-    def columns(self, wanted: Sequence[str]) -> Array:
-        """The wanted columns (n, len(wanted)); an empty cell is NaN."""
-        for name in wanted:
-            self.find(name)
+    def _load(self, wanted: Sequence[str]) -> None:
         self._read(wanted)
         if self._rows == 0:
             raise RecordingError(
                 f"{self.path}: has columns but no rows; record while the boat is driven"
             )
-        return super().columns(wanted)
-
-    def numbers(self) -> Array:
-        """All columns (n, len(names)); NaN where a cell is not a number."""
-        self._read(self.names)
-        return super().numbers()
 
     def _texts(self, name: str) -> list[str] | None:
         self._read([name])

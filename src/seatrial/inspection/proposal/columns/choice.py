@@ -36,21 +36,18 @@ CHOICE_KEYS = (*COORDINATE_KEYS, *HEADING_KEYS, "stamp", "yaw_rate")
 EXAMPLE = "--pose x=COLUMN,y=COLUMN,heading=COLUMN"
 
 
-def given_columns(path: Path, tables: Tables, choices: Choices) -> tuple[dict[str, str], Tables]:
-    """Columns of `--pose`, and the tables that may have the position."""
-    given = assigned(choices.pose or "", "--pose", CHOICE_KEYS)
-    whole = given or choices.pose is None
-    return given, tables if whole else [_table(path, tables, str(choices.pose))]
-
-
 def pose_signals(
-    path: Path, own: Tables, tables: Tables, given: Mapping[str, str],
-    ask: Ask | None,
-) -> tuple[Position, Heading, StampFound]:  # fmt: skip
-    """The columns of position, heading and stamps."""
-    position = _position(path, own, tables, given, ask)
+    path: Path, tables: Tables, choices: Choices, ask: Ask | None
+) -> tuple[dict[str, str], Position, Heading, StampFound]:
+    """The columns that `--pose` gives, by key; those of position, heading and stamps."""
+    given = assigned(choices.pose or "", "--pose", CHOICE_KEYS)
+    if any(key in given for key in COORDINATE_KEYS):
+        position = _given_position(path, tables, given)
+    else:
+        named = [] if given or choices.pose is None else [_table(path, tables, choices.pose)]
+        position = _position(path, named or tables, ask)
     heading = _heading(path, tables, position, given, ask)
-    return position, heading, _stamp(path, tables, position, given)
+    return given, position, heading, _stamp(path, position.table, given)
 
 
 def _table(path: Path, tables: Tables, name: str) -> TableSeen:
@@ -61,14 +58,8 @@ def _table(path: Path, tables: Tables, name: str) -> TableSeen:
     raise RecordingError(f"{path}: no table {name} ({OPTIONS['poses']}); there are {listed}")
 
 
-def _position(
-    path: Path, own: Tables, tables: Tables, given: Mapping[str, str],
-    ask: Ask | None,
-) -> Position:  # fmt: skip
-    """The position: as given, or the best by name and value; a question where several tables have one."""
-    chosen = {COORDINATE_KEYS[k]: v for k, v in given.items() if k in COORDINATE_KEYS}
-    if chosen:
-        return _given_position(path, tables, chosen)
+def _position(path: Path, own: Tables, ask: Ask | None) -> Position:
+    """The best position by name and value; a question where several tables have one."""
     found = positions(own)
     if not found:
         raise RecordingError(_nothing(path, own, "position"))
@@ -89,7 +80,8 @@ def _position(
     return position
 
 
-def _given_position(path: Path, tables: Tables, chosen: Mapping[Kind, str]) -> Position:
+def _given_position(path: Path, tables: Tables, given: Mapping[str, str]) -> Position:
+    chosen = {COORDINATE_KEYS[k]: v for k, v in given.items() if k in COORDINATE_KEYS}
     kinds = tuple(chosen)
     for pair in ((Kind.X, Kind.Y), (Kind.EAST, Kind.NORTH), (Kind.LATITUDE, Kind.LONGITUDE)):
         if set(kinds) == set(pair):
@@ -163,9 +155,8 @@ def texts_of(tables: Tables) -> str:
 
 
 def _heading(
-    path: Path, tables: Tables, position: Position, given: Mapping[str, str],
-    ask: Ask | None,
-) -> Heading:  # fmt: skip
+    path: Path, tables: Tables, position: Position, given: Mapping[str, str], ask: Ask | None
+) -> Heading:
     """The heading: as given, or the best of the position's table, or of another."""
     name = next((given[key] for key in HEADING_KEYS if key in given), None)
     if name is not None:
@@ -190,8 +181,7 @@ def _heading(
     return Heading(position.table, (name,), Grade.PART, 0)
 
 
-def _stamp(path: Path, tables: Tables, position: Position, given: Mapping[str, str]) -> StampFound:
+def _stamp(path: Path, table: TableSeen, given: Mapping[str, str]) -> StampFound:
     if "stamp" in given:
-        table, name = column_of(path, [position.table], given["stamp"], "--pose")
-        return given_stamp(table, name)
-    return stamp_of(position.table)
+        return given_stamp(*column_of(path, [table], given["stamp"], "--pose"))
+    return stamp_of(table)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, given_columns, pose_signals
+from seatrial.inspection.proposal.columns.choice import HEADING_KEYS, pose_signals
 from seatrial.inspection.proposal.columns.clocks import by_clock_of, stamp_beside
 from seatrial.inspection.proposal.columns.heading import Psi, psi_of, sense_by_motion
 from seatrial.inspection.proposal.columns.heading_sense import Sense
@@ -64,10 +64,9 @@ class PoseColumns:
 
 def choose_pose(path: Path, tables: Tables, choices: Choices, ask: Ask | None) -> PoseColumns:
     """Position, heading, stamps, and a gyro's yaw rate. Raises RecordingError."""
-    given, own = given_columns(path, tables, choices)
     axes = Axes(choices.axes)
     # 1. Columns by name and value.
-    position, heading, stamp = pose_signals(path, own, tables, given, ask)
+    given, position, heading, stamp = pose_signals(path, tables, choices, ask)
     # 2. Zero, sense and unit of the heading.
     course = _at_positions(position, heading, stamp)
     psi = psi_of(position, heading, course, axes, ask)
@@ -117,8 +116,7 @@ def heading_and_sense(
     path: Path, tables: Tables, choices: Choices
 ) -> tuple[Position, Heading, Sense | None]:
     """Position, heading, and the sense in which the heading follows the motion. Raises RecordingError."""
-    given, own = given_columns(path, tables, choices)
-    position, heading, stamp = pose_signals(path, own, tables, given, None)
+    _, position, heading, stamp = pose_signals(path, tables, choices, None)
     course = _at_positions(position, heading, stamp)
     return position, heading, sense_by_motion(position, heading, course)
 
