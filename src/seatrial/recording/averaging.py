@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Means of neighbouring poses: a fast tracker's cost no more than they tell of a boat."""
+"""Means of neighbouring poses: a fast tracker has more poses than the motion of a boat needs."""
 
 from dataclasses import replace
 

@@ -57,7 +57,7 @@ def sampling_unknown(recording: Recording) -> bool:
 
 
 def sampling_doubt(recording: Recording) -> list[str]:
-    """The doubt on commands beside the poses. Who writes a table of commands writes each of them, as a rule."""
+    """The doubt on commands in the rows of the poses; a table of commands alone usually has every command."""
     places = {stream.source for stream in recording.streams if stream.role == "poses"}
     beside = any(s.role == "commands" and s.source in places for s in recording.streams)
     rare = recording.command_period >= COARSE_SAMPLING

@@ -4,7 +4,7 @@
 One function a kind of edit; `inconsistencies` lists them all.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
@@ -95,8 +95,7 @@ def inconsistencies(
     )
 
 
-def _units(repair: Repair, speed: float) -> list[Inconsistency]:
-    found = []
+def _units(repair: Repair, speed: float) -> Iterator[Inconsistency]:
     *plane, angle = repair.units
     for unit in dict.fromkeys(u for u in plane if u):
         names = [name for name, u in zip(POSE[:2], plane, strict=True) if u == unit]
@@ -105,22 +104,21 @@ def _units(repair: Repair, speed: float) -> list[Inconsistency]:
             f"{' and '.join(names)} {verb} in {UNIT_NAMES[unit]}: in the unit that the vehicle file "
             f"states the speed is {speed:.2g} m/s; set unit: {unit} at {_places(names)}"
         )
-        found.append(Inconsistency(InconsistencyKind.LENGTH, text))
+        yield Inconsistency(InconsistencyKind.LENGTH, text)
     if angle:
         text = (
             f"psi is in {UNIT_NAMES[angle]}: in this unit the heading agrees with the track; "
             f"set unit: {angle} at pose: psi"
         )
-        found.append(Inconsistency(InconsistencyKind.ANGLE, text))
-    return found
+        yield Inconsistency(InconsistencyKind.ANGLE, text)
 
 
-def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
+def _poses(vehicle: Vehicle, repair: Repair) -> Iterator[Inconsistency]:
     negated = [name for name, sign in zip(POSE, repair.pose_signs, strict=True) if sign < 0]
     columns = vehicle.file.pose.columns
     if negated == ["y", "psi"] and not (repair.exchanged or repair.turn):
-        return [_handed(vehicle, negated)]
-    found = []
+        yield _handed(vehicle, negated)
+        return
     if repair.exchanged:
         named = _label(columns["x"]) and _label(columns["y"])
         how = (
@@ -130,11 +128,11 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
             "x: {field: pose.position.y}, y: {field: pose.position.x})"
         )
         text = f"x and y are exchanged: with their columns swapped the track agrees with the heading; {how}"
-        found.append(Inconsistency(InconsistencyKind.EXCHANGED, text))
+        yield Inconsistency(InconsistencyKind.EXCHANGED, text)
     if repair.angle:
-        found.append(_oblique(columns["psi"], repair))
+        yield _oblique(columns["psi"], repair)
     if repair.turn % 4:
-        found.append(_heading(columns["psi"], repair))
+        yield _heading(columns["psi"], repair)
         negated = [name for name in negated if name != "psi"]
     for name in negated:
         source = {"x": "y", "y": "x"}.get(name, name) if repair.exchanged else name
@@ -142,8 +140,7 @@ def _poses(vehicle: Vehicle, repair: Repair) -> list[Inconsistency]:
             f"{name} has the wrong sign: negated, the track agrees with the heading; "
             f"set sign: {-columns[source].sign} at pose: {name}"
         )
-        found.append(Inconsistency(InconsistencyKind.MIRRORED, text))
-    return found
+        yield Inconsistency(InconsistencyKind.MIRRORED, text)
 
 
 def _oblique(column: Column, repair: Repair) -> Inconsistency:
@@ -186,8 +183,9 @@ def _handed(vehicle: Vehicle, negated: list[str]) -> Inconsistency:
     )
 
 
-def _orders(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list[Inconsistency]:
-    found = []
+def _orders(
+    vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]
+) -> Iterator[Inconsistency]:
     names = vehicle.inputs
     for cycle in (c for c in cycles(repair.order) if len(c) > 1):
         labels = [names[i] for i in cycle]
@@ -200,8 +198,7 @@ def _orders(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> lis
             f"{joined(labels)} are {what}: {clear or 'exchanged, the boat moves as the vehicle file says'}; "
             f"exchange their entries at commands: inputs ({entries})"
         )
-        found.append(Inconsistency(InconsistencyKind.PERMUTED, text))
-    return found
+        yield Inconsistency(InconsistencyKind.PERMUTED, text)
 
 
 def _signs(vehicle: Vehicle, repair: Repair, effects: Mapping[str, str]) -> list[Inconsistency]:

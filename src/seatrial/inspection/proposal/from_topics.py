@@ -47,8 +47,8 @@ class TopicTable(Table):
         self, path: Path, topic: str, fields: Sequence[str], samples: tuple[Stamps, Array]
     ) -> None:
         stamps, values = samples
-        self.path, self.name, self.names = path, topic, [STAMP, *fields]
-        self.units, self.remarks = {}, []
+        super().__init__(path, topic)
+        self.names = [STAMP, *fields]
         seconds = (stamps - stamps[0]) * 1e-9 if len(stamps) else np.empty(0)
         self._values = np.column_stack([seconds, values])
 

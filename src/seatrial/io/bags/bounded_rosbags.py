@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The limits of `budget` for rosbags, which unpacks what a chunk contains before it looks at the size."""
+"""The limits of `unpack` for rosbags, which unpacks a chunk before it looks at its size."""
 
 import io
 from collections.abc import Callable, Iterator

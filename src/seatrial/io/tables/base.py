@@ -55,6 +55,9 @@ class Table(ABC):
     units: dict[str, str]  # by column, where the file states them
     remarks: list[str]  # renamed columns, rows left out
 
+    def __init__(self, path: Path, name: str) -> None:
+        self.path, self.name, self.units, self.remarks = path, name, {}, []
+
     def columns(self, wanted: Sequence[str]) -> Array:
         """The wanted columns (n, len(wanted)); an empty cell is NaN. Raises RecordingError."""
         for name in wanted:

@@ -44,7 +44,7 @@ class CaptureTable(Table):
 
     def __init__(self, rows: CsvTable, header: JoinedHeader, body: str) -> None:
         self._rows, self._header, self._body = rows, header, body
-        self.path, self.name = rows.path, body
+        super().__init__(rows.path, body)
         self._parts = header.bodies[body]
         self.remarks = list(rows.remarks)
         self._zone = ""  # a remark on the time zone

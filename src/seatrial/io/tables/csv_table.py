@@ -55,8 +55,7 @@ class CsvTable(Table):
     joined: JoinedHeader | None = None  # of a header of several rows
 
     def __init__(self, path: Path) -> None:
-        self.path, self.name = path, path.name
-        self.units, self.remarks = {}, []
+        super().__init__(path, path.name)
         self.encoding = self._encoding()
         self._read_columns: dict[str, Array] = {}
         self._count, self._skipped = 0, 0  # rows, once they are read; lines before the first row

@@ -24,7 +24,7 @@ class FrameTable(Table):
     def __init__(self, frame: "DataFrame", name: str) -> None:
         import pandas as pd
 
-        self.path, self.name, self.units = Path(name), name, {}
+        super().__init__(Path(name), name)
         if not isinstance(frame, pd.DataFrame):
             raise RecordingError(f"{name}: expected a DataFrame, got {type(frame).__name__}")
         for where, index in (("columns", frame.columns), ("rows", frame.index)):

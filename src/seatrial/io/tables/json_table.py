@@ -26,8 +26,7 @@ class JsonTable(Table):
     """Objects within a row as dotted names, lists as name[0]; a value that a row lacks is an empty cell."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.name = path, path.name
-        self.units, self.remarks = {}, []
+        super().__init__(path, path.name)
         with readable(path, RecordingError):
             if path.stat().st_size > MOST_BYTES:
                 raise RecordingError(

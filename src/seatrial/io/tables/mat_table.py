@@ -32,8 +32,7 @@ class MatTable(Table):
     """Vectors of one length out of a MATLAB file."""
 
     def __init__(self, path: Path, name: str, columns: dict[str, Column]) -> None:
-        self.path, self.name = path, name
-        self.units, self.remarks = {}, []
+        super().__init__(path, name)
         self._columns = {key: self._dated(key, column) for key, column in columns.items()}
         self.names = list(self._columns)
 

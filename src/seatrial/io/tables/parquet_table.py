@@ -29,8 +29,7 @@ class ParquetTable(Table):
     """A Parquet file; columns are read on request, structs as dotted names."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.name = path, path.name
-        self.units, self.remarks = {}, []
+        super().__init__(path, path.name)
         os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # reserves no address space
         try:
             import pyarrow.parquet as pq

@@ -27,8 +27,8 @@ class TallTable(Table):
     """Rows with one stamp are one row; a cell without a value is NaN."""
 
     def __init__(self, rows: Table, stamp: str, key: str, keys: Sequence[str]) -> None:
-        self.path, self.name = rows.path, rows.name
-        self.units, self.remarks = {}, list(rows.remarks)
+        super().__init__(rows.path, rows.name)
+        self.remarks = list(rows.remarks)
         own = _of_rows(rows, key)
         cells = rows.cells(stamp)
         _, first, at = np.unique(_clock(rows, cells), return_index=True, return_inverse=True)

@@ -51,7 +51,9 @@ def find_stamp(table: TableSeen) -> StampFound | None:
             sure = Sureness.CERTAIN if fit > Grade.PART else Sureness.LIKELY
             why = f"name; {kind}, {column.rate:.4g} Hz"
             if column.unit == "s.ns":
-                why = "name; nanoseconds without leading zeros: so read it rises, as seconds it jumps back"
+                why = (
+                    "name; it jumps back as seconds, and rises as nanoseconds without leading zeros"
+                )
             whole = 0.0 if column.empty else 5.0
             found.append((40.0 + whole + fit + _earliness(column), _stamp(column), why, sure))
         elif fit is not None and fit > Grade.PART and _mostly_rises(table, column):
