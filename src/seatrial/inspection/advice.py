@@ -88,9 +88,8 @@ def _unusable(recording: Recording, vehicle: Vehicle) -> str:
     period = float(np.median(steps)) * 1e-9 if len(steps) else 0.0
     share = f"{100 * (1 - recording.usable):.0f} % of the poses are unusable"
     if timeout is not None and period > timeout:
-        return (
-            f"{share}: command_timeout is shorter than the period of the commands, {period:.3g} s"
-        )
+        why = "command_timeout is shorter than the period of the commands"
+        return f"{share}: {why}, {period:.3g} s"
     return f"{share}: see the faults"
 
 

@@ -117,10 +117,8 @@ def inspect(recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
     moves = {use.name for own in uses for use in own if not use.never_moves}
     # 2. Each recording by itself.
     with stage("recordings", 0.3):
-        views = tuple(
-            _view(recording, vehicle, own, moves)
-            for recording, own in over(list(zip(recordings, uses, strict=True)))
-        )
+        pairs = list(zip(recordings, uses, strict=True))
+        views = tuple(_view(recording, vehicle, own, moves) for recording, own in over(pairs))
     # 3. Units, signs and order of the vehicle file, from all recordings.
     with stage("units, signs and order"):
         consistency = check_each_recording(recordings, vehicle)

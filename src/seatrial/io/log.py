@@ -72,9 +72,8 @@ class Log(ABC):
         """The topic, which has all these fields. Raises RecordingError; `where`: place in the vehicle file."""
         topic = self.topics.get(name)
         if topic is None or topic.messages == 0:
-            listed = ", ".join(
-                t.name for t in list(self.topics.values())[:LISTED_TOPICS] if t.messages
-            )
+            first = list(self.topics.values())[:LISTED_TOPICS]
+            listed = ", ".join(t.name for t in first if t.messages)
             near = get_close_matches(name, [n for n in self.topics if n != name], n=1)
             hint = f"; did you mean {near[0]}?" if near and topic is None else "."
             lack = f"no topic {name}" if topic is None else f"topic {name} has no messages"

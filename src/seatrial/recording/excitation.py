@@ -186,9 +186,8 @@ def _refuse_constant(vehicle: Vehicle, chosen: Sequence[Excitation], axis: int, 
     least = np.min([e.least for e in chosen], axis=0)[mine]
     most = np.max([e.most for e in chosen], axis=0)[mine]
     if (most - least < LEAST_CHANGE).all():
-        values = " and ".join(
-            f"{vehicle.forces[i].name} is {m:.2g}" for i, m in zip(mine, most, strict=True)
-        )
+        held = zip(mine, most, strict=True)
+        values = " and ".join(f"{vehicle.forces[i].name} is {value:.2g}" for i, value in held)
         raise RecordingError(
             f"{names}: {values} throughout; constant thrust and drag are not distinguishable: drive a minute "
             f"of {AXES[axis]} pulses in both directions, or remove it from the structure"

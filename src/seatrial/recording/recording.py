@@ -289,22 +289,18 @@ class Recording:
         Commands stay. Raises RecordingError where fewer than two poses are left.
         """
         span = f"from {start:g} s to {f'{end:g} s' if np.isfinite(end) else 'its end'}"
+        refused = f"{self.name}: can't exclude {span}"
         if not end > start:
-            raise RecordingError(
-                f"{self.name}: can't exclude {span}: the end is not after the start"
-            )
+            raise RecordingError(f"{refused}: the end is not after the start")
         if start > self.duration or end < 0.0:
-            raise RecordingError(
-                f"{self.name}: can't exclude {span}: it lasts {self.duration:.1f} s"
-            )
+            raise RecordingError(f"{refused}: it lasts {self.duration:.1f} s")
         inside = (self.t >= start) & (self.t <= end)
         if int((self.valid & ~inside).sum()) < 2:
             raise RecordingError(
                 f"{self.name}: no poses remain without the time {span}: leave out the whole recording"
             )
-        fault = Fault(
-            FaultKind.EXCLUDED, max(0.0, start), min(end, self.duration), int(inside.sum())
-        )
+        within = max(0.0, start), min(end, self.duration)
+        fault = Fault(FaultKind.EXCLUDED, *within, int(inside.sum()))
         faults = sorted((*self.faults, fault), key=lambda f: f.start)
         return replace(self, valid=self.valid & ~inside, faults=tuple(faults))
 

@@ -62,9 +62,8 @@ def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage:
     found = contents(path, salvage=salvage)
     with open_bag(path, salvage=salvage) as bag:
         pose, recognised, pose_notes = _pose(found, bag, choices, ask)
-        given = (
-            None if choices.commands is None else given_commands(BagTopics(bag), choices.commands)
-        )
+        topics = BagTopics(bag)
+        given = None if choices.commands is None else given_commands(topics, choices.commands)
         full: float | None = None
         if given is not None:
             commands: dict[str, Any] = {"topic": given[0]}
@@ -184,9 +183,8 @@ def _one(
             f"{found.path}: no topic has a type of {role}; name one with {option}. "
             f"The topics are {listed}"
         )
-    if len(likely) == 1 or (
-        role == "commands" and len(_siblings(likely, likely[0])) == len(likely)
-    ):
+    alike = role == "commands" and len(_siblings(likely, likely[0])) == len(likely)
+    if alike or len(likely) == 1:
         return likely[0]
     names = [e.topic.name for e in likely]
     return likely[names.index(choose(found.path, role, names, ask))]

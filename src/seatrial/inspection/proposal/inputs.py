@@ -124,9 +124,8 @@ def _take_turns(sources: Sources, names: Sequence[str], groups: Sequence[Sequenc
     draft = _draft(sources, sources.pose, names)
     recordings = _read(sources, draft)
     driven = _channels(sources, draft, recordings, ()).driven
-    own = [
-        [n in group and n not in other for n in names] for group, other in (groups, groups[::-1])
-    ]
+    pairs = (groups, groups[::-1])
+    own = [[n in group and n not in other for n in names] for group, other in pairs]
     first, second = (driven[:, mask].any(axis=1) for mask in own)
     return bool((first & second).mean() < ALONE)
 

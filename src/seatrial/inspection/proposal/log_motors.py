@@ -44,9 +44,8 @@ def find_motors(log: Log, choices: Choices, ask: Ask | None) -> list[tuple[LogTo
         if not given:
             raise RecordingError(f"{log.path}: no field of {choices.commands} changes (--commands)")
         return [(topic, m) for m in given]
-    able = [
-        t for name in OUTPUTS for t in log.topics.values() if t.type == name and "@" not in t.name
-    ]
+    own = [t for t in log.topics.values() if "@" not in t.name]
+    able = [t for name in OUTPUTS for t in own if t.type == name]
     stated = [(t, m) for t in able for m in motors(log, t)]
     if stated:
         # RCOU and RCO2 are one, the motors and their outputs are not

@@ -160,10 +160,7 @@ def _drive(sources: Sources, choices: Choices) -> tuple[Sources, Drive]:
         if "yaw_rate" in (choices.pose or ""):
             raise
         pose = {key: entry for key, entry in sources.pose.items() if key != "yaw_rate"}
-        sources = replace(
-            sources,
-            pose=pose,
-            recognised=tuple(r for r in sources.recognised if r.signal != "yaw rate"),
-        )
+        kept = tuple(r for r in sources.recognised if r.signal != "yaw rate")
+        sources = replace(sources, pose=pose, recognised=kept)
         sources, drive = _drive(sources, choices)
         return sources, replace(drive, findings=(*drive.findings, f"no yaw rate is used: {error}"))

@@ -112,13 +112,8 @@ def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     notes = [*sources.notes.get("clock", []), *sources.notes.get("commands", []), *drive.sources]
     lines = [_commented("commands:", *notes)]
     lines += [f"  {_line(key, value)}" for key, value in sources.commands.items()]
-    lines.append(
-        _commented(
-            "  inputs:",
-            "value = sign (raw - offset) / scale; full command is 1",
-            "t: gain over its standard error",
-        )
-    )
+    scale = "value = sign (raw - offset) / scale; full command is 1"
+    lines.append(_commented("  inputs:", scale, "t: gain over its standard error"))
     lines += [_commented(f"    {_line(n, c)}", drive.remarks[n]) for n, c in drive.inputs.items()]
     for axis in () if drive.thrusters or choices.thrusters else drive.undriven:
         force = FORCE_OF_AXIS[axis]
@@ -126,13 +121,9 @@ def _commands(sources: Sources, drive: Drive, choices: Choices) -> list[str]:
     used = list(drive.inputs.values())
     spare = [n for n, column in sources.channels.items() if not any(_same(column, c) for c in used)]
     if spare or sources.spare:
-        fields = [
-            *(printable(" ".join(place_of(sources.channels[n])), keep="") for n in spare),
-            *(printable(name, keep="") for name in sources.spare),
-        ]
-        lines.append(
-            f"    # not used: {', '.join(fields)}; a signal that scales thrust goes under scales:"
-        )
+        fields = [*(" ".join(place_of(sources.channels[n])) for n in spare), *sources.spare]
+        listed = printable(", ".join(fields), keep="")
+        lines.append(f"    # not used: {listed}; a signal that scales thrust goes under scales:")
     return lines
 
 

@@ -58,10 +58,8 @@ class Ros2Bag(Bag):
         """Raise RecordingError where the chunks of an .mcap become too large."""
         own = self._reader.storage
         for file in getattr(own, "storages", [own]):
-            found = [
-                (c.chunk_start_offset, c.compressed_size, c.uncompressed_size)
-                for c in getattr(file, "chunks", [])
-            ]
+            chunks = getattr(file, "chunks", [])
+            found = [(c.chunk_start_offset, c.compressed_size, c.uncompressed_size) for c in chunks]
             try:
                 check_chunks(self.path, found, sum(f.stat().st_size for f in self.files))
             except RecordingError:

@@ -46,10 +46,8 @@ def _streams(log: Log) -> tuple[list[Stream], float]:
     """Streams of all topics, and the log's length [s]."""
     topics = list(log.topics.values())
     samples = log.read([Wanted(t.name, ()) for t in topics])
-    streams = [
-        describe(role(t), t.name, t.type, clock=log.clock, stamps=s.stamps)
-        for t, s in zip(topics, samples, strict=True)
-    ]
+    pairs = zip(topics, (s.stamps for s in samples), strict=True)
+    streams = [describe(role(t), t.name, t.type, clock=log.clock, stamps=s) for t, s in pairs]
     stamps = np.concatenate([s.stamps for s in samples])
     return streams, 1e-9 * int(np.ptp(stamps)) if len(stamps) else 0.0
 

@@ -175,9 +175,7 @@ class MavlinkLog(Log):
             self.topics[name] = LogTopic(name, found.name, count, fields, found.units)
         self.topics = dict(sorted(self.topics.items()))
         if not self.topics:
-            raise RecordingError(
-                f"{path}: no MAVLink log: it holds no message with a right checksum"
-            )
+            raise RecordingError(f"{path}: no MAVLink log: no message has the right checksum")
         self.remarks = walk.remarks()
 
     def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:

@@ -31,6 +31,7 @@ Rows = NDArray[np.intp]
 MOST_NUMBERS = 1 << 27  # of a file that are read at once: 1 GB
 LONGEST_REASON = 120  # characters of a library's error
 LISTED_COLUMNS = 20  # in an error message
+NO_ROWS = "but no rows; record while the boat is driven"
 NO_VALUE = ("", "na", "n/a", "#n/a", "null", "none", "-", "--")  # of a cell, beside nan
 NAN_OF_WINDOWS = re.compile(r"-?1\.#[A-Z]+0*")  # -1.#IND00, 1.#QNAN, 1.#INF
 

@@ -139,9 +139,7 @@ class CaptureTable(Table):
         try:
             (begun,) = from_date_times([POINTS.sub(r"\1:\2:\3", stated)], key, lambda _: "")
         except RecordingError:
-            self.remarks.append(
-                f"{key} '{stated[:40]}' is in no known format of times, and is not used"
-            )
+            self.remarks.append(f"{key} '{stated[:40]}' is in no known format of times: not used")
             return None
         if begun < 0 or not re.search(r"\d[-/.]\d", stated):
             return None

@@ -13,7 +13,7 @@ from typing import TextIO
 
 import numpy as np
 
-from seatrial.io.tables.base import Table, no_value, unique_names
+from seatrial.io.tables.base import NO_ROWS, Table, no_value, unique_names
 from seatrial.io.tables.csv_layout import (
     COMMA_NUMBER,
     COMMENTS,
@@ -84,9 +84,7 @@ class CsvTable(Table):
         if not all(name in self._read_columns for name in wanted):
             self._read(wanted)
         if not self._count:
-            raise RecordingError(
-                f"{self.path}: has a header but no rows; record while the boat is driven"
-            )
+            raise RecordingError(f"{self.path}: has a header {NO_ROWS}")
 
     def _numbers(self, name: str, *, strict: bool) -> Array:
         return self._read_columns[name]
@@ -152,18 +150,14 @@ class CsvTable(Table):
         self.joined = joined_header(self.path, lines)
         at = header_line(lines) if self.joined is None else self.joined.row
         if at is None:
-            raise RecordingError(
-                f"{self.path}: is empty; expected a header line and rows of numbers"
-            )
+            raise RecordingError(f"{self.path}: is empty; expected a header and rows of numbers")
         self._skipped = at + 1
         head, rows = lines[at].strip("\r\n"), [line for line in lines[at + 1 :] if line.strip()]
         if self.joined is not None:
             return head, rows[:2]
         titles = [i for i in range(at) if lines[i].strip() and not is_comment(lines[i])]
         if titles:
-            self.remarks.append(
-                f"{len(titles)} lines above the header are no row, and are left out"
-            )
+            self.remarks.append(f"{len(titles)} lines above the header are no row: left out")
         if at > 0 or without_mark(head).strip():
             head = without_mark(head)
         return head, rows[:2]

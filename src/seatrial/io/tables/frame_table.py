@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seatrial.io.tables.base import Table, first_line, unique_names
+from seatrial.io.tables.base import NO_ROWS, Table, first_line, unique_names
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
 
@@ -33,9 +33,7 @@ class FrameTable(Table):
                     f"{name}: the index of the {where} has {index.nlevels} levels, expected one; flatten it"
                 )
         if not len(frame):
-            raise RecordingError(
-                f"{name}: has columns but no rows; record while the boat is driven"
-            )
+            raise RecordingError(f"{name}: has columns {NO_ROWS}")
         own = frame.index
         timed = isinstance(own, (pd.DatetimeIndex, pd.TimedeltaIndex, pd.PeriodIndex))
         columns = [frame.iloc[:, i] for i in range(frame.shape[1])]

@@ -251,6 +251,5 @@ def _by_body(
 
 
 def _is_body(parts: Mapping[str, int]) -> bool:
-    return all(p in parts for p in POSITION) and (
-        all(p in parts for p in ROTATION) or all(p in parts for p in MATRIX)
-    )
+    turned = all(p in parts for p in ROTATION) or all(p in parts for p in MATRIX)
+    return turned and all(p in parts for p in POSITION)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from seatrial.io.tables.base import MOST_NUMBERS, Table, first_line
+from seatrial.io.tables.base import MOST_NUMBERS, NO_ROWS, Table, first_line
 from seatrial.io.tables.stamps import TO_NANOSECONDS
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Stamps
@@ -51,9 +51,7 @@ class ParquetTable(Table):
     def _load(self, wanted: Sequence[str]) -> None:
         self._read(wanted)
         if self._rows == 0:
-            raise RecordingError(
-                f"{self.path}: has columns but no rows; record while the boat is driven"
-            )
+            raise RecordingError(f"{self.path}: has columns {NO_ROWS}")
 
     def _texts(self, name: str) -> list[str] | None:
         self._read([name])

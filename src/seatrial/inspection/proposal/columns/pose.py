@@ -53,9 +53,8 @@ class PoseColumns:
             return self
         rest = [r for r in self.recognised if r.signal != STAMPS]
         seen = (*rest, recognised(STAMPS, table, own))
-        return replace(
-            self, entries=self.entries | {"stamp": own.entry}, recognised=seen, stamp=own
-        )
+        entries = self.entries | {"stamp": own.entry}
+        return replace(self, entries=entries, recognised=seen, stamp=own)
 
     def names_in(self, table: TableSeen) -> frozenset[str]:
         """Columns of the table that belong to the pose."""
@@ -205,6 +204,5 @@ def _recognised_position(position: Position, others: Sequence[Position]) -> list
 def _recognised_heading(heading: Heading, psi: Psi, others: Sequence[Heading]) -> Recognised:
     rest = [shown(h.table, *h.names) for h in others if h.names != heading.names]
     unit = f" [{psi.entry['unit']}]" if "unit" in psi.entry else ""
-    return Recognised(
-        "heading", shown(heading.table, *heading.names) + unit, psi.why, psi.sure, tuple(rest)
-    )
+    columns = shown(heading.table, *heading.names) + unit
+    return Recognised("heading", columns, psi.why, psi.sure, tuple(rest))
