@@ -55,9 +55,7 @@ def test_text_with_any_separator_gives_the_same_numbers(tmp_path, kind):
     )
     titles = {"title": 1, "separator": 1, "titles and units": 2}.get(kind)
     said = [r for r in table.remarks if "above the header" in r]
-    assert said == (
-        [f"{titles} lines above the header are no row: left out"] if titles else []
-    )
+    assert said == ([f"{titles} lines above the header are no row: left out"] if titles else [])
 
 
 @pytest.mark.parametrize(

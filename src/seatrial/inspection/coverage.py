@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.boat.model import thrust_trace
 from seatrial.boat.physics import full_forces
@@ -13,7 +12,7 @@ from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.excitation import Excitation, even_times, excitation
 from seatrial.recording.faults.pose_faults import GAP_FACTOR
 from seatrial.recording.recording import Recording
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import AXES, Array, Index
 
 AT_REST_COMMAND = 0.05  # of full command, below which an axis is at rest
 SIZE_BOUNDS = (1 / 3, 2 / 3)  # of full command, between small, medium and large
@@ -109,7 +108,7 @@ def _use(name: str, values: Array, held: Array) -> InputUse:
     )  # fmt: skip
 
 
-def _resolution(levels: Array, rows: NDArray[np.int64]) -> float:
+def _resolution(levels: Array, rows: Index) -> float:
     """Step of the grid of a quantised command; 0 for a continuous one.
 
     The most frequent step between neighbouring levels, if nearly all values are whole steps from

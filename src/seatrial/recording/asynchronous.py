@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from seatrial import _core
 from seatrial.recording.faults.frozen_poses import poses_held
-from seatrial.util.frames import Array, Mask, Stamps, freeze
+from seatrial.util.frames import Array, Index, Mask, Stamps, freeze
 
 # of the rows with half a pose, above which position and heading have two rates
 TWO_RATES_SHARE = 0.2
@@ -82,7 +82,7 @@ class Poses:
     parts: NDArray[np.int8] | None = None  # (n,) measured parts; None: all are whole
     asynchronous: Asynchronous | None = None
     # (n,) of the log
-    rows: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    rows: Index = field(default_factory=lambda: np.zeros(0, np.int64))
     remarks: tuple[str, ...] = ()
 
 

@@ -4,10 +4,9 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.recording.recording import Recording
-from seatrial.util.frames import Array, Stamps
+from seatrial.util.frames import Array, Index, Stamps
 
 EVEN = 0.1  # of two steps, by which they differ at most
 # [Hz] of poses: a boat moves smoothly between them, and their noise averages out
@@ -61,7 +60,7 @@ def at_middle(stamps: Stamps, means: Array, count: int) -> Array:
     return out
 
 
-def _groups(recording: Recording, count: int) -> NDArray[np.int64]:
+def _groups(recording: Recording, count: int) -> Index:
     """First rows (m,) of groups of `count` rows that are alike: usable or not, of one segment, close in time."""
     steps = np.diff(recording.t)
     alike = (np.diff(recording.valid.astype(int)) == 0) & (np.diff(recording.segment) == 0)

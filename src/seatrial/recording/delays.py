@@ -5,10 +5,9 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.recording.recording import Recording
-from seatrial.util.frames import Array, Stamps
+from seatrial.util.frames import Array, Index, Stamps
 
 
 def at_one_time(recording: Recording) -> Recording:
@@ -34,7 +33,7 @@ def at_one_time(recording: Recording) -> Recording:
     return replace(recording, eta=eta, valid=valid, position_delay=0.0)
 
 
-def _slopes(t: Array, values: Array, segment: NDArray[np.int64]) -> Array:
+def _slopes(t: Array, values: Array, segment: Index) -> Array:
     """Slopes (n, 2) by three points of one segment, at its ends by two; 0 where a pose is alone."""
     slopes = np.zeros_like(values)
     ends = np.flatnonzero(np.diff(segment, prepend=segment[0], append=segment[-1] + 1))
@@ -44,9 +43,7 @@ def _slopes(t: Array, values: Array, segment: NDArray[np.int64]) -> Array:
     return slopes
 
 
-def _hermite(
-    t: Array, values: Array, slopes: Array, before: NDArray[np.int64], wanted: Array
-) -> Array:
+def _hermite(t: Array, values: Array, slopes: Array, before: Index, wanted: Array) -> Array:
     """Values (n, 2) at the times wanted (n,), between t[before] and the next."""
     length = (t[before + 1] - t[before])[:, None]
     s = (wanted - t[before])[:, None] / length

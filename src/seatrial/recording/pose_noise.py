@@ -4,12 +4,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.boat.schema import CorrelatedEntry, NoiseEntry
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Mask, body_velocity
+from seatrial.util.frames import Array, Index, Mask, body_velocity
 from seatrial.util.frozen import once
 
 EVEN_SHARE = 0.5  # of the windows with regular stamps; below it divided differences of all are used
@@ -75,7 +74,7 @@ def pose_noise_given_motion(recording: Recording, moved: Array) -> NoiseEntry:
     return NoiseEntry(min(own.position, rest.position), min(own.heading, rest.heading))
 
 
-def _windows(recording: Recording, first: int | None = None) -> NDArray[np.int64]:
+def _windows(recording: Recording, first: int | None = None) -> Index:
     """Windows (m, 5) of five usable poses in a row."""
     index = np.flatnonzero(recording.valid)[:first]
     if len(index) < 5:
@@ -85,14 +84,14 @@ def _windows(recording: Recording, first: int | None = None) -> NDArray[np.int64
     return np.asarray(windows[segment[4:] == segment[:-4]])
 
 
-def _even(recording: Recording, windows: NDArray[np.int64]) -> Mask:
+def _even(recording: Recording, windows: Index) -> Mask:
     """Windows with regular stamps; none where these are few."""
     steps = np.diff(recording.t[windows].T, axis=0)
     even = np.ptp(steps, axis=0) < EVEN_STEPS * recording.period
     return even if even.sum() > EVEN_SHARE * len(even) else np.zeros(len(even), dtype=bool)
 
 
-def _differences(recording: Recording, eta: Array, windows: NDArray[np.int64]) -> Array:
+def _differences(recording: Recording, eta: Array, windows: Index) -> Array:
     """Fourth differences (m, 3) of poses (n, 3) at the recording's stamps."""
     even = _even(recording, windows)
     if even.any():

@@ -24,7 +24,7 @@ from seatrial.recording.timing import Stream
 from seatrial.util.above import above, text_by
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import sha256
-from seatrial.util.frames import Array, Mask, Stamps, freeze
+from seatrial.util.frames import Array, Index, Mask, Stamps, freeze
 
 if TYPE_CHECKING:
     from seatrial.boat.vehicle import Vehicle
@@ -83,7 +83,7 @@ class Recording:
     eta: Array
     raw: Array
     valid: Mask
-    segment: NDArray[np.int64]
+    segment: Index
     commands: Signal
     scales: Signal | None
     faults: tuple[Fault, ...] = ()
@@ -148,7 +148,7 @@ class Recording:
         return float(self.valid.sum()) / (int((~self.excluded).sum()) + late)
 
     @cached_property
-    def excluded(self) -> NDArray[np.bool_]:
+    def excluded(self) -> Mask:
         """Poses (n,) excluded by `--without`."""
         inside = np.zeros(len(self.t), dtype=bool)
         for fault in self.faults:
@@ -235,7 +235,7 @@ class Recording:
         kept = np.union1d(0, used[::every])  # the first pose is the zero of time
         return self if int(self.valid[kept].sum()) < 2 else self._with_poses(kept)
 
-    def _with_poses(self, kept: NDArray[np.bool_] | NDArray[np.int64]) -> Recording:
+    def _with_poses(self, kept: Mask | Index) -> Recording:
         """The recording with some of its poses: a mask (n,), or their places."""
         return replace(
             self,

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
-from seatrial.util.frames import Array, Mask, Stamps
+from seatrial.util.frames import Array, Index, Mask, Stamps
 
 FEW_STEPS = 20  # steps; fewer show no period
 REGULAR = 2.0  # medians, limit of the 90th percentile of the steps of a regular log
@@ -164,7 +163,7 @@ def longest_rising(stamps: Stamps, *, strict: bool = True) -> Mask:
     return keep
 
 
-def _longest_rising_index(stamps: Stamps, *, strict: bool) -> NDArray[np.int64]:
+def _longest_rising_index(stamps: Stamps, *, strict: bool) -> Index:
     """Indices of a longest rising subsequence (patience sorting)."""
     place = bisect_left if strict else bisect_right
     ends: list[int] = []  # smallest last stamp of a rising subsequence of each length

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.recording.faults.frozen_poses import runs
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Index
 
 LEAST_COMMAND = 0.02  # of full command
 COASTING = 10.0  # [s] after a command, in which a boat still moves by itself
@@ -136,7 +135,7 @@ def _displacements(recording: Recording, start: float, end: float) -> Array:
     return np.asarray(np.hypot(*(middles[later[able]] - middles[able]).T))
 
 
-def _medians(values: Array, group: NDArray[np.int64], begins: NDArray[np.int64]) -> Array:
+def _medians(values: Array, group: Index, begins: Index) -> Array:
     """Medians (groups, k) of values (n, k) in groups that follow each other, from where each begins."""
     counts = np.diff(begins, append=len(values))
     low, high = begins + (counts - 1) // 2, begins + counts // 2

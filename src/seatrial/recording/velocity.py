@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.boat.schema import NoiseEntry
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.arguments import expect
-from seatrial.util.frames import Array, Mask, body_velocity, freeze
+from seatrial.util.frames import Array, Index, Mask, body_velocity, freeze
 from seatrial.util.frozen import once
 
 UNEVEN = 1.5  # usual steps; a window with a longer step is not differentiated
@@ -94,7 +93,7 @@ def five_point_stencil(recording: Recording, eta: Array | None = None) -> tuple[
     return eta_dot, valid
 
 
-def _stencils(recording: Recording) -> tuple[NDArray[np.int64], Array]:
+def _stencils(recording: Recording) -> tuple[Index, Array]:
     """Windows of five poses (m, 5), and the weights (m, 5) of the derivative at the middle one."""
     index = np.flatnonzero(recording.valid)
     if len(index) < 5:

@@ -15,6 +15,7 @@ from seatrial import _core
 
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]  # [ns]
+Index = NDArray[np.int64]  # places in an array, or numbers of segments
 NS_PER_S = 1_000_000_000  # [ns/s]
 Mask = NDArray[np.bool_]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
-from seatrial.util.frames import Array, Mask, Stamps
+from seatrial.util.frames import Array, Index, Mask, Stamps
 from seatrial.util.frozen import once
 
 Complex = NDArray[np.complex128]
@@ -54,7 +54,7 @@ def smooth_poses(
     t: Array,
     eta: Array,
     valid: Mask,
-    segment: NDArray[np.int64],
+    segment: Index,
     *,
     window: float | None = None,
     stride: float = STRIDE,
@@ -135,7 +135,7 @@ def smooth_signals(
     ).transpose(0, 2, 1)
 
 
-def held_rows(stamps: Stamps, origin: int, t: Array) -> NDArray[np.int64]:
+def held_rows(stamps: Stamps, origin: int, t: Array) -> Index:
     """The row that holds at each time t [s] after origin [ns]; before the first, the first."""
     seconds = (stamps - origin).astype(np.float64) * 1e-9
     return np.maximum(np.searchsorted(seconds, t, side="right") - 1, 0)

@@ -17,6 +17,7 @@ from seatrial.inspection.consistency.gains import (
     DELAYS,
     Gains,
     Run,
+    Runs,
     block_count,
     enough,
     gains,
@@ -179,7 +180,7 @@ def _not_excited(vehicle: Vehicle, *, commanded: bool) -> ConsistencyReport:
     return ConsistencyReport((), (), text, nothing)
 
 
-def _heading_spread(runs: Sequence[Run]) -> float:
+def _heading_spread(runs: Runs) -> float:
     """Standard deviation [rad] of twice the heading, halved: what shows the handedness.
 
     A mirrored plane turns by twice the heading: on a straight track that is a constant rotation,
@@ -245,7 +246,7 @@ def _exchangeable(
             yield f"{names[i]} and {names[j]}: not distinguishable"
 
 
-def clock_offset(runs: Sequence[Run], motion: Array, inputs: Array) -> float:
+def clock_offset(runs: Runs, motion: Array, inputs: Array) -> float:
     """Delay of the commands' effect [s] where it is outside the usual delays; else 0.
 
     motion, inputs: those of the runs, `without_drag`.
@@ -265,7 +266,7 @@ def clock_offset(runs: Sequence[Run], motion: Array, inputs: Array) -> float:
     return float(OFFSETS[best])
 
 
-def _log_unexplained(runs: Sequence[Run], offsets: Array) -> Array:
+def _log_unexplained(runs: Runs, offsets: Array) -> Array:
     """Sum over the axes of log(unexplained share), for each offset [s]: (offsets,)."""
     averaged = [
         smooth_signals(r.commands, r.recording.origin, r.smooth.t, r.smooth.half, offsets.tolist())

@@ -22,7 +22,7 @@ from seatrial.inspection.consistency.accelerations import (
 )
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Index
 from seatrial.util.statistics import BLOCK
 
 # [s] tried from a command to its effect: the usual actuator delays
@@ -70,6 +70,9 @@ class Gains:
         return np.asarray(np.einsum("...i,...ij,...j", self.values, self.precision, self.values))
 
 
+Runs = Sequence[Run]
+
+
 def read_run(recording: Recording, commands: Signal, *, spacing: float = 1.0) -> Run:
     """A recording with its poses as read; spacing: factor on the distance between windows."""
     if spacing == 1.0:
@@ -79,9 +82,9 @@ def read_run(recording: Recording, commands: Signal, *, spacing: float = 1.0) ->
     return Run(r, commands, wide, stride)
 
 
-def blocks(runs: Sequence[Run], length: float = BLOCK) -> NDArray[np.int64]:
+def blocks(runs: Runs, length: float = BLOCK) -> Index:
     """Number of the block that each window is in, over all runs."""
-    numbers: list[NDArray[np.int64]] = []
+    numbers: list[Index] = []
     first = 0
     for run in runs:
         _, inverse = np.unique(run.smooth.t // length, return_inverse=True)
@@ -90,25 +93,25 @@ def blocks(runs: Sequence[Run], length: float = BLOCK) -> NDArray[np.int64]:
     return np.concatenate(numbers)
 
 
-def block_count(runs: Sequence[Run]) -> int:
+def block_count(runs: Runs) -> int:
     """Number of blocks in all runs."""
     return int(blocks(runs).max(initial=-1)) + 1
 
 
-def enough(runs: Sequence[Run]) -> bool:
+def enough(runs: Runs) -> bool:
     """Whether the runs are long enough for the gains of all inputs and their covariance."""
     n = len(runs[0].commands.names)
     return block_count(runs) > n + 1 and len(blocks(runs)) > 2 * (n + DRAG_COLUMNS)
 
 
-def gains(runs: Sequence[Run], motion: Array, inputs: Array) -> tuple[Gains, Gains, Gains]:
+def gains(runs: Runs, motion: Array, inputs: Array) -> tuple[Gains, Gains, Gains]:
     """Gains of surge, sway and yaw (forward-left-up). motion, inputs: those of the runs, `without_drag`."""
     block = blocks(runs)
     surge, sway, yaw = (gains_of_axis(motion[:, axis], inputs, block) for axis in range(3))
     return surge, sway, yaw
 
 
-def unexplained(runs: Sequence[Run], motion: Array, inputs: Array) -> Array:
+def unexplained(runs: Runs, motion: Array, inputs: Array) -> Array:
     """Squared acceleration (blocks,) of the plane that neither inputs nor drag explain.
 
     motion, inputs: those of the runs, `without_drag`.
@@ -121,7 +124,7 @@ def unexplained(runs: Sequence[Run], motion: Array, inputs: Array) -> Array:
 
 
 def without_drag(
-    runs: Sequence[Run],
+    runs: Runs,
     inputs: Array | None = None,
     *,
     heading: float = 1.0,
@@ -185,7 +188,7 @@ def _normal(inputs: Array) -> Array:
     return np.asarray(normal + ridge * np.eye(len(normal)))
 
 
-def gains_of_axis(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gains:
+def gains_of_axis(motion: Array, inputs: Array, block: Index) -> Gains:
     """Least squares at the best delay; block jackknife covariance for correlated residuals."""
     fits = [(x, _solve(x, motion)) for x in inputs]
     x, values = min(fits, key=lambda f: float(np.sum((motion - f[0] @ f[1]) ** 2)))
@@ -199,9 +202,7 @@ def gains_of_axis(motion: Array, inputs: Array, block: NDArray[np.int64]) -> Gai
     return Gains(values, values / np.sqrt(np.diag(covariance)), np.linalg.inv(covariance + leak))
 
 
-def _jackknife_covariance(
-    x: Array, residual: Array, normal: Array, block: NDArray[np.int64]
-) -> Array:
+def _jackknife_covariance(x: Array, residual: Array, normal: Array, block: Index) -> Array:
     """Block jackknife covariance (n, n) of the gains: one block left out at a time.
 
     Unlike a sandwich over blocks it is large when only a few blocks excite an input.

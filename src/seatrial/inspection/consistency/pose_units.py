@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Readings of the poses: unit of length by plausible speeds, unit of heading by the track."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from seatrial.boat.physics import ABSURD_SPEED
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import Smooth, smooth_poses
-from seatrial.inspection.consistency.gains import Run, unexplained, without_drag
+from seatrial.inspection.consistency.gains import Run, Runs, unexplained, without_drag
 from seatrial.inspection.consistency.repair import ANGLES, LENGTHS, Unit
 from seatrial.recording.faults.pose_faults import COMMANDS_UNKNOWN, FaultKind, examine
 from seatrial.recording.recording import Recording
@@ -48,12 +47,12 @@ def declared(vehicle: Vehicle) -> tuple[str, str, str]:
     return x or "m", y or "m", psi or "rad"
 
 
-def usual_speed(runs: Sequence[Run]) -> float:
+def usual_speed(runs: Runs) -> float:
     """90th percentile of the speed [m/s]."""
     return float(np.percentile(np.abs(np.concatenate([r.smooth.velocity for r in runs])), 90))
 
 
-def length_units(runs: Sequence[Run], vehicle: Vehicle) -> tuple[Unit, Unit]:
+def length_units(runs: Runs, vehicle: Vehicle) -> tuple[Unit, Unit]:
     """Units of x and y that give plausible speeds; None: as the file states.
 
     A boat that hardly moves gets m only if the file states another unit and its commands move it.
@@ -86,9 +85,7 @@ def length_factors(units: tuple[Unit, Unit], vehicle: Vehicle) -> Factors:
     return x, y
 
 
-def heading_unit(
-    runs: Sequence[Run], vehicle: Vehicle, lengths: Factors
-) -> tuple[Unit, list[Smooth]]:
+def heading_unit(runs: Runs, vehicle: Vehicle, lengths: Factors) -> tuple[Unit, list[Smooth]]:
     """The unit of psi, if not the file's, and the poses read in it."""
     old = declared(vehicle)[2]
     new = next(unit for unit in ANGLES if unit != old)
@@ -110,13 +107,13 @@ def heading_unit(
     return (new, read) if _better(1.0 / factor, 1.0, other) else (None, as_is)
 
 
-def _better(heading: float, other: float, runs: Sequence[Run]) -> bool:
+def _better(heading: float, other: float, runs: Runs) -> bool:
     """Whether the `other` factor on psi leaves clearly less unexplained than `heading`."""
     now, then = (_unexplained_either_hand(runs, factor) for factor in (heading, other))
     return clearly_better(now, then)
 
 
-def _within_a_turn(runs: Sequence[Run]) -> bool:
+def _within_a_turn(runs: Runs) -> bool:
     """Whether the headings span less than a turn of radians: as degrees the boat would hardly turn."""
     raw = np.concatenate([run.recording.raw[run.recording.valid, 2] for run in runs])
     return float(np.ptp(raw)) < RADIAN_RANGE
@@ -164,13 +161,13 @@ def _unmarked(recording: Recording) -> Mask:
     return kept
 
 
-def _unexplained_either_hand(runs: Sequence[Run], heading: float) -> Array:
+def _unexplained_either_hand(runs: Runs, heading: float) -> Array:
     """Unexplained acceleration (blocks,) with the better handedness; heading: factor on psi."""
     hands = (without_drag(runs, heading=heading, mirrored=hand) for hand in (False, True))
     return min((unexplained(runs, *own) for own in hands), key=lambda left: float(left.sum()))
 
 
-def _is_driven(runs: Sequence[Run]) -> bool:
+def _is_driven(runs: Runs) -> bool:
     """Whether inputs and drag explain a part of the squared acceleration: the commands move the boat."""
     whole = float(sum(np.sum(np.abs(run.smooth.acceleration) ** 2) for run in runs))
     return float(_unexplained_either_hand(runs, 1.0).sum()) < UNDRIVEN_SHARE * whole

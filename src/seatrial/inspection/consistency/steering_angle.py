@@ -8,7 +8,7 @@ import numpy as np
 
 from seatrial.inspection.consistency.effects import CLEAR_T
 from seatrial.inspection.consistency.gains import (
-    Run,
+    Runs,
     blocks,
     gains_of_axis,
     unexplained_share,
@@ -34,9 +34,7 @@ class SteeringAngle:
     flow: bool = False  # with |u| u in place of the thrust less is left unexplained
 
 
-def steering_angles(
-    runs: Sequence[Run], t: Array, *, mirrored: bool = False
-) -> dict[str, SteeringAngle]:
+def steering_angles(runs: Runs, t: Array, *, mirrored: bool = False) -> dict[str, SteeringAngle]:
     """By input that looks like an angle, the thrust that it turns.
 
     With the product of the two, or of the angle and |u| u, beside all inputs, the product turns the boat, and more
@@ -79,7 +77,7 @@ class _Product:
         return abs(self.t) >= max(CLEAR_T, abs(self.own))
 
 
-def _of_thrust(runs: Sequence[Run], angle: int, thrust: int) -> list[Array]:
+def _of_thrust(runs: Runs, angle: int, thrust: int) -> list[Array]:
     """The product of two inputs in each run, averaged as inputs are: (DELAYS, m, 1)."""
     products = []
     for run in runs:
@@ -89,7 +87,7 @@ def _of_thrust(runs: Sequence[Run], angle: int, thrust: int) -> list[Array]:
     return products
 
 
-def _of_flow(runs: Sequence[Run], angle: int, *, mirrored: bool) -> list[Array]:
+def _of_flow(runs: Runs, angle: int, *, mirrored: bool) -> list[Array]:
     """The product of an input and |u| u in each run: (DELAYS, m, 1)."""
     products = []
     for run in runs:
@@ -100,9 +98,7 @@ def _of_flow(runs: Sequence[Run], angle: int, *, mirrored: bool) -> list[Array]:
     return products
 
 
-def _with_product(
-    runs: Sequence[Run], angle: int, products: Sequence[Array], mirrored: bool
-) -> _Product:
+def _with_product(runs: Runs, angle: int, products: Sequence[Array], mirrored: bool) -> _Product:
     """What the products (DELAYS, m, 1) of an input explain of the yaw beside all inputs."""
     wider = [np.dstack([run.inputs, more]) for run, more in zip(runs, products, strict=True)]
     motion, inputs = without_drag(runs, np.concatenate(wider, axis=1), mirrored=mirrored)

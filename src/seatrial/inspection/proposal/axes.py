@@ -43,10 +43,10 @@ def asked_axes(path: Path, choices: Choices, ask: Ask | None) -> str:
     """
     if is_log(path):
         return Axes.FRD.value
-    seen = None if ask is None else heading_seen(path, choices)
-    if ask is None or (seen is not None and seen.known_axes):
+    if ask is None:
         return Axes.FLU.value
-    if seen is None and _only_captures(path):
+    seen = heading_seen(path, choices)
+    if _only_captures(path) if seen is None else seen.known_axes:
         return Axes.FLU.value
     options = (FALLS, RISES) if seen is not None and seen.compass else (RISES, FALLS)
     heading = HEADING_OF_LOG if seen is None else seen.text

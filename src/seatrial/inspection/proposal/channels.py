@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.inspection.consistency.channel_assignment import (
     RUNNER_UP_SHARE,
@@ -15,7 +14,7 @@ from seatrial.inspection.consistency.channel_assignment import (
 )
 from seatrial.inspection.consistency.steering_angle import SteeringAngle
 from seatrial.inspection.proposal.sources import Entries
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Mask
 
 LEAST_EFFECT = 1e-12  # [m/s^2], [rad/s^2] in place of no effect at all
 DRIVES_T = 6.0  # least t of a gain for a channel that drives an axis
@@ -38,7 +37,7 @@ class Channels:
     t: Array  # (3, n)
     gains: Array  # (3, n) [m/s^2], [rad/s^2] per full command
     spread: Array  # (n,) standard deviation of the command
-    driven: NDArray[np.bool_]  # (rows, n) where the command is not at rest
+    driven: Mask  # (rows, n) where the command is not at rest
     angles: Mapping[str, SteeringAngle] = field(default_factory=dict)  # those like angles
 
     def twin(self, name: str) -> str:
@@ -76,7 +75,7 @@ class Channels:
         return np.where(t > least, np.abs(self.gains) * self.spread, 0.0)
 
     @property
-    def clear(self) -> NDArray[np.bool_]:
+    def clear(self) -> Mask:
         """Channels (3, n) that drive an axis, cross-coupling left out.
 
         With a lever arm, yaw accelerates the measured point in surge and sway: that is no actuation.

@@ -28,7 +28,7 @@ from seatrial.io.bags.wire_walk import (
     described,
 )
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Index
 
 if TYPE_CHECKING:
     from rosbags.interfaces.typing import Typesdict
@@ -50,7 +50,7 @@ PATH = re.compile(r"[A-Za-z_]\w*(?:\[\d+\])*(?:\.[A-Za-z_]\w*(?:\[\d+\])*)*")
 class Shape:
     """Messages of one shape as rows of bytes, and the positions of their fields."""
 
-    rows: NDArray[np.int64]  # (m,) which of the messages given
+    rows: Index  # (m,) which of the messages given
     data: Bytes  # (m, length)
     leaves: Mapping[str, Leaf]
 
@@ -62,7 +62,7 @@ class Shape:
         with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN, too
             return self._column(*found).astype(np.float64)
 
-    def integers(self, path: str) -> NDArray[np.int64] | None:
+    def integers(self, path: str) -> Index | None:
         """A field of every message (m,), exactly."""
         found = self._find(path)
         if found is None or np.dtype(found[0].dtype).kind not in "iu":

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from seatrial.io.log import LogSamples
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import readable
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Index
 from seatrial.util.progress import reach
 
 BLOCK = 1 << 22  # [bytes] of records that are decoded at once
@@ -74,7 +74,7 @@ class Columns:
         self.topic, self.fields = topic, tuple(fields)
         self.layout: Layout | None = None
         self.block = bytearray()
-        self.stamps: list[NDArray[np.int64]] = []
+        self.stamps: list[Index] = []
         self.values: list[Array] = []
         self.dropped = 0
 

@@ -11,13 +11,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.io.formats.layout import LONGEST_LINE, MOST_STAMP, pass_lines
 from seatrial.io.log import Log, LogSamples, LogTopic, Wanted
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Stamps
+from seatrial.util.frames import Array, Index, Stamps
 
 LOGSTART = re.compile(r"%% LOGSTART\s+(\d{1,12}(\.\d*)?)$")
 PAIRS = (("_X", "_Y"), ("_LAT", "_LONG"))  # endings of two coordinates
@@ -112,7 +111,7 @@ class MoosLog(Log):
             whole = ends
 
 
-def _together(first: Stamps, second: Stamps) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _together(first: Stamps, second: Stamps) -> tuple[Index, Index]:
     """Places of the postings that belong together: each the nearest of the other, within `TOGETHER`."""
     if not (len(first) and len(second)):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -122,7 +121,7 @@ def _together(first: Stamps, second: Stamps) -> tuple[NDArray[np.int64], NDArray
     return own[kept], there[kept]
 
 
-def _nearest(times: Stamps, among: Stamps) -> NDArray[np.int64]:
+def _nearest(times: Stamps, among: Stamps) -> Index:
     """Place of the nearest among other stamps, which may be out of order, for each of some."""
     order = np.argsort(among, kind="stable")
     ordered = among[order]

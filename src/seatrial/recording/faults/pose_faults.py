@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.recording.faults.frozen_poses import frozen, runs, stuck
 from seatrial.recording.faults.pose_jumps import excursions, jumps, reversals
@@ -26,7 +25,7 @@ from seatrial.recording.timing import (
     silence_length,
 )
 from seatrial.util.errors import RecordingError
-from seatrial.util.frames import Array, Mask, Stamps
+from seatrial.util.frames import Array, Index, Mask, Stamps
 
 TWO_PLACES_POSES = 20  # fewest poses that show two mixed sources
 TWO_PLACES_SHARE = 0.12  # of the steps that leap where two sources of poses are mixed
@@ -84,7 +83,7 @@ class ExaminedPoses:
     t: Array  # (n,) [s] from the first stamp in order; those out of order between their neighbours
     eta: Array  # (n, 3) heading unwrapped over the usable samples
     valid: Mask  # (n,) poses that may be used
-    segment: NDArray[np.int64]  # (n,) number of the segment between gaps and jumps
+    segment: Index  # (n,) number of the segment between gaps and jumps
     in_order: Mask  # (n,) stamps that rise
     faults: tuple[Fault, ...]
 
@@ -203,7 +202,7 @@ def _times(stamps: Stamps, in_order: Mask) -> Array:
     return np.asarray(np.interp(np.arange(len(stamps)), good, t))
 
 
-def _faultless(name: str, bad: dict[FaultKind, Mask], t: Array) -> NDArray[np.int64]:
+def _faultless(name: str, bad: dict[FaultKind, Mask], t: Array) -> Index:
     """Indices of the samples without a fault."""
     good = np.flatnonzero(~np.any(list(bad.values()), axis=0))
     if len(good) < 2:
@@ -215,13 +214,13 @@ def _faultless(name: str, bad: dict[FaultKind, Mask], t: Array) -> NDArray[np.in
     return good
 
 
-def _mask_of(n: int, index: NDArray[np.int64]) -> Mask:
+def _mask_of(n: int, index: Index) -> Mask:
     mask = np.zeros(n, dtype=bool)
     mask[index] = True
     return mask
 
 
-def _segments(t: Array, breaks: Array) -> tuple[NDArray[np.int64], list[tuple[float, float]]]:
+def _segments(t: Array, breaks: Array) -> tuple[Index, list[tuple[float, float]]]:
     """Number of each sample's segment, and the gaps between segments."""
     gap = _gaps(t)
     ends = gap | np.isin(t[1:], breaks)
@@ -240,7 +239,7 @@ def usual_step(steps: Array) -> float:
     return min(usual, MOST_MEDIAN_STEPS * float(np.median(steps)))
 
 
-def _isolated_segments(t: Array, segment: NDArray[np.int64], breaks: Array) -> tuple[Mask, Array]:
+def _isolated_segments(t: Array, segment: Index, breaks: Array) -> tuple[Mask, Array]:
     """Samples of segments that are too short next to a jump, and the jumps that remain.
 
     A false match next to a gap jumps once: the return is in the gap. A jump lasts only between two

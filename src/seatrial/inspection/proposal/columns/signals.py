@@ -293,7 +293,7 @@ def is_gyro(name: str) -> bool:
     return any(w in GYRO_WORDS for w in words) or {"angular", "velocity"} <= set(words)
 
 
-# Stamps #
+# Valid poses #
 
 
 def is_validity(column: ColumnView) -> bool:
