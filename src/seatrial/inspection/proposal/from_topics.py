@@ -52,7 +52,7 @@ class TopicTable(Table):
         seconds = (stamps - stamps[0]) * 1e-9 if len(stamps) else np.empty(0)
         self._values = np.column_stack([seconds, values])
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
+    def _numbers(self, name: str) -> Array:
         return np.asarray(self._values[:, self.names.index(name)])
 
     def _texts(self, name: str) -> None:

@@ -64,7 +64,7 @@ class Table(ABC):
         for name in wanted:
             self.find(name)
         self._load(wanted)
-        return np.column_stack([self._numbers(name, strict=True) for name in wanted])
+        return np.column_stack([self._column(name, strict=True) for name in wanted])
 
     def cells(self, name: str) -> Array | list[str]:
         """A column (n,) as numbers, or as text where it holds dates and times."""
@@ -76,14 +76,22 @@ class Table(ABC):
     def numbers(self) -> Array:
         """All columns (n, len(names)); NaN where a cell is missing or not a number."""
         self._load(self.names)
-        return np.column_stack([self._numbers(name, strict=False) for name in self.names])
+        return np.column_stack([self._column(name, strict=False) for name in self.names])
+
+    def _column(self, name: str, *, strict: bool) -> Array:
+        """A loaded column (n,) as numbers, times in seconds; not `strict`: NaN where a cell is not a number."""
+        stamps = self.typed_stamps(name)
+        if stamps is not None:
+            return np.where(stamps == self.EMPTY_STAMP, np.nan, stamps * 1e-9)
+        texts = self._texts(name)
+        return self._numbers(name) if texts is None else self._parsed(name, texts, strict=strict)
 
     def _load(self, wanted: Sequence[str]) -> None:  # noqa: B027, most have all columns
         """Read columns that are there, of a file that is read on request. Raises RecordingError."""
 
     @abstractmethod
-    def _numbers(self, name: str, *, strict: bool) -> Array:
-        """A column (n,) that is loaded; not `strict`: NaN where a cell is not a number."""
+    def _numbers(self, name: str) -> Array:
+        """A loaded column (n,) that has numbers."""
 
     def texts(self, name: str) -> list[str] | None:
         """A column (n,) as it is written; None where it has numbers. Raises RecordingError where there is none."""
@@ -102,7 +110,7 @@ class Table(ABC):
         """A row as an error names it."""
         return f"{self.path} row {row + 1}"
 
-    def as_numbers(self, name: str, texts: Sequence[str], *, strict: bool) -> Array:
+    def _parsed(self, name: str, texts: Sequence[str], *, strict: bool) -> Array:
         """Cells (n,) of text as numbers; NaN: empty, or no number and not `strict`. Raises RecordingError."""
         found = np.full(len(texts), np.nan)
         for row, text in enumerate(texts):

@@ -74,7 +74,7 @@ class CaptureTable(Table):
         """The line of a row."""
         return self._rows.place(row)
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
+    def _numbers(self, name: str) -> Array:
         return np.asarray(self._values[:, self.names.index(name)])
 
     @cached_property

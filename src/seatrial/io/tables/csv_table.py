@@ -86,7 +86,10 @@ class CsvTable(Table):
         if not self._count:
             raise RecordingError(f"{self.path}: has a header {NO_ROWS}")
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
+    def _column(self, name: str, *, strict: bool) -> Array:
+        return self._numbers(name)
+
+    def _numbers(self, name: str) -> Array:
         return self._read_columns[name]
 
     def numbers(self) -> Array:

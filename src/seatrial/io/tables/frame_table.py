@@ -91,15 +91,8 @@ class FrameTable(Table):
 
         return isinstance(column.dtype, pd.PeriodDtype) or column.dtype.kind in "mM"
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
+    def _numbers(self, name: str) -> Array:
         column = self._columns[name]
-        if self._timed(column):
-            stamps = self.typed_stamps(name)
-            assert stamps is not None
-            return np.asarray(np.where(stamps == self.EMPTY_STAMP, np.nan, stamps * 1e-9))
-        texts = self._texts(name)
-        if texts is not None:
-            return self.as_numbers(name, texts, strict=strict)
         if column.dtype.kind == "c":
             raise RecordingError(
                 f"{self.path}: column '{name}' has complex numbers, expected real ones"

@@ -55,10 +55,7 @@ class JsonTable(Table):
             return None
         return ["" if value is None else str(value)[:LONGEST_CELL] for value in column]
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
-        texts = self._texts(name)
-        if texts is not None:
-            return self.as_numbers(name, texts, strict=strict)
+    def _numbers(self, name: str) -> Array:
         return np.array(self._columns[name], dtype=float)
 
     def _rows(self, content: bytes) -> list[Any]:

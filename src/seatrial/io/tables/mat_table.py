@@ -40,9 +40,8 @@ class MatTable(Table):
         column = self._columns[name]
         return column if isinstance(column, list) else None
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
-        column = self._columns[name]
-        return self.as_numbers(name, column, strict=strict) if isinstance(column, list) else column
+    def _numbers(self, name: str) -> Array:
+        return np.asarray(self._columns[name])
 
     def _dated(self, name: str, column: Column) -> Column:
         """MATLAB's serial dates as seconds since 1970."""

@@ -66,13 +66,8 @@ class ParquetTable(Table):
         self._read([name])
         return np.asarray(self._read_columns[name], dtype=np.int64)
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
-        found = self._read_columns[name]
-        if isinstance(found, list):
-            return self.as_numbers(name, found, strict=strict)
-        if found.dtype == np.int64:  # times
-            return np.asarray(np.where(found == self.EMPTY_STAMP, np.nan, found * 1e-9))
-        return np.asarray(found, dtype=float)
+    def _numbers(self, name: str) -> Array:
+        return np.asarray(self._read_columns[name], dtype=float)
 
     def _read(self, wanted: Sequence[str]) -> None:
         """Read the columns that are not read yet in batches, with the rows counted."""

@@ -28,14 +28,11 @@ class TallTable(Table):
 
     def __init__(self, rows: Table, stamp: str, key: str, keys: Sequence[str]) -> None:
         super().__init__(rows.path, rows.name)
-        self.remarks = list(rows.remarks)
         own = _of_rows(rows, key)
         cells = rows.cells(stamp)
         _, first, at = np.unique(_clock(rows, cells), return_index=True, return_inverse=True)
-        self._stamps = (
-            [cells[i] for i in first.tolist()] if isinstance(cells, list) else cells[first]
-        )
-        self._stamp, columns, names = stamp, [], []
+        stamps = [cells[i] for i in first.tolist()] if isinstance(cells, list) else cells[first]
+        columns, names = [], []
         values = _varying(rows, (stamp, key), own)
         filled = {n: [k for k in keys if np.isfinite(c[own == k]).any()] for n, c in values.items()}
         shared = [k for of in filled.values() if len(of) > 1 for k in of]
@@ -49,22 +46,17 @@ class TallTable(Table):
                 both = one if plain else f"{name} {one}"
                 names.append(name if len(filled[name]) == 1 else both)
         self.names = unique_names([stamp, *names])[0]
-        self._values = dict(zip(self.names[1:], columns, strict=True))
+        self._columns = dict(zip(self.names, [stamps, *columns], strict=True))
         shown = ", ".join(keys[:4])
-        self.remarks.append(
-            f"its rows are of several signals, by '{key}': {shown}; each is a column"
-        )
+        text = f"its rows are of several signals, by '{key}': {shown}; each is a column"
+        self.remarks = [*rows.remarks, text]
 
     def _texts(self, name: str) -> list[str] | None:
-        written = self._stamps
-        return written if name == self._stamp and isinstance(written, list) else None
+        column = self._columns[name]
+        return column if isinstance(column, list) else None
 
-    def _numbers(self, name: str, *, strict: bool) -> Array:
-        if name != self._stamp:
-            return np.asarray(self._values[name])
-        if isinstance(self._stamps, list):
-            return self.as_numbers(name, self._stamps, strict=strict)
-        return self._stamps
+    def _numbers(self, name: str) -> Array:
+        return np.asarray(self._columns[name])
 
 
 def spread_out(table: Table) -> Table:
