@@ -152,9 +152,7 @@ def _by_role(found: Sequence[Read], role: str) -> list[Read]:
     return [(request, rows) for request, rows in found if request.role == role]
 
 
-def _without_waits(
-    found: Sequence[Read],
-) -> tuple[list[Read], list[str]]:
+def _without_waits(found: Sequence[Read]) -> tuple[list[Read], list[str]]:
     """Poses and headings with the stamps that they left with, and what was found."""
     changed, texts = [], []
     for request, rows in found:

@@ -13,6 +13,7 @@ import numpy as np
 
 from seatrial.io.copies import copies_in
 from seatrial.io.signals import Request, Rows
+from seatrial.util.format import times
 from seatrial.util.frames import Stamps
 
 PAUSE = round(10e9)  # [ns] between two parts: more than latency and lag
@@ -41,10 +42,9 @@ def apart_by_resets(
     if ends[-1] > LATEST or max(shifts) > LATEST:
         return list(read), ()
     back = 1e-9 * max(b - a - PAUSE for a, b in pairwise(shifts))
-    times = "once" if count == 1 else f"{count} times"
     text = (
-        f"stamps go back in time {times}, by {back:.3g} s or less (a logger that was started again, or a clock "
-        f"that was set): read as {count + 1} drives, one after the other"
+        f"stamps go back in time {times(count)}, by {back:.3g} s or less (a logger that was started again, or "
+        f"a clock that was set): read as {count + 1} drives, one after the other"
     )
     return [
         _moved(rows, own, shifts, ends if request.role == "commands" else ())

@@ -30,11 +30,9 @@ def refused(path: Path) -> SeatrialError | None:
     inside = list(recordings_in(path))
     if inside:
         number = f"{len(inside)} recordings" if len(inside) > 1 else "a recording"
-        shown = [str(one) for one in inside[:LISTED]]
-        more = [] if len(inside) <= LISTED else [f"{len(inside) - LISTED} more"]
-        return RecordingError(
-            f"{path}: is no recording but a folder with {number}: give {joined([*shown, *more])}"
-        )
+        more = [f"{len(inside) - LISTED} more"] if len(inside) > LISTED else []
+        listed = joined([*map(str, inside[:LISTED]), *more])
+        return RecordingError(f"{path}: is no recording but a folder with {number}: give {listed}")
     if not any(path.iterdir()):
         return FileError(f"{path}: is an empty folder; {EXPECTED}")
     return FileError(f"{path}: no table and no bag in this folder; {EXPECTED}")

@@ -4,6 +4,7 @@
 from collections.abc import Iterator, Sequence
 
 from seatrial.recording.timing import Clock, Delay, Stream, time_text
+from seatrial.util.format import times
 
 CLOCK_AHEAD = 0.002  # [s] stamp after arrival, above which the clock is another machine's
 DELAYS_APART = 0.03  # [s] difference of two signals' delays that gets a message
@@ -64,7 +65,7 @@ def _stamp_messages(stream: Stream) -> Iterator[str]:
         )
     if stream.backward:
         yield (
-            f": stamps go back in time {_times(stream.backward)}: check for a clock that was set, a logger that "
+            f": stamps go back in time {times(stream.backward)}: check for a clock that was set, a logger that "
             "was started again (split the log there, to use both parts), or two publishers"
         )
     if stream.duplicated > DUPLICATED_SHARE * stream.count:
@@ -147,7 +148,3 @@ def _between(first: Stream, a: Delay, second: Stream, b: Delay) -> list[str]:
         f"{early.source}: an offset of the clocks, or processing time; the latency absorbs it while it "
         "is constant"
     ]
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"

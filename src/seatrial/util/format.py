@@ -18,6 +18,11 @@ def shortened(words: Sequence[str]) -> str:
     return joined(words) if len(words) <= 4 else f"{joined(words[:2])} and {len(words) - 2} more"
 
 
+def times(count: int) -> str:
+    """`once`, or `3 times`."""
+    return "once" if count == 1 else f"{count} times"
+
+
 def plus_minus(value: float, error: float) -> str:
     """A value and its standard error, both to the error's second digit; 0: given."""
     if not 0.0 < error < np.inf:

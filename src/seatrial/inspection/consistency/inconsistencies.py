@@ -99,10 +99,10 @@ def _units(repair: Repair, speed: float) -> Iterator[Inconsistency]:
     *plane, angle = repair.units
     for unit in dict.fromkeys(u for u in plane if u):
         names = [name for name, u in zip(POSE[:2], plane, strict=True) if u == unit]
-        verb = "are" if len(names) > 1 else "is"
+        verb, places = "are" if len(names) > 1 else "is", joined([f"pose: {n}" for n in names])
         text = (
-            f"{' and '.join(names)} {verb} in {UNIT_NAMES[unit]}: in the unit that the vehicle file "
-            f"states the speed is {speed:.2g} m/s; set unit: {unit} at {_places(names)}"
+            f"{joined(names)} {verb} in {UNIT_NAMES[unit]}: in the unit that the vehicle file "
+            f"states the speed is {speed:.2g} m/s; set unit: {unit} at {places}"
         )
         yield Inconsistency(InconsistencyKind.LENGTH, text)
     if angle:
@@ -236,7 +236,3 @@ def _label(column: Column) -> str:
     index = "" if column.index is None else f"[{column.index}]"
     field = column.field and f"{column.topic}{' ' if column.topic else ''}{column.field}{index}"
     return " or ".join(dict.fromkeys(part for part in (column.column, field) if part))
-
-
-def _places(names: list[str]) -> str:
-    return " and ".join(f"pose: {name}" for name in names)

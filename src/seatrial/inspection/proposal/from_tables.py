@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Tables and columns that are the poses and the commands."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -60,7 +60,7 @@ OWN_TABLE_CHANNELS = 2  # most commands in each of several tables alike, one for
 
 
 def of_tables(
-    path: Path, name: str, choices: Choices, ask: Ask | None, more: Sequence[Path] = ()
+    path: Path, name: str, choices: Choices, ask: Ask | None, more: Sequence[Path]
 ) -> Sources:
     """Columns of the pose and candidates for commands, by name and value. Raises RecordingError.
 
@@ -259,9 +259,7 @@ def _channel(table: TableSeen, name: str, main: TableSeen) -> dict[str, Any]:
     return entry
 
 
-def _spare(
-    table: TableSeen, pose: PoseColumns, channels: Mapping[str, dict[str, Any]]
-) -> tuple[str, ...]:
+def _spare(table: TableSeen, pose: PoseColumns, channels: Entries) -> tuple[str, ...]:
     """Columns beside the commands that change and may scale thrust: voltage, speed of a propeller."""
     used = {c["column"] for c in channels.values()} | stamp_columns(table) | pose.names_in(table)
     motion = (Kind.HEADING, Kind.COURSE, Kind.YAW_RATE, Kind.X, Kind.Y)

@@ -35,7 +35,7 @@ class TurnedHeading:
 
 
 def turned_heading(
-    pose: Mapping[str, Any], found: Channels, report: ConsistencyReport, before: float = 0.0
+    pose: Mapping[str, Any], found: Channels, report: ConsistencyReport, before: float
 ) -> TurnedHeading | None:
     """The heading by what the boat does; None where nothing contradicts it.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from seatrial.inspection.proposal.servo_parameters import OFF, Motor, motors
+from seatrial.inspection.proposal.servo_parameters import OFF, Motor, digits_of, motors
 from seatrial.inspection.proposal.sources import Ask, Choices, Entries, choose, listed_topics
 from seatrial.io.formats.known import BESIDE, OUTPUTS
 from seatrial.io.log import Log, LogTopic, Wanted
@@ -73,22 +73,14 @@ def _changing(log: Log, topic: LogTopic) -> Iterator[Motor]:
     for field, values in zip(topic.fields, samples.values.T, strict=True):
         held = values[np.isfinite(values)]
         driven = held[held != OFF]
-        if len(np.unique(driven)) < 2 or _counts(held) or (outputs and not _is_output(field)):
+        if len(np.unique(driven)) < 2 or _counts(held) or (outputs and not digits_of(field)):
             continue
         pulses = PULSE[0] <= driven.min() and driven.max() <= PULSE[1]
         column: dict[str, Any] = {"field": field}
         if pulses and len(driven) < len(held):
             column |= {"offset": 1500.0, "scale": 400.0, "off": OFF}
-        name = f"{NAMES[topic.type]}_{_number(field) + 1}" if topic.type in NAMES else field
+        name = f"{NAMES[topic.type]}_{int(digits_of(field)) + 1}" if topic.type in NAMES else field
         yield Motor(name, column, "changes; no parameter states what it drives")
-
-
-def _is_output(field: str) -> bool:
-    return any(c.isdecimal() for c in field)
-
-
-def _number(field: str) -> int:
-    return int("".join(c for c in field if c.isdecimal()))
 
 
 def _counts(values: Array) -> bool:

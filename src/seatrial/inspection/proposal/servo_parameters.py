@@ -52,7 +52,7 @@ def full_angle(log: Log) -> float | None:
 def _ardupilot(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Motor]:
     """Output n has the function SERVOn_FUNCTION."""
     for field in topic.fields:
-        digits = "".join(c for c in field if c.isdecimal())
+        digits = digits_of(field)
         key = f"SERVO{digits}"
         function = parameters.get(f"{key}_FUNCTION")
         if not digits or function not in FUNCTIONS or field == "port":
@@ -60,14 +60,17 @@ def _ardupilot(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Mot
         least, most, trim, turned = (
             parameters.get(f"{key}_{name}", usual) for name, usual in USUAL.items()
         )
-        column, range_ = _pulse(least, most, trim)
-        if turned:
-            column["sign"] = -1
+        column, range_ = _pulse(least, most, trim, turned=bool(turned))
         why = f"{key}_FUNCTION {function:.0f}, {range_}{', reversed' if turned else ''}"
         yield Motor(FUNCTIONS[int(function)], {"field": field, **column}, why)
 
 
-def _pulse(least: float, most: float, trim: float) -> tuple[dict[str, Any], str]:
+def digits_of(field: str) -> str:
+    """The digits of a field's name."""
+    return "".join(c for c in field if c.isdecimal())
+
+
+def _pulse(least: float, most: float, trim: float, *, turned: bool) -> tuple[dict[str, Any], str]:
     """Offset and scale of pulse widths [us], of no thrust at `trim`; the longer side of it is the scale.
 
     A motor that does not reverse has its trim at an end of its range.
@@ -81,7 +84,8 @@ def _pulse(least: float, most: float, trim: float) -> tuple[dict[str, Any], str]
     text = f"{least:.0f} to {most:.0f} us, trim {trim:.0f}"
     if uneven:
         text += "; check: the trim is not in the middle, so the two directions differ in scale"
-    return {"offset": trim, "scale": max(up, down), "off": OFF}, text
+    column = {"offset": trim, "scale": max(up, down), "off": OFF}
+    return column | ({"sign": -1} if turned else {}), text
 
 
 def _px4_motors(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[Motor]:
@@ -142,9 +146,7 @@ def _px4_outputs(parameters: Mapping[str, float], topic: LogTopic) -> Iterator[M
             name = f"motor_{function - PX4_MOTOR + 1}"
             if not int(parameters.get("CA_R_REV", 0)) >> (function - PX4_MOTOR) & 1:
                 trim = most if turned else least
-        column, range_ = _pulse(least, most, trim)
-        if turned:
-            column["sign"] = -1
+        column, range_ = _pulse(least, most, trim, turned=turned)
         # the pulse of a stopped or disarmed output, where no command has it
         if idle > OFF and not least <= idle <= most:
             column["off"] = idle

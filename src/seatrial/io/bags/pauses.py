@@ -12,6 +12,7 @@ import numpy as np
 
 from seatrial.io.bags.bag import LATEST, Bag
 from seatrial.io.signals import Rows
+from seatrial.util.format import times
 from seatrial.util.frames import Stamps
 
 LOST = 3.0  # periods of the busiest topic, without any message: two of its own are lost at least
@@ -50,8 +51,7 @@ def pause_remarks(bag: Bag, found: Sequence[Pause]) -> tuple[str, ...]:
     if not found:
         return ()
     longest = 1e-9 * max(begin - end for end, begin in found)
-    times = "once" if len(found) == 1 else f"{len(found)} times"
     return (
-        f"between its {len(bag.spans)} files the recorder lost messages {times}, for up to {longest:.2g} s: poses "
-        "from there to the next command are left out, as a command may be lost, too",
+        f"between its {len(bag.spans)} files the recorder lost messages {times(len(found))}, for up to "
+        f"{longest:.2g} s: poses from there to the next command are left out, as a command may be lost, too",
     )

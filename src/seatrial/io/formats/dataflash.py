@@ -110,7 +110,6 @@ class Definitions:
     """What a log has defined so far. `stated`: units, also those of an earlier pass."""
 
     changes: int = 0  # new or other formats
-
     formats: dict[int, Format] = field(default_factory=dict)
     stated: Stated = field(default_factory=dict)
     unit_names: dict[str, str] = field(default_factory=dict)

@@ -58,17 +58,15 @@ class Px4Log(Log):
     def __init__(self, path: Path) -> None:
         self.path, self.files = path, (path,)
         walk = _Walk(path)
-        self.topics = {}
         counts: Counter[str] = Counter()
         for topic in walk.topics:
             counts[topic.name] += topic.count
-        for topic in walk.topics:
-            if counts[topic.name]:
-                self.topics[topic.name] = LogTopic(
-                    topic.name, topic.name.partition("[")[0], counts[topic.name],
-                    tuple(topic.layout.fields),
-                )  # fmt: skip
-        self.topics = dict(sorted(self.topics.items()))
+        fields = {topic.name: tuple(topic.layout.fields) for topic in walk.topics}
+        self.topics = {
+            name: LogTopic(name, name.partition("[")[0], counts[name], own)
+            for name, own in sorted(fields.items())
+            if counts[name]
+        }
         self.parameters = walk.parameters
         if not self.topics:
             raise RecordingError(f"{path}: a PX4 log without any data")

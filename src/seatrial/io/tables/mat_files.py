@@ -31,6 +31,7 @@ MOST_TEXT = 1 << 20  # cells of text
 LONGEST_CELL = 256  # characters
 
 Tree = dict[str, Union["Tree", Array, list[str]]]
+Value = Tree | Array | list[str]
 
 
 def read_variables(path: Path, remarks: list[str]) -> Tree:
@@ -81,14 +82,12 @@ def _version_5(path: Path, remarks: list[str]) -> Tree:
         return tree
 
 
-def _enter(tree: Tree, name: str, value: Tree | Array | list[str] | None) -> None:
+def _enter(tree: Tree, name: str, value: Value | None) -> None:
     if value is not None:
         tree[name] = value
 
 
-def _of_scipy(
-    value: object, name: str, remarks: list[str], depth: int
-) -> Tree | Array | list[str] | None:
+def _of_scipy(value: object, name: str, remarks: list[str], depth: int) -> Value | None:
     """A variable as SciPy gives it."""
     if depth > DEEPEST or not isinstance(value, np.ndarray):
         return None

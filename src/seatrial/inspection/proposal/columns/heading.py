@@ -38,9 +38,7 @@ class Psi:
     why: str
 
 
-def psi_of(
-    position: Position, heading: Heading, raw: Array, axes: Axes, ask: Ask | None = None
-) -> Psi:
+def psi_of(position: Position, heading: Heading, raw: Array, axes: Axes, ask: Ask | None) -> Psi:
     """Unit, sign and offset of the heading in the file's axes."""
     name = heading.names[0]
     unit, shown_unit = _unit(position, heading, raw)

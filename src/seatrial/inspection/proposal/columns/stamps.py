@@ -158,9 +158,8 @@ def _stamp(column: ColumnView) -> dict[str, Any]:
 
 def _rest_of(table: TableSeen, column: ColumnView) -> str:
     """The column of nanoseconds that belongs to this one of whole seconds."""
-    if column.least is None or not column.name or not grade(column.name, Kind.STAMP):
-        return ""
-    if grade(column.name, Kind.NANOSECONDS):
+    name = column.name if column.least is not None else ""
+    if not (name and grade(name, Kind.STAMP)) or grade(name, Kind.NANOSECONDS):
         return ""
     seconds = table.numbers(column.name)
     if not np.all(np.isnan(seconds) | (seconds == np.rint(seconds))):
