@@ -8,7 +8,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.timing import Clock, Stream
 
 COARSE_SAMPLING = 0.05  # [s] between samples of commands: as long as lags of thrusters, or longer
-FINE_SAMPLING = 0.01  # [s] whoever writes rows faster than this writes each command
+FINE_SAMPLING = 0.01  # [s] a logger with rows closer than this writes every command
 Stated = bool | Literal["estimate"] | None  # what the vehicle file has
 
 

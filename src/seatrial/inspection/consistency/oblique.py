@@ -23,7 +23,7 @@ LEFT = 0.2  # of chi-square, with a lever arm, at most after the turn
 
 
 def oblique_angle(search: HypothesisSearch, repair: Repair) -> float:
-    """What psi is to be turned by [deg], forward-left-up; 0 where the file fits, or no turn explains the gains."""
+    """Angle [deg] to add to psi, forward-left-up; 0 where the file fits, or no angle explains the gains."""
     if search.mirrored or search.fits(repair):
         return 0.0
     angles = np.arange(-180.0, 180.0, ANGLE_STEP)

@@ -320,5 +320,5 @@ def given_commands(topics: Topics, text: str) -> tuple[str, Entries] | None:
 
 
 def _is_field(topics: Topics, text: str) -> bool:
-    """Whether the text begins with a topic's name and goes on."""
+    """Whether the text is a topic's name, a slash, and a field."""
     return any(whole.startswith(f"{n}/") for n in topics.names for whole in (text, f"/{text}"))

@@ -138,7 +138,7 @@ def forces_of(names: Sequence[str], places: Sequence[Place]) -> dict[str, dict[s
 def _drive(sources: Sources, choices: Choices) -> tuple[Sources, Drive]:
     """The actuation, and the sources without what spoils them.
 
-    A yaw rate that nobody named, and that is not the heading's, is left out: an IMU without one writes zeros.
+    A yaw rate that is not the heading's is left out unless the user named it: an IMU without one writes zeros.
     Beside stamps of simulated time, arrivals in the bag are used. Stamps in two time zones are brought together.
     """
     try:

@@ -66,7 +66,7 @@ def without_mark(line: str) -> str:
 
 
 def separator(head: str, row: str) -> str:
-    """What stands between the cells: of those in the header the one that divides the row likewise."""
+    """The separator: of the marks in the header the one that splits the first row into as many cells."""
     counts = {mark: head.count(mark) for mark in SEPARATORS if mark in head}
     likely = sorted(counts, key=lambda mark: -counts[mark])
     for mark in likely:

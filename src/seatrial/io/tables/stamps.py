@@ -33,7 +33,7 @@ DATE_TIME = re.compile(
     re.VERBOSE,
 )
 
-WRAP_STEPS = 10.0  # usual steps, less than which a counter goes on where it begins again
+WRAP_STEPS = 10.0  # usual steps, most from the last value of a counter's range to the next one
 FEWEST_ROUNDED = 50  # rows
 # of the rows that have the stamp of the row before: more than two rows a stamp
 ROUNDED_SHARE = 0.55

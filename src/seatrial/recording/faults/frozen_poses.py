@@ -54,7 +54,7 @@ def frozen(eta: Array) -> Mask:
 
 
 def stuck(eta: Array) -> Mask:
-    """Positions, or headings, that repeat exactly while the other goes on, and then catch up.
+    """Positions, or headings, that repeat exactly while the other changes, and then catch up in one step.
 
     A receiver without a fix, a compass that hangs. Rounded positions of a slow boat repeat, too; their next step
     is a usual one.

@@ -8,7 +8,7 @@ from seatrial.util.format import joined, percent
 
 LEAST_LEAP = 0.05  # of an input's range; a change below may be the flicker of a digit
 UNDONE = 0.1  # of a leap, most that is left of it a row later
-LONGEST_FLASH = 0.2  # [s] from before a leap to after its return: nobody drives so short a pulse
+LONGEST_FLASH = 0.2  # [s] from before a leap to after its return: no driver gives so short a pulse
 MIXED_SHARE = 0.5  # of the leaps that are undone at once
 
 
