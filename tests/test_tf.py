@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 import seatrial
 from seatrial.io.bags.contents import contents
+from seatrial.io.bags.opening import open_bag
 from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import SeatrialError
@@ -275,6 +276,8 @@ def test_of_a_split_recording_the_first_file_alone_has_the_static_transforms(tmp
 
 
 def test_transforms_have_stamps_of_their_own(tmp_path):
-    (entry,) = contents(ros1(tmp_path / "run.bag", tree())).of("poses")
+    path = ros1(tmp_path / "run.bag", tree())
+    with open_bag(path) as bag:
+        (entry,) = contents(bag, path).of("poses")
     assert entry.stream.clock is Clock.TRANSFORMS
     assert not any("transport delay" in verdict for verdict in clock_verdicts([entry.stream]))

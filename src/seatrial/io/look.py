@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 
 from seatrial.io.bags.contents import contents, contents_json, contents_text
-from seatrial.io.bags.opening import is_bag
+from seatrial.io.bags.opening import is_bag, open_bag
 from seatrial.io.columns import columns_text, read_tables
 from seatrial.io.formats import is_log
 from seatrial.io.formats.contents import log_contents
@@ -16,7 +16,8 @@ from seatrial.io.formats.contents import log_contents
 def look(path: Path, *, salvage: bool = False) -> tuple[str, dict[str, Any]]:
     """The contents as text and as JSON. Raises RecordingError, FileError."""
     if is_bag(path):
-        found = contents(path, salvage=salvage)
+        with open_bag(path, salvage=salvage) as bag:
+            found = contents(bag, path)
         return contents_text(found), contents_json(found)
     if is_log(path):
         return log_contents(path)

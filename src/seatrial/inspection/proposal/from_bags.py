@@ -59,8 +59,8 @@ FULL_COMMAND = {"mavros_msgs/msg/ManualControl": 1000.0}
 
 def of_bag(path: Path, name: str, choices: Choices, ask: Ask | None, *, salvage: bool) -> Sources:
     """Topics of poses and commands by type and name. Raises RecordingError, FileError."""
-    found = contents(path, salvage=salvage)
     with open_bag(path, salvage=salvage) as bag:
+        found = contents(bag, path)
         pose, recognised, pose_notes = _pose(found, bag, choices, ask)
         topics = BagTopics(bag)
         given = None if choices.commands is None else given_commands(topics, choices.commands)

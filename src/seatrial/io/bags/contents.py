@@ -11,7 +11,6 @@ import msgspec
 import numpy as np
 
 from seatrial.io.bags.bag import Bag, Topic
-from seatrial.io.bags.opening import open_bag
 from seatrial.io.bags.poses import orientation_paths, pose_paths
 from seatrial.io.bags.tf import is_tf
 from seatrial.io.bags.wire_walk import WireError
@@ -64,27 +63,25 @@ class Contents:
 @dataclass
 class _Times:
     stamped: bool
-    order: str = "<"
     arrival: "array[int]" = field(default_factory=lambda: array("q"))
     header: "array[int]" = field(default_factory=lambda: array("q"))
 
 
-def contents(path: Path, *, salvage: bool = False) -> Contents:
-    """Rates, gaps and clocks of every topic. Raises RecordingError, FileError."""
-    with open_bag(path, salvage=salvage) as bag:
-        times = {name: _Times(_begins_with_header(topic)) for name, topic in bag.topics.items()}
-        for name, arrival, raw in bag.messages(times.keys()):
-            mine = times[name]
-            mine.arrival.append(arrival)
-            if mine.stamped and len(raw) >= STAMP_OFFSET + 8:
-                order = ">" if bag.topics[name].cdr and raw[1:2] == b"\0" else "<"
-                seconds, nanoseconds = struct.unpack_from(f"{order}iI", raw, STAMP_OFFSET)
-                mine.header.append(seconds * 10**9 + nanoseconds)
-        entries = [_entry(bag, name, found) for name, found in sorted(times.items())]
-        begins = [t.arrival[0] for t in times.values() if t.arrival]
-        ends = [t.arrival[-1] for t in times.values() if t.arrival]
-        length = (max(ends) - min(begins)) * 1e-9 if begins else 0.0
-        return Contents(path, bag.kind, length, tuple(entries), bag.remarks)
+def contents(bag: Bag, path: Path) -> Contents:
+    """Rates, gaps and clocks of every topic of the bag at a path. Raises RecordingError."""
+    times = {name: _Times(_begins_with_header(topic)) for name, topic in bag.topics.items()}
+    for name, arrival, raw in bag.messages(times.keys()):
+        mine = times[name]
+        mine.arrival.append(arrival)
+        if mine.stamped and len(raw) >= STAMP_OFFSET + 8:
+            order = ">" if bag.topics[name].cdr and raw[1:2] == b"\0" else "<"
+            seconds, nanoseconds = struct.unpack_from(f"{order}iI", raw, STAMP_OFFSET)
+            mine.header.append(seconds * 10**9 + nanoseconds)
+    entries = [_entry(bag, name, found) for name, found in sorted(times.items())]
+    begins = [t.arrival[0] for t in times.values() if t.arrival]
+    ends = [t.arrival[-1] for t in times.values() if t.arrival]
+    length = (max(ends) - min(begins)) * 1e-9 if begins else 0.0
+    return Contents(path, bag.kind, length, tuple(entries), bag.remarks)
 
 
 def contents_text(found: Contents) -> str:
