@@ -78,8 +78,8 @@ def _stamp_messages(stream: Stream) -> Iterator[str]:
 def _delay_messages(stream: Stream, delay: Delay) -> Iterator[str]:
     if _replayed(stream, delay):
         yield (
-            ": arrivals do not match its stamps: it was played back and recorded again; its own stamps "
-            "are used"
+            ": arrivals do not match its stamps: they are simulated time (use_sim_time), or the log was played "
+            "back and recorded again; its own stamps are used"
         )
         return
     if delay.least < -CLOCK_AHEAD and not delay.step:

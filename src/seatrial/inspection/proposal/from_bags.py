@@ -179,9 +179,10 @@ def _one(
                 return entry
         raise RecordingError(f"{found.path}: no topic {given} ({option}); the topics are {listed}")
     if not likely:
+        why = found.unreadable()
+        advice = [f"name one with {option}"] * found.anything_readable() + [why] * bool(why)
         raise RecordingError(
-            f"{found.path}: no topic has a type of {role}; name one with {option}. "
-            f"The topics are {listed}"
+            f"{found.path}: no topic has a type of {role}; {'; '.join(advice)}. The topics are {listed}"
         )
     alike = role == "commands" and len(_siblings(likely, likely[0])) == len(likely)
     if alike or len(likely) == 1:

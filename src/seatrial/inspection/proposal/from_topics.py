@@ -132,8 +132,9 @@ class BagTopics(Topics):
         return found.name
 
     def fields(self, topic: str) -> Sequence[str]:
-        """Without elements of arrays."""
-        return [path for path in self._bag.topics[topic].wire.paths() if "[]" not in path]
+        """Without elements of arrays; none of a topic whose messages can't be read."""
+        found = self._bag.topics[topic]
+        return [path for path in found.wire.paths() if "[]" not in path] if found.readable else []
 
     def samples(self, wanted: Mapping[str, Sequence[str]]) -> list[tuple[Stamps, Array]]:
         """By the headers' stamps, where there are any."""
@@ -148,7 +149,7 @@ class BagTopics(Topics):
 
     def usual(self, topic: str) -> Sequence[str]:
         """By the type of its messages."""
-        wire = self._bag.topic(topic, "--pose").wire
+        wire = self._bag.topic(topic, "--pose").layout(str(self.path))
         return pose_paths(wire) or ("", "", *orientation_paths(wire))
 
 

@@ -32,6 +32,12 @@ COMMON = {
 Message = tuple[str, int, bytes]  # topic, time of arrival [ns], serialised
 
 
+DEFINED = (
+    "record it as .mcap, which contains its definitions, or convert it with ros2 bag convert, where the packages "
+    "of its messages are installed"
+)
+
+
 class DamagedBagError(RecordingError):
     """A bag that can't be read as it is. `reason`: what is wrong with it, without path and advice."""
 
@@ -67,10 +73,24 @@ class Topic:
             known = standard_definitions()
         if self.type_name not in known:
             raise WireError(
-                f"the bag has no definition of {self.type}, and it is not a common type; record "
-                "it as .mcap, which contains its definitions"
+                f"the bag has no definition of {self.type}, and it is not a common type; {DEFINED}"
             )
         return Wire(self.type_name, known, self.cdr)
+
+    def layout(self, source: str) -> Wire:
+        """The same; `source`: a bag, for the message. Raises RecordingError."""
+        try:
+            return self.wire
+        except WireError as error:
+            raise RecordingError(f"{source}: topic {self.name}: {error}") from None
+
+    @property
+    def readable(self) -> bool:
+        """Whether the layout of its messages is known."""
+        try:
+            return bool(self.wire)
+        except WireError:
+            return False
 
 
 class Bag(ABC):

@@ -16,13 +16,15 @@ NOT_CHANNELS = ("header.", "layout.", "buttons", "rssi", "seq", "covariance")
 
 def holds_numbers(topic: Topic, most: int) -> bool:
     """Whether its messages hold so many numbers beside their header, or fewer: Float64, FloatStamped one."""
+    if not topic.readable:
+        return False
     own = [p for p in topic.wire.paths() if not p.startswith(NOT_CHANNELS)]
     return 1 <= len(own) <= most and "[" not in "".join(own)
 
 
 def number_fields(bag: Bag, topic: str) -> list[str]:
     """Field paths of the numbers in a topic's messages, arrays spelled out."""
-    wire = bag.topic(topic, "init").wire
+    wire = bag.topic(topic, "init").layout(str(bag.path))
     first = [raw for _, _, raw in islice(bag.messages({topic}), INSPECTED_MESSAGES)]
     try:
         shapes = list(wire.shapes(first))

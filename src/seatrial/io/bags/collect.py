@@ -51,10 +51,7 @@ class Collector:
     _count: int = 0
 
     def __post_init__(self) -> None:
-        try:
-            self.wire: Wire = self.topic.wire
-        except WireError as error:
-            raise RecordingError(f"{self.source}: topic {self.topic.name}: {error}") from None
+        self.wire: Wire = self.topic.layout(self.source)
         for path in self.paths:
             self.wire.require(path, f"{self.source}: topic {self.topic.name}")
         self._stamped = self.wire.stamped

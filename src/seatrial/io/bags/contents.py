@@ -10,10 +10,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from seatrial.io.bags.bag import Bag, Topic
+from seatrial.io.bags.bag import DEFINED, Bag, Topic
 from seatrial.io.bags.poses import orientation_paths, pose_paths
 from seatrial.io.bags.tf import is_tf
-from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.clocks import clock_verdicts
 from seatrial.recording.timing import STREAM_HEAD, Clock, Stream, describe, stream_cells
 from seatrial.util.format import table
@@ -31,6 +30,7 @@ HEADING_WORDS = ("heading", "compass", "hdg")
 COMMAND_WORDS = ("thrust", "command", "cmd", "pwm", "control", "motor", "actuator", "wrench", "tau")
 # how fields of any type are named
 FIELDS = {"poses": "--pose x=TOPIC/FIELD,...", "commands": "--commands NAME=TOPIC/FIELD,..."}
+MOST_TYPES = 4  # in a message
 # [bytes] of a header's time: after ROS 1's sequence number, after CDR's first four
 STAMP_OFFSET = 4
 
@@ -58,6 +58,19 @@ class Contents:
         """Topics of a role, those with most messages first."""
         found = [e for e in self.entries if e.role == role and e.stream.count > 1]
         return sorted(found, key=lambda e: -e.stream.count)
+
+    def anything_readable(self) -> bool:
+        """False: there are topics, and the bag has a definition of none."""
+        return not self.entries or any(e.topic.readable for e in self.entries)
+
+    def unreadable(self) -> str:
+        """What is said of topics whose messages can't be read; empty: there are none."""
+        types = sorted({e.topic.type for e in self.entries if not e.topic.readable})
+        if not types:
+            return ""
+        more = f" and {len(types) - MOST_TYPES} more types" if len(types) > MOST_TYPES else ""
+        shown = ", ".join(types[:MOST_TYPES])
+        return f"the bag has no definition of {shown}{more}: their fields can't be read; {DEFINED}"
 
 
 @dataclass
@@ -92,12 +105,14 @@ def contents_text(found: Contents) -> str:
     streams = [entry.stream for entry in found.entries if entry.role and entry.stream.count > 1]
     lines += [f"  => {remark}" for remark in (*found.remarks, *clock_verdicts(streams))]
     placed = bool(found.of("poses") or (found.of("positions") and found.of("headings")))
-    for role, is_there in (("poses", placed), ("commands", bool(found.of("commands")))):
-        if not is_there:
-            lines.append(
-                f"  => no topic looks like {role} by its type. init takes fields of any type ({FIELDS[role]}). "
-                "docs/recording.md says what to record"
-            )
+    missing = [*["poses"] * (not placed), *["commands"] * (not found.of("commands"))]
+    for role in missing:
+        fields = f"init takes fields of any type ({FIELDS[role]}). " * found.anything_readable()
+        lines.append(
+            f"  => no topic looks like {role} by its type. {fields}docs/recording.md says what to record"
+        )
+    if missing and found.unreadable():
+        lines.append(f"  => {found.unreadable()}")
     return "\n".join(lines)
 
 
@@ -139,19 +154,17 @@ def _entry(bag: Bag, name: str, times: _Times) -> Entry:
 
 
 def _begins_with_header(topic: Topic) -> bool:
-    try:
-        fields = topic.wire.definitions[topic.type_name][1]
-        return topic.wire.stamped and fields[0][0] == "header"
-    except (WireError, IndexError):
+    if not topic.readable:
         return False
+    fields = topic.wire.definitions[topic.type_name][1]
+    return topic.wire.stamped and bool(fields) and fields[0][0] == "header"
 
 
 def _role(topic: Topic) -> str:
     """The probable role of a topic: that of the first kind it is of."""
-    try:
-        wire = topic.wire
-    except WireError:
+    if not topic.readable:
         return ""
+    wire = topic.wire
     name = topic.name.lower()
     commanded = any(word in f"{name} {topic.type.lower()}" for word in COMMAND_WORDS)
     compass = topic.type_name in NUMBER_TYPES and any(word in name for word in HEADING_WORDS)

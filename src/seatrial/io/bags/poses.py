@@ -14,7 +14,6 @@ from seatrial.io.bags.bag import Bag, Topic
 from seatrial.io.bags.collect import Samples
 from seatrial.io.bags.tf import FRAME_FIELDS, is_tf
 from seatrial.io.bags.wire import Wire, plain
-from seatrial.io.bags.wire_walk import WireError
 from seatrial.recording.timing import Clock
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Mask, Stamps
@@ -40,10 +39,7 @@ def usual_columns(bag: Bag, vehicle: Vehicle) -> Mapping[str, Column]:
 
 def _from_message(bag: Bag, topic: Topic, key: str, column: Column) -> Column:
     """The column with the field or quaternion that the topic's message has for x, y or psi."""
-    try:
-        wire = topic.wire
-    except WireError as error:
-        raise RecordingError(f"{bag.path}: topic {topic.name}: {error}") from None
+    wire = topic.layout(str(bag.path))
     pose = pose_paths(wire)
     turn = orientation_paths(wire) if pose is None else pose[2:]
     if (pose is None and key != "psi") or not turn:

@@ -75,7 +75,7 @@ class BagSignals(Signals):
         topic = self._bag.topics[request.place]
         texts: tuple[str, ...] = ()
         if request.role == "poses":
-            wire = topic.wire
+            wire = topic.layout(str(self.path))
             texts = tuple(f for f in FRAME_FIELDS if wire.has_text(f))
         return Collector(
             topic, request.paths, str(self.path), text_paths=texts, salvage=self._bag.salvage
