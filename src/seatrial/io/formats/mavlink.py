@@ -5,10 +5,10 @@ What a message holds is stated by pymavlink, in the dialect ardupilotmega, which
 A frame counts if its checksum is right.
 
 Stamps: telemetry arrives late, and in bursts. Most messages state when the autopilot made them
-(`time_boot_ms`, `time_usec`). Where a topic's own times stay within `SPREAD` of arrival, its stamps are
-these, on the clock of arrival, and its messages are in their order: the offset is that of the least delayed
-message of the whole log. Otherwise (an autopilot that started again), and for messages without a time,
-stamps are those of arrival.
+(`time_boot_ms`, `time_usec`). Where its own time is within `SPREAD` of arrival, a message's stamp is that, on
+the clock of arrival, and the messages are in this order: the offset is that of the least delayed message of the
+whole log. Otherwise (it states 0, as GPS_RAW_INT before the first fix, or lay in a router), and of an autopilot
+that started again, stamps are those of arrival.
 """
 
 from collections import Counter
@@ -162,7 +162,8 @@ class MavlinkLog(Log):
         walk = _Walk(path)
         self._autopilot = walk.autopilot()
         self.parameters = walk.parameters(self._autopilot)
-        self._offset = walk.offsets.get(self._autopilot)
+        begun_again = self._autopilot in walk.begun_again
+        self._offset = None if begun_again else walk.offsets.get(self._autopilot)
         self.topics: dict[str, LogTopic] = {}
         self._places: dict[str, tuple[int, Source, int]] = {}  # number, source, instance
         for (number, source, instance), count in sorted(walk.counts.items()):
@@ -198,23 +199,20 @@ class MavlinkLog(Log):
         stamps = found.stamps
         if self._offset is not None and len(stamps):
             own = own_stamps(found.values[:, -1], time, stamps, self._offset)
-            if own is not None:
-                order = np.argsort(own, kind="stable")
-                stamps, values = own[order], values[order]
+            order = np.argsort(own, kind="stable")
+            stamps, values = own[order], values[order]
         return LogSamples(found.topic, stamps, values, found.dropped)
 
 
-def own_stamps(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps | None:
-    """Own times on the clock of arrival; None: not sound. Microseconds in 32 bits wrap every 72 min."""
+def own_stamps(times: Array, name: str, arrival: Stamps, offset: int) -> Stamps:
+    """Own times on the clock of arrival, else arrival. Microseconds in 32 bits wrap every 72 min."""
     own = np.minimum(times, MOST_STAMP // TIMES[name]).astype(np.int64) * TIMES[name] + offset
     if name == "time_usec":
         wrap = (1 << 32) * TIMES[name]
         turns = np.round((arrival - own) / wrap).astype(np.int64)
         own = own + np.where(times < 1 << 32, turns, 0) * wrap
-    late = arrival - own
-    if late.max() > SPREAD or late.min() < -SPREAD:
-        return None
-    return np.asarray(own)
+    sound = (times != 0) & (np.abs(arrival - own) <= SPREAD)
+    return np.where(sound, own, arrival)
 
 
 class _Walk:
@@ -232,6 +230,8 @@ class _Walk:
         self.stated: dict[Source, dict[str, tuple[bytes, int]]] = {}  # parameters and their types
         self.px4: dict[Source, bool] = {}
         self.offsets: dict[Source, int] = {}  # [ns] least of arrival minus time since boot
+        self.latest: dict[Source, int] = {}  # [ns] time since boot
+        self.begun_again: set[Source] = set()
         self.unknown: Counter[int] = Counter()
         self.in_step = True  # whether the last bytes are a message
         self.lost, self.places, self.passed = 0, 0, 0  # [bytes], runs of them, [bytes] of frames
@@ -311,8 +311,12 @@ class _Walk:
         self.counts[key] += 1
         if found.boot is not None:
             boot = int.from_bytes(record[found.boot : found.boot + 4], "little")
-            since = arrival * 1000 - boot * TIMES["time_boot_ms"]
+            own = boot * TIMES["time_boot_ms"]
+            since = arrival * 1000 - own
             self.offsets[source] = min(self.offsets.get(source, since), since)
+            if own < self.latest.get(source, 0) - SPREAD:
+                self.begun_again.add(source)
+            self.latest[source] = own
         elif number == PARAM_VALUE:
             stated = self.stated.setdefault(source, {})
             if len(stated) < MOST_PARAMETERS:
