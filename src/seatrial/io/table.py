@@ -15,7 +15,7 @@ from seatrial.util.errors import FileError, RecordingError
 
 __all__ = ["CsvTable", "Table", "is_table", "open_tables"]
 
-TABLES = (".csv", ".txt", ".tsv", ".parquet", ".mat", ".jsonl", ".ndjson")
+TABLES = (".csv", ".txt", ".tsv", ".tum", ".parquet", ".mat", ".jsonl", ".ndjson")
 ALONE = (".json",)  # no table of a folder, where files of settings have the same name
 
 

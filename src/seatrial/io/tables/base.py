@@ -49,7 +49,8 @@ class Table(ABC):
 
     path: Path  # the file; of a table in memory its name
     in_file: ClassVar[bool] = True
-    only_poses: ClassVar[bool] = False  # whether no column can be a command
+    only_poses: bool = False  # whether no column can be a command
+    captured: ClassVar[bool] = False  # whether it is a body of a motion capture
     right_handed: ClassVar[bool] = False  # whether its axes are, by the system that wrote it
     name: str  # of the table: the file's, or the variable's in a .mat
     names: list[str]  # of the columns; of several with one name the second ends in _2

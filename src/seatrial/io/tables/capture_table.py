@@ -39,7 +39,8 @@ class CaptureTable(Table):
     (without a zone: as if that were UTC); Position X, Y, Z [m]; Rotation X, Y, Z, W, a unit quaternion.
     """
 
-    only_poses: ClassVar[bool] = True
+    only_poses = True
+    captured: ClassVar[bool] = True
     right_handed: ClassVar[bool] = True
 
     def __init__(self, rows: CsvTable, header: JoinedHeader, body: str) -> None:

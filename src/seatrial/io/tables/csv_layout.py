@@ -10,6 +10,11 @@ from seatrial.io.tables.stamps import is_date_time
 SEPARATORS = ",;\t|"
 SPACES = " "  # any number of them between two cells
 COMMENTS = ("#", "%", "//")  # that lines before the header begin with
+# of a row without names, as trajectories of SLAM are exchanged (TUM RGB-D benchmark)
+TRAJECTORY = ("timestamp", "x", "y", "z", "qx", "qy", "qz", "qw")
+POSES = (TRAJECTORY[1:], ("tx", "ty", "tz", *TRAJECTORY[4:]))
+TRAJECTORY_ROWS = 3
+UNIT_NORM = 2e-3  # rounding of a quaternion to three decimals changes its squared norm by less
 MOST_TITLES = 12  # lines of text above the header
 COMMA_NUMBER = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
 
@@ -22,8 +27,23 @@ def header_line(lines: Sequence[str]) -> int | None:
         return comments[0] if comments else None
     before = [i for i in comments if i < plain[0]]
     if before and _begins_with_number(lines[plain[0]]):
-        return before[-1]
+        named = _named_in_comments(lines, before, lines[plain[0]])
+        return plain[0] if named is None else named
     return _below_titles(lines, plain)
+
+
+def _named_in_comments(lines: Sequence[str], before: Sequence[int], row: str) -> int | None:
+    """The last comment that is divided as the row, else one with its separator; None: they are all words."""
+    marks = [mark for mark in SEPARATORS if mark in row]
+    cells = len(row.split())
+    divided = [i for i in before if any(lines[i].count(m) == row.count(m) for m in marks)]
+    spaced = [
+        i
+        for i in before
+        if len(without_mark(lines[i]).split()) == cells > 1 or (not marks and cells == 1)
+    ]
+    marked = [i for i in before if any(mark in lines[i] for mark in marks)]
+    return next(reversed(divided or spaced or marked), None)
 
 
 def _below_titles(lines: Sequence[str], plain: Sequence[int]) -> int:
@@ -101,3 +121,33 @@ def is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def given_names(columns: int, rows: Sequence[str]) -> tuple[list[str], str]:
+    """Names of columns without a header, and the remark on them: those of a trajectory, else column_1, ..."""
+    if _are_trajectory(rows):
+        names = list(TRAJECTORY)
+        return names, f"has no header: a trajectory in the format of TUM, {', '.join(names)}"
+    names = [f"column_{i + 1}" for i in range(columns)]
+    return names, "has no header: its columns are column_1, column_2, ..."
+
+
+def is_trajectory(names: Sequence[str]) -> bool:
+    """Whether the columns are those of TUM's format and no others."""
+    return tuple(name.lower() for name in names[1:]) in POSES
+
+
+def _are_trajectory(rows: Sequence[str]) -> bool:
+    """Whether rows are time, position and unit quaternion, as in TUM's format.
+
+    Their four last cells have norm 1 in each of these rows, but are not all 0 or 1 there, as switches are.
+    """
+    try:
+        values = [[float(cell) for cell in row.split()] for row in rows]
+    except ValueError:
+        return False
+    if len(values) < TRAJECTORY_ROWS or any(len(row) != len(TRAJECTORY) for row in values):
+        return False
+    turns = [row[-4:] for row in values]
+    unit = all(abs(sum(q * q for q in turn) - 1) < UNIT_NORM for turn in turns)
+    return unit and not all(abs(q) in (0.0, 1.0) for turn in turns for q in turn)

@@ -19,10 +19,12 @@ from seatrial.io.tables.csv_layout import (
     COMMENTS,
     MOST_TITLES,
     SPACES,
+    given_names,
     header_cells,
     header_line,
     is_comment,
     is_number,
+    is_trajectory,
     plain_lines,
     separator,
     without_mark,
@@ -65,14 +67,15 @@ class CsvTable(Table):
         if self.joined is not None:
             cells_of_head = self.joined.cells
         elif all(is_number(cell) or is_date_time(cell) for cell in cells_of_head):
-            self.remarks.append("has no header: its columns are column_1, column_2, ...")
-            cells_of_head = [f"column_{i + 1}" for i in range(len(cells_of_head))]
-            self._skipped, rows = self._skipped - 1, [head, *rows]
+            self._skipped, rows = self._header_at, [head, *rows]
+            cells_of_head, remark = given_names(len(cells_of_head), rows)
+            self.remarks.append(remark)
         self.names, renamed = unique_names(self.joined.names if self.joined else cells_of_head)
+        self.only_poses = is_trajectory(self.names)
         self._header = cells_of_head
         self._no_rows: set[int] = set()  # lines among the rows
         self.remarks += [] if self.joined else renamed
-        cells = [self._split(row) for row in rows]
+        cells = [self._split(row) for row in rows[:3]]
         self._numeric: list[str] = []
         if cells:
             self._skip_units(cells)
@@ -139,7 +142,7 @@ class CsvTable(Table):
         return "utf-8-sig"
 
     def _beginning(self) -> tuple[str, list[str]]:
-        """Header line, and the first two rows."""
+        """Header line, and the first rows."""
         lines = self._first_lines()
         if lines and NMEA.match(lines[0]):
             raise RecordingError(
@@ -154,16 +157,18 @@ class CsvTable(Table):
         at = header_line(lines) if self.joined is None else self.joined.row
         if at is None:
             raise RecordingError(f"{self.path}: is empty; expected a header and rows of numbers")
-        self._skipped = at + 1
-        head, rows = lines[at].strip("\r\n"), [line for line in lines[at + 1 :] if line.strip()]
+        notes = sum(1 for _ in takewhile(is_comment, lines[at + 1 :]))
+        self._header_at, self._skipped = at, at + 1 + notes
+        head = lines[at].strip("\r\n")
+        rows = [line for line in lines[self._skipped :] if line.strip()]
         if self.joined is not None:
-            return head, rows[:2]
+            return head, rows
         titles = [i for i in range(at) if lines[i].strip() and not is_comment(lines[i])]
         if titles:
             self.remarks.append(f"{len(titles)} lines above the header are no row: left out")
         if at > 0 or without_mark(head).strip():
             head = without_mark(head)
-        return head, rows[:2]
+        return head, rows
 
     def _first_lines(self) -> list[str]:
         """Lines that reach beyond the header."""

@@ -21,7 +21,7 @@ def likeliest_body(tables: Tables) -> TableSeen | None:
 
     None also where one of the tables is no body of a motion capture.
     """
-    if not all(table.table.only_poses for table in tables):
+    if not all(table.table.captured for table in tables):
         return None
     named = [t for t in tables if BOAT_WORDS.intersection(read_name(t.table.name).words)]
     if len(named) == 1:
@@ -33,7 +33,7 @@ def likeliest_body(tables: Tables) -> TableSeen | None:
 def refuse_takes(path: Path, tables: Tables) -> None:
     """Raise RecordingError where the bodies are in several files: takes, one after the other."""
     takes = list(dict.fromkeys(t.table.path.name for t in tables))
-    if len(takes) > 1 and all(t.table.only_poses for t in tables):
+    if len(takes) > 1 and all(t.table.captured for t in tables):
         raise RecordingError(
             f"{path}: {len(takes)} takes: {', '.join(takes)}; put each into a folder of its own with the "
             "commands, and give all folders; or name the only one with the boat, --pose TABLE"

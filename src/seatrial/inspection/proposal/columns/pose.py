@@ -183,7 +183,8 @@ def _elsewhere(table: TableSeen, main: TableSeen, stamp: StampFound) -> dict[str
 def _taken(position: Position, heading: Heading, rate: YawRate | None) -> dict[str, frozenset[str]]:
     """Columns of the pose by table."""
     found: dict[str, set[str]] = {}
-    for table, names in ((position.table, position.names), (heading.table, heading.names)):
+    coordinates = (*position.names, *([position.height] if position.height else []))
+    for table, names in ((position.table, coordinates), (heading.table, heading.names)):
         found.setdefault(table.key, set()).update(names)
     if rate is not None:
         found.setdefault(rate[0].key, set()).add(rate[1])

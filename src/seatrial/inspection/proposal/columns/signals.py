@@ -31,6 +31,7 @@ PAIRS = (  # kinds of a position, the usual first
     (Kind.EAST, Kind.NORTH),
     (Kind.LATITUDE, Kind.LONGITUDE),
 )
+TRANSLATION = ("tx", "ty")  # beside a quaternion, as the format of TUM names a position
 WHOLE_DEGREES = 1e7  # scale of latitudes as whole numbers of 1e-7 deg
 # of a degree, scale of latitudes as NMEA 0183 writes them: 5954.462 is 59 deg 54.462 min
 MINUTES = 60.0
@@ -63,6 +64,7 @@ class Position:
     still: str = ""  # a coordinate that hardly moves
     signs: tuple[int, int] = (1, 1)
     y_up: bool = False  # whether the file has y up; its heading is then about y
+    height: str = ""  # the third coordinate
 
     @property
     def values(self) -> tuple[Array, Array]:
@@ -170,6 +172,10 @@ def _pairs(table: TableSeen, kinds: tuple[Kind, Kind]) -> Iterator[tuple[str, st
         for second in seconds:
             if first != second and family(first) == family(second):
                 yield first, second
+    if kinds == PAIRS[0] and quaternions(table):  # beside a force they are torques
+        names = {c.name.lower(): c.name for c in table.view.columns if c.least is not None}
+        if all(name in names for name in TRANSLATION):
+            yield names[TRANSLATION[0]], names[TRANSLATION[1]]
     if len(firsts) == len(seconds) == 1 and family(firsts[0]) != family(seconds[0]):
         yield firsts[0], seconds[0]
 
@@ -178,7 +184,10 @@ def weighed(
     table: TableSeen, kinds: tuple[Kind, Kind], names: tuple[str, str], *, chosen: bool = False
 ) -> Position | None:
     """The position with what its values show; None where they contradict it."""
-    fits = [grade(n, k) or Grade.PART for n, k in zip(names, kinds, strict=True)]
+    fits = [
+        Grade.WHOLE if n.lower() in TRANSLATION else grade(n, k) or Grade.PART
+        for n, k in zip(names, kinds, strict=True)
+    ]
     values = [table.numbers(name) for name in names]
     spans = [float(np.nanmax(v) - np.nanmin(v)) if np.isfinite(v).any() else 0.0 for v in values]
     sure = Sureness.GUESS if min(fits) is Grade.PART else Sureness.CERTAIN

@@ -29,6 +29,7 @@ def upright(position: Position, headings: Sequence[Heading]) -> Position:
     third = _third(position)
     if position.kinds[0] is not Kind.X or third is None:
         return position
+    position = replace(position, height=third)
     beside = [h for h in headings if h.table is position.table and len(h.names) > 1]
     known = y_is_up(position.table, beside[0].names) if beside else None
     if known is False:
@@ -38,7 +39,7 @@ def upright(position: Position, headings: Sequence[Heading]) -> Position:
     table, (x, y) = position.table, position.names
     spans = [_range(table, name) for name in (x, third, y)]
     return replace(
-        position, names=(x, third), signs=(1, -1), y_up=True, still="",
+        position, names=(x, third), signs=(1, -1), y_up=True, height=y, still="",
         why=f"names; y is up: {x}, -{third} and {y} range over {', '.join(f'{span:.3g}' for span in spans)}",
     )  # fmt: skip
 
