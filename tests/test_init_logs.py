@@ -193,7 +193,9 @@ def test_what_a_log_lacks_is_named(tmp_path, lost, message):
 def test_positions_without_a_fix_are_none(tmp_path, monkeypatch):
     monkeypatch.setattr(autopilot_logs, "geodetic", lambda north, east: (0.0 * north, 0.0 * east))
     path = ardupilot(tmp_path / "run.BIN", trial(TWIN, 30.0))
-    with pytest.raises(RecordingError, match="never change"):
+    with pytest.raises(
+        RecordingError, match=r"GPS has 0 in 150 messages, POS has 0 in 150 messages \(no fix"
+    ):
         init(path, choices=Choices(axes=FRD))
 
 

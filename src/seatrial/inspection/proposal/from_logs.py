@@ -116,9 +116,9 @@ def _position(found: Found, choices: Choices, ask: Ask | None) -> Candidate:
             f"those are {listed}"
         )
     if not able:
-        held = [c for k in POSITIONS for c in found.all if c.known is k]
+        held = found.counted(POSITIONS)
         what = (
-            f"the positions of {', '.join(c.topic.name for c in held)} never change (no fix?)"
+            f"fewer than {LEAST_POSITIONS} different positions, which a boat that is driven has: {held} (no fix?)"
             if held
             else "no message with a position that is known by its name"
         )
@@ -139,9 +139,11 @@ def _position(found: Found, choices: Choices, ask: Ask | None) -> Candidate:
 def _best(found: Found, known: Sequence[Known], what: str, least: int) -> Candidate:
     able = found.of(known, least)
     if not able:
+        held = found.counted(known)
+        few = f", {least} different values at least" + f" ({held})" * bool(held)
         raise RecordingError(
-            f"{found.log.path}: no message with a {what} that changes; record the attitude. "
-            f"The topics are {topics_of(found.log)}"
+            f"{found.log.path}: no message with a {what} that changes{few}; record the attitude while the boat is "
+            f"driven. The topics are {topics_of(found.log)}"
         )
     return able[0]
 

@@ -67,3 +67,10 @@ class Found:
         """Candidates of one kind of signal that have enough different values, in the order of `known`."""
         mine = [c for k in known for c in self.all if c.known is k]
         return [c for c in mine if c.different >= least]
+
+    def counted(self, known: Sequence[Known]) -> str:
+        """How many different values the topics of one kind of signal have; empty: there are no such topics."""
+        mine = [c for k in known for c in self.all if c.known is k]
+        return ", ".join(
+            f"{c.topic.name} has {c.different} in {len(c.samples.stamps)} messages" for c in mine
+        )
