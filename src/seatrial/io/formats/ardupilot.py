@@ -10,7 +10,15 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from seatrial.io.formats.dataflash import DEFINING, HEADER, Definitions, Format, Stated, Values
+from seatrial.io.formats.dataflash import (
+    DEFINING,
+    HEADER,
+    NO_STAMPS,
+    Definitions,
+    Format,
+    Stated,
+    Values,
+)
 from seatrial.io.formats.layout import Columns, pass_blocks, refuse_noise, topic_name
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.util.errors import RecordingError
@@ -38,7 +46,7 @@ class ArduPilotLog(Log):
         self.topics = walk.definitions.topics(walk.totals)
         self.parameters = walk.definitions.parameters
         if not self.topics:
-            raise RecordingError(f"{path}: no ArduPilot log: it holds no message with a stamp")
+            raise RecordingError(f"{path}: {NO_STAMPS}")
         self.remarks = walk.remarks()
 
     def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:

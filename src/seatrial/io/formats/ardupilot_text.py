@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.io.formats.dataflash import DEFINING, STAMPS, Definitions, Format
+from seatrial.io.formats.dataflash import DEFINING, NO_STAMPS, STAMPS, Definitions, Format
 from seatrial.io.formats.layout import MOST_STAMP, pass_lines, refuse_noise
 from seatrial.io.log import Log, LogSamples, Wanted
 from seatrial.util.errors import RecordingError
@@ -37,7 +37,7 @@ class ArduPilotTextLog(Log):
         self.topics = self._definitions.topics(self._counts)
         self.parameters = self._definitions.parameters
         if not self.topics:
-            raise RecordingError(f"{path}: no ArduPilot log: it holds no message with a stamp")
+            raise RecordingError(f"{path}: {NO_STAMPS}")
         self.remarks = (f"{strange} lines are no message",) if strange else ()
 
     def _read(self, wanted: Sequence[Wanted]) -> list[LogSamples]:

@@ -25,6 +25,10 @@ DEFINING = ("FMT", "FMTU", "UNIT", "MULT", "PARM")  # no topics
 MOST_CHANGES = 2000  # definitions of a log; later ones are not followed
 MOST_PARAMETERS = 20_000
 Key = tuple[int, str, int, str, tuple[str, ...]]
+NO_STAMPS = (
+    "no ArduPilot log, or one from before 2014, whose messages have no time: it holds no message with a stamp; "
+    "take the telemetry (.tlog) of the same run, or record with newer firmware"
+)
 Stated = dict[Key, tuple[str, str]]  # units and multipliers of formats
 Values = Mapping[str, str | float]
 
@@ -61,8 +65,8 @@ class Format:
     def stamp(self) -> str | None:
         """The column with the stamp."""
         first = self.columns[0] if self.columns else ""
-        if first == "TimeMS" and "T" in self.columns and self.name.startswith("GPS"):
-            return "T"  # TimeMS is the time of the week
+        if self.name.startswith("GPS") and {"TimeMS", "T"} <= set(self.columns):
+            return "T"  # of firmware before 2015: TimeMS is the time of the week
         return first if first in ("TimeUS", "TimeMS") else None
 
     @property
