@@ -147,7 +147,8 @@ def _dates(table: Table, name: str, column: Array) -> ColumnView:
 
 def _rate(table: Table, name: str, unit: Literal["s.ns"] | None) -> float:
     """[Hz] of a column of stamps."""
-    steps = np.diff(table.stamps(Column(column=name, unit=unit)))
+    stamps, _ = table.evened(Column(column=name, unit=unit))
+    steps = np.diff(stamps)
     usual = float(np.median(steps)) if len(steps) else 0.0
     return 1e9 / usual if usual > 0 else 0.0
 

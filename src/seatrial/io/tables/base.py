@@ -32,14 +32,17 @@ MOST_NUMBERS = 1 << 27  # of a file that are read at once: 1 GB
 LONGEST_REASON = 120  # characters of a library's error
 LISTED_COLUMNS = 20  # in an error message
 NO_ROWS = "but no rows; record while the boat is driven"
-NO_VALUE = ("", "na", "n/a", "#n/a", "null", "none", "-", "--")  # of a cell, beside nan
+NO_VALUE = ("", "na", "n/a", "#n/a", "null", "none")  # of a cell, beside nan
+NO_DIGITS = re.compile(r"[-.:]+")  # -, --.-- of QGroundControl
 NAN_OF_WINDOWS = re.compile(r"-?1\.#[A-Z]+0*")  # -1.#IND00, 1.#QNAN, 1.#INF
 
 
 def no_value(text: str) -> bool:
     """Whether a cell says that it has no value."""
     cell = text.strip()
-    return cell.lower() in NO_VALUE or NAN_OF_WINDOWS.fullmatch(cell) is not None
+    if cell.lower() in NO_VALUE:
+        return True
+    return any(p.fullmatch(cell) is not None for p in (NO_DIGITS, NAN_OF_WINDOWS))
 
 
 class Table(ABC):
@@ -130,10 +133,14 @@ class Table(ABC):
         Numbers in the column's unit, seconds with `nanoseconds` in another column, or dates and times. Stamps
         that were cut off are put on an even clock.
         """
-        stamps, text = spread_evenly(self._read_stamps(column, rows))
+        stamps, text = self.evened(column, rows)
         if text and text not in self.remarks:
             self.remarks.append(text)
         return stamps
+
+    def evened(self, column: Column, rows: Mask | None = None) -> tuple[Stamps, str]:
+        """The same without a remark on the table: the column may be none of its stamps; and the remark."""
+        return spread_evenly(self._read_stamps(column, rows))
 
     def _read_stamps(self, column: Column, rows: Mask | None) -> Stamps:
         """Stamps as they are written."""
