@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Tables of MATLAB files of version 5 and 7.3: the same numbers and stamps, or one line."""
 
+import re
 import struct
 import zlib
 from functools import partial
@@ -138,3 +139,18 @@ def test_a_hostile_matlab_file_is_one_line(tmp_path, element, words):
     with pytest.raises(SeatrialError, match=words) as caught:
         open_tables(path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_matlab_file_without_vectors_says_what_it_holds(tmp_path):
+    from scipy.io import savemat
+
+    path = tmp_path / "log.mat"
+    savemat(path, {"mass": 3.0, "boat": {"inertia": np.ones((2, 2)), "name": "tern"}})
+    words = "numbers, 3 long at least; of its variables those that could be columns: inertia (2 x 2), name (1); save"
+    with pytest.raises(SeatrialError, match=re.escape(words)):
+        open_tables(path)
+    savemat(path, {"mass": 3.0})
+    with pytest.raises(
+        SeatrialError, match="that could be columns: none; save time, positions, heading"
+    ):
+        open_tables(path)

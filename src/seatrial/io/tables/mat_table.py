@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from seatrial.io.tables.base import Table
+from seatrial.io.tables.base import LISTED_COLUMNS, Table
 from seatrial.io.tables.mat_files import Tree, read_variables
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array
@@ -60,15 +60,25 @@ def mat_tables(path: Path) -> list[Table]:
     """The tables of a MATLAB file. Raises RecordingError."""
     remarks: list[str] = []
     found = _Found({}, set())
-    _gather(read_variables(path, remarks), (), found)
+    tree = read_variables(path, remarks)
+    _gather(tree, (), found)
     found.join_series()
     tables = [
         MatTable(path, name, columns) for name, columns in found.tables.items()
         if any(isinstance(column, np.ndarray) for column in columns.values())
     ]  # fmt: skip
     if not tables:
-        more = f": {remarks[0]}" if remarks else ""
-        raise RecordingError(f"{path}: has no vectors of numbers of one length{more}")
+        held = [f"{name} ({' x '.join(map(str, shape))})" for name, shape in _shapes(tree)]
+        able = ", ".join(held[:LISTED_COLUMNS]) or "none"
+        more = (
+            f": {remarks[0]}"
+            if remarks
+            else f"; of its variables those that could be columns: {able}"
+        )
+        raise RecordingError(
+            f"{path}: has no vectors of numbers, {LEAST_ROWS} long at least{more}; save time, positions, "
+            "heading and commands as vectors of one length"
+        )
     tables[0].remarks += remarks
     return list(tables)
 
