@@ -196,7 +196,12 @@ def _cost(at: Point, error: HeadingError) -> float:
 
 
 def cost_of(at: Point, there: Problem) -> float:
-    """-2 log L of the problem with other poses, after one Gauss-Newton step of the free parameters."""
+    """-2 log L of the problem with other poses, after one Gauss-Newton step of the free parameters.
+
+    Infinite where the model diverges along them.
+    """
     runs = replace(at.runs, problem=there).relinearised(at.noise, np.zeros(len(at.theta)))
+    if not (np.isfinite(runs.cost) and np.isfinite(runs.information).all()):
+        return np.inf
     taken = runs.gradient @ np.linalg.pinv(runs.information, hermitian=True) @ runs.gradient
     return float(runs.cost - taken)

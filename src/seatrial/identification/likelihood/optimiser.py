@@ -79,7 +79,10 @@ def converged(found: tuple[Point, Outcome], *, or_near: bool = False) -> Point:
     if near or outcome is Outcome.CONVERGED:
         return at
     if outcome is Outcome.DIVERGED:
-        raise IdentificationError(f"{outcome.value}; look at the recordings with inspect")
+        raise IdentificationError(
+            f"{outcome.value}; are the commands what was sent to the thrusters, not a measured speed? "
+            "inspect shows their signs, units and clocks"
+        )
     more = "drive more, or state" if outcome is Outcome.OUT_OF_STEPS else "state"
     raise IdentificationError(
         f"{outcome.value}; do poses and commands belong together, by one clock? If so, {more} known "
