@@ -70,11 +70,11 @@ def test_every_constant_that_is_searched_has_its_advice():
 
 
 def test_a_position_that_is_later_than_any_delay():
-    """By 1.1 s, of a range of 1 s."""
-    vehicle, recording = driven({}, [half] * 2, late=(1.1, 0.0), noise=np.array([5e-3, 5e-3, 3e-3]))
+    """By 6 s, of a range of 5 s."""
+    vehicle, recording = driven({}, [half] * 2, late=(6.0, 0.0), noise=np.array([5e-3, 5e-3, 3e-3]))
     content = vehicle.to_mapping()
     content["pose"] |= {"delay": "estimate", "heading_delay": 0}
     model = seatrial.identify([recording], vehicle_from(content, "v.yaml"))
     found = bounds_of(model, FindingKind.BEYOND_RANGE)
-    assert found == {"delay_position": 1.0}
-    assert not model.findings_of(FindingKind.DELAY_DIFFERENCE)  # of 1 +- 0 s
+    assert found == {"delay_position": 5.0}
+    assert not model.findings_of(FindingKind.DELAY_DIFFERENCE)  # of 5 +- 0 s

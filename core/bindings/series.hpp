@@ -25,7 +25,7 @@ void check_trace(const Boat& boat, const ThrustTrace& trace) {
   }
 }
 
-constexpr double kLongestDelay = 4.0;  // [s]
+constexpr double kLongestDelay = 10.0;  // [s] twice that of a vehicle file: between two delays
 
 /// Asynchronous measurements: time [s], Parts, value [rad or rad/s], deviation of rates
 /// [rad/s].
@@ -66,7 +66,7 @@ struct Series {
     require(afresh || std::find(use.begin(), use.end(), kBeginning) == use.end(),
             "USE_BEGINNING: a velocity to begin with expected");
     if (afresh) velocities.assign(afresh->data(), afresh->data() + n * kAxes);
-    require(std::abs(position_delay) <= kLongestDelay, "position_delay: at most 4 s");
+    require(std::abs(position_delay) <= kLongestDelay, "position_delay: at most 10 s");
     poses = {static_cast<int>(n), time.data(),       eta.data(),
              use.data(),          velocities.data(), position_delay};
     if (measured) {
@@ -144,7 +144,7 @@ Effects make_effects(const Vector& effects) {
   out.position_delay = from[kDelay];
   out.heading_delay = from[kDelay + 1];
   for (int i = 0; i < 2; ++i) {
-    require(std::abs(from[kDelay + i]) <= kLongestDelay, "delays: at most 4 s");
+    require(std::abs(from[kDelay + i]) <= kLongestDelay, "delays: at most 10 s");
   }
   return out;
 }

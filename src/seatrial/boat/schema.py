@@ -18,7 +18,7 @@ Offset = Annotated[float, msgspec.Meta(gt=-1, lt=1)]
 FullAngle = Annotated[float, msgspec.Meta(gt=0, le=360)]  # [deg]
 TrimAngle = Annotated[float, msgspec.Meta(ge=-180, le=180)]  # [deg]
 Length = Annotated[float, msgspec.Meta(ge=-1000, le=1000)]  # [m] from a small boat's origin
-Delay = Annotated[float, msgspec.Meta(ge=-1, le=1)]  # [s] of a sensor; negative: stamped late
+Delay = Annotated[float, msgspec.Meta(ge=-5, le=5)]  # [s] of a sensor; negative: stamped late
 Estimate = Literal["estimate"]  # instead of a number: the stage exists, its value is estimated
 
 

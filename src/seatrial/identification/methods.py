@@ -20,6 +20,7 @@ from seatrial.identification.estimator import OUTPUT_ERROR, Fit, OutputErrorSett
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.prior import SPREAD as PRIOR_SPREAD
 from seatrial.identification.prior import check_prior, widened, with_prior_findings
+from seatrial.identification.problem_setup import free_delays
 from seatrial.identification.recording_checks import check_recordings, commands_beyond, explained
 from seatrial.identification.regression.equation_error import (
     EquationErrorSettings,
@@ -132,7 +133,8 @@ def identify_with_fit(
     # what contradicts the vehicle file; a wrong clock is in the latency alone
     with stage("checking recordings and vehicle file"):
         report = check()
-    wrong = report.findings
+    estimated = {InconsistencyKind.DELAY} if free_delays(vehicle, effects) else set()
+    wrong = [one for one in report.findings if one.kind not in estimated]
     others = [one.text for one in wrong if one.kind is not InconsistencyKind.CLOCK]
     spoilt = [*others, *commands_beyond(recordings, vehicle)][:1]
     found = [finding_of(FindingKind.CONTRADICTED, text=text) for text in spoilt]

@@ -25,6 +25,9 @@ from seatrial.identification.selection.actuator_stages import (
     with_estimated_stages,
 )
 from seatrial.identification.solution import OUTPUT_ERROR, OutputErrorSettings, StartValues
+from seatrial.inspection.consistency.check import file_commands
+from seatrial.inspection.consistency.gains import read_run
+from seatrial.inspection.consistency.position_delay import position_delay
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
@@ -142,7 +145,7 @@ def start_of(
     n, m = problem.n_coefficients, problem.n_constants
     theta = np.zeros(len(problem.names))
     delays = [i for i in problem.free if problem.names[i] in DELAY_NAMES]
-    theta[delays[:1]] = START_DELAY
+    theta[delays[:1]] = _start_delay(problem, recordings, delays)
     recordings = [at_one_time(r) for r in recordings]
     given = {} if start is None else start.values
     missing = [name for name in problem.names[:n] if name not in given]
@@ -159,6 +162,16 @@ def start_of(
         theta[i] = given.get(problem.names[i], theta[i])
     noise = None if start is None else start.noise
     return theta, noise_from_poses(recordings) if noise is None else noise
+
+
+def _start_delay(problem: Problem, recordings: Sequence[Recording], free: Sequence[int]) -> float:
+    """Start [s] of the first free delay: what the motion shows of a long one, beyond what the file states."""
+    if not free:
+        return START_DELAY
+    known = [at_one_time(r) for r in recordings]
+    late = position_delay([read_run(r, file_commands(problem.vehicle, r)) for r in known])
+    late = late if problem.names[free[0]] == DELAY_NAMES[0] else -late
+    return late or START_DELAY
 
 
 def with_start(problem: Problem, theta: Array) -> Problem:

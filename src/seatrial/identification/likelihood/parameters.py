@@ -19,7 +19,7 @@ EFFECT_NAMES = (  # of one recording, in the order of the core's Effects between
     "wind_side_x", "wind_side_y",  # [m/s^2] earth-fixed; what sway has beyond wind_x, wind_y
 )  # fmt: skip
 EFFECT_KINDS = ("lever", "current", "trim", "wind", "delay")
-LONGEST_DELAY = 1.0  # [s] of position or heading
+LONGEST_DELAY = 5.0  # [s] of position or heading, as a vehicle file takes it
 START_DELAY = 0.01  # [s] with it position and heading are two measurements from the first step on
 DELAY_STEP = 0.3  # [s] largest change of a delay in one Gauss-Newton step
 

@@ -30,6 +30,7 @@ from seatrial.inspection.consistency.hypotheses import HypothesisSearch, negated
 from seatrial.inspection.consistency.inconsistencies import (
     Inconsistency,
     clock_inconsistency,
+    delay_inconsistency,
     inconsistencies,
     steering_inconsistencies,
 )
@@ -42,8 +43,10 @@ from seatrial.inspection.consistency.pose_units import (
     length_units,
     usual_speed,
 )
+from seatrial.inspection.consistency.position_delay import paired, position_delay
 from seatrial.inspection.consistency.repair import Repair, apply_repair
 from seatrial.inspection.consistency.steering_angle import angle_text, steering_angles
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.util.errors import RecordingError
@@ -109,9 +112,10 @@ def check_consistency(recordings: Sequence[Recording], vehicle: Vehicle) -> Cons
 def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
     """The check of poses as they are read.
 
-    Units come first, then the clock, then the handedness: each is corrected before the next.
+    Units come first, then the clock, the positions' delay, the handedness: each is corrected before the next.
     """
     # 1. Local quadratics through the poses; enough data?
+    recordings = [at_one_time(r) for r in recordings]
     spacing = max(1.0, sum(r.duration for r in recordings) / MOST_WINDOWED)
     runs = [read_run(r, file_commands(vehicle, r), spacing=spacing) for r in recordings]
     commanded = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
@@ -121,16 +125,18 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     speed, lengths = usual_speed(runs), length_units(runs, vehicle)
     angle, read = heading_unit(runs, vehicle, length_factors(lengths, vehicle))
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
-    # 3. Clock of the commands.
-    moved = without_drag(runs)
-    offset = clock_offset(runs, *moved)
-    if offset:
-        runs = [delayed(run, offset) for run in runs]
-        moved = without_drag(runs)
-    # 4. Handedness of the plane, then the gain from every input to every axis.
-    other_hand = without_drag(runs, mirrored=True)
+    # 3. Clock of the commands; positions older than headings, where these turn, before it and after.
     spread = _heading_spread(runs)
     turns = spread > STRAIGHT_HEADING
+    late = position_delay(runs) if turns else 0.0
+    offset = 0.0 if late else clock_offset(runs, *without_drag(runs))
+    if offset:
+        runs = [run.delayed(offset) for run in runs]
+        late = position_delay(runs) if turns else 0.0
+    runs = [paired(run, late)[1] for run in runs] if late else runs
+    moved = without_drag(runs)
+    # 4. Handedness of the plane, then the gain from every input to every axis.
+    other_hand = without_drag(runs, mirrored=True)
     mirrored = turns and clearly_better(unexplained(runs, *moved), unexplained(runs, *other_hand))
     found = gains(runs, *(other_hand if mirrored else moved))
     # 5. The fewest edits of signs and order that explain the gains.
@@ -140,11 +146,12 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     if off:  # in the axes of the file
         search = with_heading_turned(search, off)
         best = replace(search.no_edit, angle=vehicle.axes.lateral_sign * off)
-    repair = replace(best, units=(*lengths, angle))
+    repair = replace(best, units=(*lengths, angle), late=late)
     effects, said = effects_of(vehicle, search, repair, recordings)
     unexcited = _unexcited(vehicle, search, repair)
     wrong = (
         *clock_inconsistency(offset),
+        *delay_inconsistency(vehicle, late),
         *inconsistencies(vehicle, repair, effects, speed),
         *steering_inconsistencies(vehicle, surge_t(vehicle, search, repair), effects),
     )
@@ -274,9 +281,3 @@ def _log_unexplained(runs: Runs, offsets: Array) -> Array:
     ]
     share = unexplained_share(*without_drag(runs, np.concatenate(averaged, axis=1)))
     return np.asarray(np.log(share).sum(axis=1))
-
-
-def delayed(run: Run, offset: float) -> Run:
-    """The run with its commands delayed by `offset` [s]."""
-    c = run.commands
-    return replace(run, commands=Signal(c.names, c.stamps + round(1e9 * offset), c.values))

@@ -7,7 +7,7 @@ poses, so readings of the poses are compared by the part that stays unexplained.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -54,6 +54,11 @@ class Run:
         """The commands averaged like the accelerations, for each delay: (DELAYS, m, n)."""
         s = self.smooth
         return smooth_signals(self.commands, self.recording.origin, s.t, s.half, DELAYS)
+
+    def delayed(self, offset: float) -> "Run":
+        """The run with its commands delayed by `offset` [s]."""
+        c = self.commands
+        return replace(self, commands=Signal(c.names, c.stamps + round(1e9 * offset), c.values))
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from seatrial.boat.steering import steered_entries
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import ASSIGN_T
 from seatrial.inspection.consistency.effects import UNCLEAR
-from seatrial.inspection.consistency.repair import Repair, cycles, repaired_heading
+from seatrial.inspection.consistency.repair import Repair, cycles, later, repaired_heading
 from seatrial.util.format import joined
 from seatrial.util.frames import POSE
 
@@ -26,6 +26,7 @@ class InconsistencyKind(str, Enum):
     """Inconsistencies of units, signs, order and clock."""
 
     CLOCK = "clock of the commands"
+    DELAY = "delay of the positions"
     LENGTH = "unit of x and y"
     ANGLE = "unit of psi"
     MIRRORED = "sign of a pose coordinate"
@@ -56,6 +57,20 @@ def clock_inconsistency(offset: float) -> list[Inconsistency]:
         f"'offset: {-offset:.1f}' at commands: stamp)"
     )
     return [Inconsistency(InconsistencyKind.CLOCK, text)]
+
+
+def delay_inconsistency(vehicle: Vehicle, late: float) -> list[Inconsistency]:
+    """Positions that are `late` [s] older than the headings, beyond what the file states; negative: headings."""
+    if not late:
+        return []
+    older, newer = ("positions", "headings") if late > 0 else ("headings", "positions")
+    position, heading = later(vehicle.delays, late)
+    text = (
+        f"{older} are about {abs(late):.1f} s older than the {newer} of the same stamps, as of a slow "
+        f"localisation or a filter; set delay: {position:g} and heading_delay: {heading:g} at pose, which "
+        "'seatrial identify --effect delay' refines"
+    )
+    return [Inconsistency(InconsistencyKind.DELAY, text)]
 
 
 def steering_inconsistencies(

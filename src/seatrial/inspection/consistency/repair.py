@@ -31,6 +31,7 @@ class Repair:
     angle: float = 0.0  # [deg] added to psi, where its zero is off by no quarter turn
     order: tuple[int, ...] = ()  # input i reads the column of input order[i]
     input_signs: tuple[int, ...] = ()
+    late: float = 0.0  # [s] by which positions are older than headings; negative: headings
 
     @property
     def plane(self) -> Array:
@@ -88,7 +89,14 @@ def apply_repair(vehicle: Vehicle, repair: Repair) -> Vehicle:
     }
     commands = msgspec.structs.replace(file.commands, inputs=inputs)
     pose = _repaired_pose(file.pose, repair)
-    return Vehicle(msgspec.structs.replace(file, pose=pose, commands=commands), vehicle.source)
+    changed = Vehicle(msgspec.structs.replace(file, pose=pose, commands=commands), vehicle.source)
+    return changed.with_delays(*later(vehicle.delays, repair.late))
+
+
+def later(delays: tuple[float, float], late: float) -> tuple[float, float]:
+    """Delays [s] of position and heading, of which the position's is longer by `late`; negative: the heading's."""
+    position, heading = delays
+    return round(position + max(late, 0.0), 3), round(heading + max(-late, 0.0), 3)
 
 
 def _repaired_pose(pose: PoseSource, repair: Repair) -> PoseSource:

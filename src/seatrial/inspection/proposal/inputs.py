@@ -10,7 +10,7 @@ import numpy as np
 from seatrial.boat.vehicle import Vehicle, vehicle_from
 from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
 from seatrial.inspection.consistency.gains import read_run
-from seatrial.inspection.consistency.repair import ANGLES
+from seatrial.inspection.consistency.repair import ANGLES, later
 from seatrial.inspection.consistency.steering_angle import steering_angles
 from seatrial.inspection.proposal.actuation import Steered, steered, sticks, thrusters
 from seatrial.inspection.proposal.by_name import named_sticks
@@ -150,6 +150,11 @@ def _units(
         if unit is not None and (key in pose or "latitude" not in pose):
             pose[key] = _in_unit(dict(pose.get(key, {})), unit)
             corrected.append(f"{key} is in {unit}, by the motion of the boat")
+    if report.repair.late:
+        pose["delay"], pose["heading_delay"] = later(draft.delays, report.repair.late)
+        corrected.append(
+            "positions and headings are of different times, by the motion of the boat: check delay"
+        )
     if corrected:
         draft = _draft(sources, pose, names)
         report = check_consistency(_read(sources, draft), draft)

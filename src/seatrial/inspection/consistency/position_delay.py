@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: MIT
+"""Positions that are older than the headings beside them by more than a search that begins at none gets over."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from seatrial.inspection.consistency.gains import (
+    Run,
+    unexplained,
+    unexplained_share,
+    without_drag,
+)
+from seatrial.inspection.consistency.pose_units import clearly_better
+from seatrial.util.frames import Array, Mask
+
+LONGEST = 5.0  # [s] that is tried, to either side: as a clock's offset
+COARSE = 2  # steps between windows in one step of the first scan: half a window's weight
+# [s] from which on it is stated: shorter ones are a score test's, which holds half a window to either side
+LEAST_STATED = 0.6
+EXPLAINED = (
+    0.1  # share of the acceleration; commands that leave less of surge and yaw have no delay
+)
+
+
+def position_delay(runs: Sequence[Run]) -> float:
+    """Time [s] by which positions are older than headings; negative: headings are older; 0 where it is short.
+
+    Thrust and drag act along the heading, so positions of another time leave more of the plane's acceleration
+    unexplained.
+    """
+    surge, _, yaw = unexplained_share(*without_drag(runs)).min(axis=0)
+    if max(surge, yaw) < EXPLAINED:
+        return 0.0
+    # 1. A scan by whole steps between windows, which leaves their noise as it is, then the steps beside the best
+    step = max(float(np.median(np.diff(r.smooth.t))) for r in runs if len(r.smooth.t) > 1)
+    count = int(LONGEST / step)
+    left = {k: _left(runs, k * step) for k in range(-count // COARSE * COARSE, count + 1, COARSE)}
+    best = min(left, key=lambda k: left[k])
+    left |= {k: _left(runs, k * step) for k in (best - 1, best + 1)}
+    best = min(left, key=lambda k: left[k])
+    late = round(best * step, 3)
+    if abs(late) < LEAST_STATED:
+        return 0.0
+    # 2. It must explain clearly more than none, than commands that act as much later (then headings are as old as
+    # positions), and than a plane of the other hand
+    pairs = [paired(run, late) for run in runs]
+    now, moved = ([pair[i] for pair in pairs] for i in (0, 1))
+    then = unexplained(moved, *without_drag(moved))
+    delayed = [run.delayed(abs(late)) for run in now]
+    others = without_drag(now), without_drag(delayed), without_drag(now, mirrored=True)
+    return late if all(clearly_better(unexplained(now, *o), then) for o in others) else 0.0
+
+
+def paired(run: Run, late: float) -> tuple[Run, Run]:
+    """The windows of a run that have another `late` [s] after them, and the same with that one's positions.
+
+    Where headings are the older ones, commands are delayed like them.
+    """
+    s = run.smooth
+    index, known = _windows_at(s.t, s.t + late)
+    own = replace(
+        s, t=s.t[known], psi=s.psi[known], r=s.r[known], r_dot=s.r_dot[known],
+        velocity=s.velocity[known], acceleration=s.acceleration[known],
+    )  # fmt: skip
+    moved = replace(own, velocity=s.velocity[index], acceleration=s.acceleration[index])
+    return replace(run, smooth=own), replace(run, smooth=moved).delayed(max(-late, 0.0))
+
+
+def _windows_at(t: Array, wanted: Array) -> tuple[NDArray[np.int64], Mask]:
+    """Indices of windows within half a step of the times wanted, and a mask of the wanted that have one."""
+    after = np.clip(np.searchsorted(t, wanted), 1, max(len(t) - 1, 1))
+    nearest = np.where(wanted - t[after - 1] < t[after] - wanted, after - 1, after)
+    known = np.abs(t[nearest] - wanted) < 0.5 * float(np.median(np.diff(t)))
+    return nearest[known].astype(np.int64), known
+
+
+def _left(runs: Sequence[Run], late: float) -> float:
+    """Mean square of the plane's acceleration that stays unexplained with positions so late [s]."""
+    own = [paired(run, late)[1] for run in runs]
+    count = sum(len(run.smooth.t) for run in own)
+    return float(unexplained(own, *without_drag(own)).sum()) / count if count else np.inf
