@@ -28,7 +28,7 @@ from seatrial.identification.solution import OUTPUT_ERROR, OutputErrorSettings, 
 from seatrial.inspection.consistency.check import file_commands
 from seatrial.inspection.consistency.gains import read_run
 from seatrial.inspection.consistency.position_delay import position_delay
-from seatrial.recording.delays import at_one_time
+from seatrial.recording.delays import at_one_time, with_delays
 from seatrial.recording.origin import poses_of_origin
 from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import usual_velocities
@@ -145,8 +145,12 @@ def start_of(
     n, m = problem.n_coefficients, problem.n_constants
     theta = np.zeros(len(problem.names))
     delays = [i for i in problem.free if problem.names[i] in DELAY_NAMES]
-    theta[delays[:1]] = _start_delay(problem, recordings, delays)
     recordings = [at_one_time(r) for r in recordings]
+    if delays:
+        late = _long_delay(problem, recordings)
+        of_position = problem.names[delays[0]] == DELAY_NAMES[0]
+        theta[delays[0]] = (late if of_position else -late) or START_DELAY
+        recordings = [at_one_time(with_delays(r, late, 0.0)) for r in recordings]
     given = {} if start is None else start.values
     missing = [name for name in problem.names[:n] if name not in given]
     if start is None or len(missing) == n:
@@ -164,14 +168,9 @@ def start_of(
     return theta, noise_from_poses(recordings) if noise is None else noise
 
 
-def _start_delay(problem: Problem, recordings: Sequence[Recording], free: Sequence[int]) -> float:
-    """Start [s] of the first free delay: what the motion shows of a long one, beyond what the file states."""
-    if not free:
-        return START_DELAY
-    known = [at_one_time(r) for r in recordings]
-    late = position_delay([read_run(r, file_commands(problem.vehicle, r)) for r in known])
-    late = late if problem.names[free[0]] == DELAY_NAMES[0] else -late
-    return late or START_DELAY
+def _long_delay(problem: Problem, recordings: Sequence[Recording]) -> float:
+    """What the motion shows of a long delay [s] of positions against headings, beyond what the file states."""
+    return position_delay([read_run(r, file_commands(problem.vehicle, r)) for r in recordings])
 
 
 def with_start(problem: Problem, theta: Array) -> Problem:
