@@ -40,12 +40,15 @@ STAGES_SELECTED = (
     FindingKind.GROUP_STAGES_SELECTED,
 )
 # stages that each kind of actuator may have of its own
-STAGES_BY_GROUP = (
+STAGES_BY_GROUP: tuple[str, ...] = (
     "latency",
     "lag",
     "power",
     "reverse_ratio",
 )
+STAGES_BY_ACTUATOR = STAGES_BY_GROUP[
+    :2
+]  # another motor, belt or controller; forces have gains of their own
 PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
 Wider = Callable[[list[ChainGroup]], Vehicle | None]  # the vehicle with these groups for one
 
@@ -190,10 +193,16 @@ def _of_the_curve(
 def _by_group(
     whole: Vehicle, own: ChainGroup, missing: Sequence[str], wider: Wider
 ) -> Iterator[StageCandidate]:
-    """Stages that all actuators share in `own`, and those that the curve lacks, one for each group of them."""
-    groups = actuator_groups(whole)
+    """Stages that all actuators share in `own`, and those that the curve lacks, one for each group of them.
+
+    Of one group: latency and lag, one for each actuator.
+    """
+    groups, stages = actuator_groups(whole), STAGES_BY_GROUP
+    if len(groups) == 1:
+        groups = {name: [name] for name in whole.actuators}
+        stages = STAGES_BY_ACTUATOR
     kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]
-    for stage in STAGES_BY_GROUP if len(groups) > 1 else ():
+    for stage in stages if len(groups) > 1 else ():
         shared = 1.0 if stage in missing else getattr(own, stage)
         if shared is not None:
             parts = [

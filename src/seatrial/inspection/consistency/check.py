@@ -16,7 +16,6 @@ from seatrial.inspection.consistency.effects import effects_of, surge_t
 from seatrial.inspection.consistency.gains import (
     DELAYS,
     Gains,
-    Run,
     Runs,
     block_count,
     enough,

@@ -123,7 +123,7 @@ def unexplained(runs: Runs, motion: Array, inputs: Array) -> Array:
     """
     squares = np.zeros(len(motion))
     for axis in range(2):
-        left = [motion[:, axis] - x @ _solve(x, motion[:, axis]) for x in inputs]
+        left = [motion[:, axis] - x @ solved(x, motion[:, axis]) for x in inputs]
         squares += min(left, key=lambda e: float(e @ e)) ** 2
     return np.asarray(np.bincount(blocks(runs, UNEXPLAINED_BLOCK), weights=squares), dtype=float)
 
@@ -158,7 +158,7 @@ def _projected(motion: Array, inputs: Array, drag: Array) -> tuple[Array, Array]
 
 def unexplained_share(motion: Array, inputs: Array) -> Array:
     """Share (delays, 3) of the squared accelerations that the inputs do not explain."""
-    left = np.array([np.sum((motion - x @ _solve(x, motion)) ** 2, axis=0) for x in inputs])
+    left = np.array([np.sum((motion - x @ solved(x, motion)) ** 2, axis=0) for x in inputs])
     return np.asarray((left + SQUARES_AT_REST) / (np.sum(motion**2, axis=0) + SQUARES_AT_REST))
 
 
@@ -183,7 +183,8 @@ def _drag(u: Array, v: Array, r: Array, turn: NDArray[np.complex128]) -> Array:
     return np.column_stack([np.ones_like(u), *own, v * r, u * r, u * v, *wind])
 
 
-def _solve(inputs: Array, motion: Array) -> Array:
+def solved(inputs: Array, motion: Array) -> Array:
+    """Gains (n,) or (n, axes) of inputs (m, n) by least squares."""
     return np.asarray(np.linalg.solve(_normal(inputs), inputs.T @ motion))
 
 
@@ -195,7 +196,7 @@ def _normal(inputs: Array) -> Array:
 
 def gains_of_axis(motion: Array, inputs: Array, block: Index) -> Gains:
     """Least squares at the best delay; block jackknife covariance for correlated residuals."""
-    fits = [(x, _solve(x, motion)) for x in inputs]
+    fits = [(x, solved(x, motion)) for x in inputs]
     x, values = min(fits, key=lambda f: float(np.sum((motion - f[0] @ f[1]) ** 2)))
     residual, n = motion - x @ values, x.shape[1]
     normal, free = _normal(x), max(1, len(residual) - n - DRAG_COLUMNS)

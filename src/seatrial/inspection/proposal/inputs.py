@@ -8,8 +8,14 @@ from typing import Any
 import numpy as np
 
 from seatrial.boat.vehicle import Vehicle, vehicle_from
-from seatrial.inspection.consistency.check import ConsistencyReport, Gain, check_consistency
+from seatrial.inspection.consistency.check import (
+    ConsistencyReport,
+    Gain,
+    check_consistency,
+    file_commands,
+)
 from seatrial.inspection.consistency.gains import read_run
+from seatrial.inspection.consistency.own_lags import own_gains
 from seatrial.inspection.consistency.repair import ANGLES, later
 from seatrial.inspection.consistency.steering_angle import steering_angles
 from seatrial.inspection.proposal.actuation import Steered, steered, sticks, thrusters
@@ -21,6 +27,7 @@ from seatrial.inspection.proposal.command_sources import by_source
 from seatrial.inspection.proposal.heading_zero import TurnedHeading, turned_heading
 from seatrial.inspection.proposal.sources import Entries, Sources, place_of
 from seatrial.io.reader import read
+from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.format import joined
@@ -82,6 +89,8 @@ def find_drive(
     corrected = [*told, *corrected]
     # 3. Inputs and forces: sums of thrusters, one stick an axis, or a thrust and its angle; by their names without
     # any motion.
+    if channels.shared:
+        channels = _with_own_gains(channels, draft, recordings, report)
     parts = (thrusters if channels.shared else sticks)(channels)
     steer = None if places else steered(channels)
     is_steered = steer is not None and steer.sure
@@ -216,6 +225,22 @@ def _changing_channels(sources: Sources) -> tuple[list[str], Entries]:
         )
     entries = {name: entry for name, entry in disarmed.items() if name in kept}
     return [name for name in names if name in kept], entries
+
+
+def _with_own_gains(
+    channels: Channels, draft: Vehicle, recordings: Sequence[Recording], report: ConsistencyReport
+) -> Channels:
+    """The channels with gains at each one's own delay and lag, where these differ: slow is not weak."""
+    if report.search is None or report.search.mirrored:
+        return channels
+    runs = [read_run(r, file_commands(draft, r)) for r in map(at_one_time, recordings)]
+    own = own_gains(runs)
+    if own is None:
+        return channels
+    common = np.array([gain.value for gain in report.table]).reshape(own.T.shape).T
+    known = common != 0.0
+    factor = np.divide(own, common, out=np.ones_like(own), where=known)
+    return replace(channels, gains=channels.gains * factor)
 
 
 def _channels(
