@@ -9,6 +9,8 @@ import pytest
 from conftest import TABLE_II, make_model
 from estimates import estimated
 from scipy import stats
+from survey_boat import TRUTH as SURVEYED
+from survey_boat import boat
 
 from seatrial.boat.findings import FindingKind, finding_of
 from seatrial.boat.model_file import load, save
@@ -273,3 +275,22 @@ def test_models_are_driven_as_the_recordings_were(mp, af):
         assert model.vehicle.file.allocation == frd.file.allocation
         assert model.values == own.values
         assert set(model.structure.terms) == set(own.structure.terms)
+
+
+def test_long_names_of_parameters_keep_the_columns():
+    """Of groups: under the heads of the table, which stand at the ends of their columns."""
+    name = "of_the_outboard_on_the_port_side"
+    both = []
+    for lag in (0.1, 0.2):
+        vehicle = boat([{"name": name, "actuators": ["left"], "lag": lag}])
+        model = make_model(vehicle, {n: SURVEYED[n] for n in vehicle.structure.coefficients})
+        size = len(model.parameters)
+        both.append(replace(model, covariance=1e-4 * np.eye(size)))
+    lines = comparison_text(compare(*both)).splitlines()
+    (head,) = (line for line in lines if "p (Holm)" in line)
+    rows = [line for line in lines if line[2:].startswith((f"lag.{name}", "X_u "))]
+    assert len(rows) == 2
+    for row in rows:
+        for column in (" A", " B", "B - A"):
+            end = head.index(f"{column} ") + len(column)
+            assert row[end - 1] != " " and row[end : end + 1] in (" ", ""), row

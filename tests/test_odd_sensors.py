@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Headings and positions as receivers, compasses, IMUs and trackers give them."""
 
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -191,6 +193,24 @@ def test_nmea_sentences(tmp_path):
         "$GPGGA,120000.00,5954.462,N,01045.000,E,4,12,0.8,3.0,M,40,M,,*00\n$GPHDT,50.0,T*00\n"
     )
     assert "has NMEA 0183 sentences, not columns" in refusal(path)
+
+
+@pytest.mark.parametrize("between", [" ", ", ", "; ", "\t"])
+def test_lines_of_key_and_value(tmp_path, between):
+    """The message has a command that makes a table of them, and the table reads as the boat's."""
+    c = columns()
+    table = np.loadtxt(
+        logged(tmp_path, c, "t east north heading left right"), delimiter=",", skiprows=1
+    )
+    keys = ("t", "east", "north", "heading", "left", "right")
+    path = tmp_path / "run.csv"
+    rows = (between.join(f"{k}={x:.9g}" for k, x in zip(keys, row, strict=True)) for row in table)
+    path.write_text("\n".join(rows) + "\n")
+    said = refusal(path)
+    assert "has lines of key=value (t and east and 4 more), not columns" in said
+    command = said[said.index("(echo ") :].partition("table.csv")[0] + str(tmp_path / "made.csv")
+    subprocess.run(command, shell=True, check=True)
+    assert np.allclose(np.loadtxt(tmp_path / "made.csv", delimiter=",", skiprows=1), table)
 
 
 def test_positions_between_those_of_a_slow_receiver(tmp_path):

@@ -91,33 +91,36 @@ def _side_text(side: Side) -> str:
 
 def _parameters(found: Comparison) -> Iterator[str]:
     yield ""
+    names = [pair.name for pair in found.pairs]
+    names += [one.name for one in (*found.only_a, *found.only_b)]
+    width = max([12, *map(len, names)])
     yield (
-        f"{'':<14} {'A':>20} {'B':>20} {'B - A':>10}   in s.e.  p (Holm)   unit; {Axes.FLU.value} axes"
+        f"{'':<{width + 2}} {'A':>20} {'B':>20} {'B - A':>10}   in s.e.  p (Holm)   unit; {Axes.FLU.value} axes"
     )
     for pair in found.pairs:
-        yield _pair_text(pair)
+        yield _pair_text(pair, width)
     for letter, rest in (("A", found.only_a), ("B", found.only_b)):
         for one in rest:
-            yield _one_sided_text(letter, one)
+            yield _one_sided_text(letter, one, width)
     yield ""
     yield from changes_text(found, " (*)")
 
 
-def _pair_text(pair: Pair) -> str:
+def _pair_text(pair: Pair, width: int) -> str:
     mark = "*" if pair.differs else " "
     z, p = ("given", "") if pair.z is None or pair.p is None else (f"{pair.z:.1f}", _p(pair.p))
     return (
-        f"{mark} {pair.name:<12} {_value(pair.a, pair.error_a):>20} {_value(pair.b, pair.error_b):>20} "
+        f"{mark} {pair.name:<{width}} {_value(pair.a, pair.error_a):>20} {_value(pair.b, pair.error_b):>20} "
         f"{_shift(pair):>10} {z:>9} {p:>9}   {pair.unit}"
     )
 
 
-def _one_sided_text(letter: str, one: OneSided) -> str:
+def _one_sided_text(letter: str, one: OneSided, width: int) -> str:
     why = f"; not compared: {one.why}" if one.why else ""
     shown = plus_minus if one.at_bound else _value
     value = shown(one.value, one.error)
     left, right = (value, "") if letter == "A" else ("", value)
-    return f"  {one.name:<12} {left:>20} {right:>20}   only {letter}, {one.unit}{why}"
+    return f"  {one.name:<{width}} {left:>20} {right:>20}   only {letter}, {one.unit}{why}"
 
 
 def _value(value: float, error: float) -> str:

@@ -46,9 +46,8 @@ STAGES_BY_GROUP: tuple[str, ...] = (
     "power",
     "reverse_ratio",
 )
-STAGES_BY_ACTUATOR = STAGES_BY_GROUP[
-    :2
-]  # another motor, belt or controller; forces have gains of their own
+# that each actuator may have: another motor, belt or controller; forces have gains of their own
+STAGES_BY_ACTUATOR = ("latency", "lag")
 PLACE_TOLERANCE = 0.1  # relative: thrusters at places that differ by more are two groups
 Wider = Callable[[list[ChainGroup]], Vehicle | None]  # the vehicle with these groups for one
 
@@ -195,10 +194,10 @@ def _by_group(
 ) -> Iterator[StageCandidate]:
     """Stages that all actuators share in `own`, and those that the curve lacks, one for each group of them.
 
-    Of one group: latency and lag, one for each actuator.
+    Of one group: latency and lag, one for each actuator that has a command of its own.
     """
     groups, stages = actuator_groups(whole), STAGES_BY_GROUP
-    if len(groups) == 1:
+    if len(groups) == 1 and whole.actuators == whole.inputs:
         groups = {name: [name] for name in whole.actuators}
         stages = STAGES_BY_ACTUATOR
     kinds = ["+".join(m) if whole.file.thrusters else name for name, m in groups.items()]

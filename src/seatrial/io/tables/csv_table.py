@@ -4,6 +4,7 @@
 import codecs
 import csv
 import re
+import shlex
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -39,6 +40,7 @@ from seatrial.io.tables.headers import (
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import readable
+from seatrial.util.format import shortened
 from seatrial.util.frames import Array
 
 ENCODED = 1 << 16  # [bytes] by which the encoding is found
@@ -47,6 +49,10 @@ LONGEST_LINE = 1 << 20  # [characters]
 MOST_COMMENTS = 1000  # lines before the header
 READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
 OTHER_FILES = ("seatrial:", "# Proposed by", "%YAML")
+# lines of key=value, between spaces, commas, semicolons or tabs
+NAMED_VALUE = r"[A-Za-z_][\w./-]*\s?=\s?[^\s=,;]+"
+NAMED_VALUES = re.compile(rf"{NAMED_VALUE}(?:[\s,;]+{NAMED_VALUE})+[\s,;]*")
+ONLY_VALUES = r"s/[^ ,;=\t]+ ?= ?//g; s/[ ,;\t]+/,/g"  # of such lines, for sed
 NMEA = re.compile(r"[$!][A-Z]{2}[A-Z0-9]{3},")
 UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
 
@@ -148,6 +154,13 @@ class CsvTable(Table):
             raise RecordingError(
                 f"{self.path}: has NMEA 0183 sentences, not columns; write time, latitude, longitude, heading and "
                 "commands as a table (docs/formats.md)"
+            )
+        if lines and all(NAMED_VALUES.fullmatch(line.strip()) for line in lines[:2]):
+            keys = re.findall(r"([\w./-]+)\s?=", lines[0])
+            raise RecordingError(
+                f"{self.path}: has lines of key=value ({shortened(keys)}), not columns; write a table, a column a "
+                "key: the keys once as header, then rows of values. Where the keys are the same in each line: "
+                f"(echo {','.join(keys)}; sed -E '{ONLY_VALUES}' {shlex.quote(str(self.path))}) > table.csv"
             )
         if lines and lines[0].startswith(OTHER_FILES):
             raise RecordingError(
