@@ -72,6 +72,18 @@ def sheared(rate):
     return change
 
 
+def turning(speed, period):
+    """Poses in water whose flow turns with the time."""
+
+    def change(drive, eta):
+        phase = 2.0 * np.pi * drive.t / period
+        flow = speed * np.column_stack([np.sin(phase), np.cos(phase)])
+        eta[:, :2] += np.cumsum(flow * np.diff(drive.t, prepend=0.0)[:, None], axis=0)
+        return eta
+
+    return change
+
+
 def pushed(sd, memory):
     """Poses pushed about by velocities that come and go."""
 
@@ -124,6 +136,16 @@ def test_a_current_that_differs_between_places_is_named():
     places = [r.eta[r.valid, 1] for r in recordings]
     largest = 0.02 * max(float(np.abs(y - y.mean()).max()) for y in places)
     assert finding.number("size") == pytest.approx(largest, rel=0.5)  # of block means, a first step
+
+
+@pytest.mark.parametrize("seed", [1, *(at_length(seed) for seed in range(2, 6))])
+def test_a_current_that_turns_with_the_time_is_named(seed):
+    vehicle, drive = driven({}, [both, both, both], bow=True, seconds=300.0, seed=seed)
+    eta = turning(0.1, 300.0)(drive, drive.raw.copy())
+    recording = make_recording("drive", drive.stamps, eta, drive.commands)
+    (finding,) = asked(output_error([recording], vehicle))
+    assert finding.kind is FindingKind.UNEVEN_CURRENT
+    assert 0.1 < finding.number("size") < 0.2  # a first step, and ends of a polynomial
 
 
 def test_nothing_is_named_where_nothing_acts_or_what_acts_is_none_of_these():

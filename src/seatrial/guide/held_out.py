@@ -8,10 +8,11 @@ from pathlib import Path
 from seatrial.boat.vehicle import Vehicle
 from seatrial.guide.answers import LAST_QUARTER, TEST_QUESTION
 from seatrial.guide.steps import Task
+from seatrial.identification.guided import check_length
 from seatrial.io.reader import recording_names
 from seatrial.recording.excitation import find_roles
 from seatrial.recording.recording import Recording
-from seatrial.util.errors import RecordingError
+from seatrial.util.errors import IdentificationError, RecordingError
 
 HELD_OUT_SHARE = 0.25  # of each recording, its last part, where no recording is chosen for the test
 HELD_OUT_SUFFIX = "-held-out"  # of the name of such a part
@@ -28,7 +29,8 @@ def hold_out(
     training = [r.cut(None, end) for r, end in zip(recordings, ends, strict=True)]
     try:
         find_roles(vehicle, training)
-    except RecordingError as error:
+        check_length(training, vehicle)
+    except (RecordingError, IdentificationError) as error:
         find_roles(vehicle, recordings)  # an axis that is never driven is another matter
         here.assumed.append(
             f"nothing is held out, so that the scores are optimistic: without the last quarter {error}"

@@ -40,10 +40,17 @@ def first_maximum(
 
     No fit horizon, no further stages.
     """
+    problem = first_problem(recordings, vehicle, effects)
+    return maximised(with_fewer_poses(problem), recordings, start, hold=False)
+
+
+def first_problem(
+    recordings: Sequence[Recording], vehicle: Vehicle, effects: Sequence[str] = ()
+) -> Problem:
+    """The problem before any search. Raises IdentificationError where recordings are too short for it."""
     whole, _ = with_estimated_stages(vehicle, recordings)
     settings = OutputErrorSettings(effects=tuple(effects))
-    problem = with_enough_blocks(problem_with(whole, vehicle, recordings, settings))
-    return maximised(with_fewer_poses(problem), recordings, start, hold=False)
+    return with_enough_blocks(problem_with(whole, vehicle, recordings, settings))
 
 
 def maximised(

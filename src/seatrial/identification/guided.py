@@ -13,7 +13,7 @@ from seatrial.identification.diagnostics.unmodelled_effects import (
     effect_places,
     unmodelled_effect,
 )
-from seatrial.identification.first_search import first_maximum
+from seatrial.identification.first_search import first_maximum, first_problem
 from seatrial.identification.likelihood.linearised import Point
 from seatrial.identification.likelihood.parameters import EFFECT_KINDS
 from seatrial.identification.methods import identify_with_fit
@@ -78,6 +78,11 @@ def identify_guided(
             known = known.with_effect(recordings, *named)
             found = _whole(recordings, known)
     return found
+
+
+def check_length(recordings: Sequence[Recording], vehicle: Vehicle) -> None:
+    """Raises IdentificationError where recordings are too short for the terms that come first."""
+    first_problem(recordings, _with_first_terms(vehicle))
 
 
 @dataclass(frozen=True)
