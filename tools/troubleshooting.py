@@ -106,6 +106,8 @@ C = InconsistencyKind
 CONTRADICTIONS: Mapping[C, tuple[str, str, str]] = {  # message, meaning, what to do
     C.CLOCK: ("poses and commands have different clocks", "Commands act seconds before or after their stamps.",
               "Stamp both by one clock, or state `offset` at `commands: stamp`."),
+    C.DELAY: ("older than the", "Position and heading are measured seconds apart: a slow localisation, a filter.",
+              "Set `delay` and `heading_delay` at `pose`, or `--effect delay`."),
     C.LENGTH: ("in the unit that the vehicle file states the speed is", "The speed is not that of a small boat.",
                "Set `unit` at `pose: x` and `y`."),
     C.ANGLE: ("in this unit the heading agrees with the track", "Degrees are read as radians, or radians as degrees.",

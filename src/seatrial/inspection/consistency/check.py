@@ -124,11 +124,12 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     speed, lengths = usual_speed(runs), length_units(runs, vehicle)
     angle, read = heading_unit(runs, vehicle, length_factors(lengths, vehicle))
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
-    # 3. Clock of the commands; positions older than headings, where these turn, before it and after.
+    # 3. Clock of the commands, or positions older than headings, where these turn; both, one after the other.
     spread = _heading_spread(runs)
     turns = spread > STRAIGHT_HEADING
-    late = position_delay(runs) if turns else 0.0
-    offset = 0.0 if late else clock_offset(runs, *without_drag(runs))
+    offset = clock_offset(runs, *without_drag(runs))
+    late = position_delay(runs, offset) if turns else 0.0
+    offset = 0.0 if late else offset
     if offset:
         runs = [run.delayed(offset) for run in runs]
         late = position_delay(runs) if turns else 0.0

@@ -20,16 +20,15 @@ LONGEST = 5.0  # [s] that is tried, to either side: as a clock's offset
 COARSE = 2  # steps between windows in one step of the first scan: half a window's weight
 # [s] from which on it is stated: shorter ones are a score test's, which holds half a window to either side
 LEAST_STATED = 0.6
-EXPLAINED = (
-    0.1  # share of the acceleration; commands that leave less of surge and yaw have no delay
-)
+# share of the acceleration; commands that leave less of surge and yaw have no delay
+EXPLAINED = 0.1
 
 
-def position_delay(runs: Sequence[Run]) -> float:
+def position_delay(runs: Sequence[Run], offset: float = 0.0) -> float:
     """Time [s] by which positions are older than headings; negative: headings are older; 0 where it is short.
 
     Thrust and drag act along the heading, so positions of another time leave more of the plane's acceleration
-    unexplained.
+    unexplained. offset: of the commands' clock [s], which may explain as much.
     """
     surge, _, yaw = unexplained_share(*without_drag(runs)).min(axis=0)
     if max(surge, yaw) < EXPLAINED:
@@ -45,12 +44,12 @@ def position_delay(runs: Sequence[Run]) -> float:
     if abs(late) < LEAST_STATED:
         return 0.0
     # 2. It must explain clearly more than none, than commands that act as much later (then headings are as old as
-    # positions), and than a plane of the other hand
+    # positions) or by another clock, and than a plane of the other hand
     pairs = [paired(run, late) for run in runs]
     now, moved = ([pair[i] for pair in pairs] for i in (0, 1))
     then = unexplained(moved, *without_drag(moved))
-    delayed = [run.delayed(abs(late)) for run in now]
-    others = without_drag(now), without_drag(delayed), without_drag(now, mirrored=True)
+    clocks = [[run.delayed(by) for run in now] for by in {0.0, abs(late), offset}]
+    others = [*(without_drag(own) for own in clocks), without_drag(now, mirrored=True)]
     return late if all(clearly_better(unexplained(now, *o), then) for o in others) else 0.0
 
 
