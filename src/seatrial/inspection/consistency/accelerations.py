@@ -43,6 +43,13 @@ class Smooth:
     velocity: Complex  # (m,) [m/s] earth-fixed
     acceleration: Complex  # (m,) [m/s^2] earth-fixed
 
+    def at(self, windows: Index | Mask | slice) -> "Smooth":
+        """Some of the windows."""
+        return Smooth(
+            self.t[windows], self.half, self.psi[windows], self.r[windows], self.r_dot[windows],
+            self.velocity[windows], self.acceleration[windows],
+        )  # fmt: skip
+
 
 @once
 def smooth(recording: Recording) -> Smooth:

@@ -60,6 +60,11 @@ class Run:
         c = self.commands
         return replace(self, commands=Signal(c.names, c.stamps + round(1e9 * offset), c.values))
 
+    def thinned(self, every: int) -> "Run":
+        """The run with one window of so many."""
+        few = self.smooth.at(slice(None, None, every))
+        return replace(self, smooth=few, stride=every * self.stride)
+
 
 @dataclass(frozen=True)
 class Gains:
@@ -121,10 +126,9 @@ def unexplained(runs: Runs, motion: Array, inputs: Array) -> Array:
 
     motion, inputs: those of the runs, `without_drag`.
     """
-    squares = np.zeros(len(motion))
-    for axis in range(2):
-        left = [motion[:, axis] - x @ solved(x, motion[:, axis]) for x in inputs]
-        squares += min(left, key=lambda e: float(e @ e)) ** 2
+    plane = motion[:, :2]
+    left = np.array([(plane - x @ solved(x, plane)) ** 2 for x in inputs])  # (delays, m, 2)
+    squares = sum(left[best, :, axis] for axis, best in enumerate(left.sum(axis=1).argmin(axis=0)))
     return np.asarray(np.bincount(blocks(runs, UNEXPLAINED_BLOCK), weights=squares), dtype=float)
 
 
@@ -144,16 +148,18 @@ def without_drag(
     motion = np.concatenate([a for a, _ in turned])
     if inputs is None:
         inputs = np.concatenate([run.inputs for run in runs], axis=1)
-    calm, windy = (_projected(motion, inputs, own) for own in (drag[:, :-WIND], drag))
+    # columns of an orthonormal basis span what as many columns of drag do: one serves without a wind and with it
+    size = np.linalg.norm(drag, axis=0)
+    basis = np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0]
+    calm = _less(motion, basis[:, :-WIND]), _less(inputs, basis[:, :-WIND])
+    windy = _less(calm[0], basis[:, -WIND:]), _less(calm[1], basis[:, -WIND:])
     left, with_wind = (float(unexplained(runs, *each).sum()) for each in (calm, windy))
     return windy if left > LEAST_WIND_RATIO * with_wind else calm
 
 
-def _projected(motion: Array, inputs: Array, drag: Array) -> tuple[Array, Array]:
-    """Motion and inputs less what columns of drag explain of them."""
-    size = np.linalg.norm(drag, axis=0)
-    basis = np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0]
-    return motion - basis @ (basis.T @ motion), inputs - basis @ (basis.T @ inputs)
+def _less(columns: Array, basis: Array) -> Array:
+    """Columns (..., m, k) less what an orthonormal basis (m, b) explains of them."""
+    return np.asarray(columns - basis @ (basis.T @ columns))
 
 
 def unexplained_share(motion: Array, inputs: Array) -> Array:

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from seatrial.inspection.consistency.gains import (
     Run,
@@ -14,10 +13,10 @@ from seatrial.inspection.consistency.gains import (
     without_drag,
 )
 from seatrial.inspection.consistency.pose_units import clearly_better
-from seatrial.util.frames import Array, Mask
+from seatrial.util.frames import Array, Index, Mask
 
 LONGEST = 5.0  # [s] that is tried, to either side: as a clock's offset
-COARSE = 2  # steps between windows in one step of the first scan: half a window's weight
+COARSE = 2  # of so many windows the first scan takes one: half a window's weight
 # [s] from which on it is stated: shorter ones are a score test's, which holds half a window to either side
 LEAST_STATED = 0.6
 # share of the acceleration; commands that leave less of surge and yaw have no delay
@@ -33,13 +32,13 @@ def position_delay(runs: Sequence[Run], offset: float = 0.0) -> float:
     surge, _, yaw = unexplained_share(*without_drag(runs)).min(axis=0)
     if max(surge, yaw) < EXPLAINED:
         return 0.0
-    # 1. A scan by whole steps between windows, which leaves their noise as it is, then the steps beside the best
+    # 1. A scan by whole steps between windows, which leaves their noise as it is: of some of them, then of all
+    # beside the best
     step = max(float(np.median(np.diff(r.smooth.t))) for r in runs if len(r.smooth.t) > 1)
-    count = int(LONGEST / step)
-    left = {k: _left(runs, k * step) for k in range(-count // COARSE * COARSE, count + 1, COARSE)}
-    best = min(left, key=lambda k: left[k])
-    left |= {k: _left(runs, k * step) for k in (best - 1, best + 1)}
-    best = min(left, key=lambda k: left[k])
+    count = int(LONGEST / (COARSE * step))
+    some = [run.thinned(COARSE) for run in runs]
+    best = COARSE * min(range(-count, count + 1), key=lambda k: _left(some, k * COARSE * step))
+    best = min((best - 1, best, best + 1), key=lambda k: _left(runs, k * step))
     late = round(best * step, 3)
     if abs(late) < LEAST_STATED:
         return 0.0
@@ -58,17 +57,13 @@ def paired(run: Run, late: float) -> tuple[Run, Run]:
 
     Where headings are the older ones, commands are delayed like them.
     """
-    s = run.smooth
-    index, known = _windows_at(s.t, s.t + late)
-    own = replace(
-        s, t=s.t[known], psi=s.psi[known], r=s.r[known], r_dot=s.r_dot[known],
-        velocity=s.velocity[known], acceleration=s.acceleration[known],
-    )  # fmt: skip
-    moved = replace(own, velocity=s.velocity[index], acceleration=s.acceleration[index])
+    index, known = _windows_at(run.smooth.t, run.smooth.t + late)
+    own, other = run.smooth.at(known), run.smooth.at(index)
+    moved = replace(own, velocity=other.velocity, acceleration=other.acceleration)
     return replace(run, smooth=own), replace(run, smooth=moved).delayed(max(-late, 0.0))
 
 
-def _windows_at(t: Array, wanted: Array) -> tuple[NDArray[np.int64], Mask]:
+def _windows_at(t: Array, wanted: Array) -> tuple[Index, Mask]:
     """Indices of windows within half a step of the times wanted, and a mask of the wanted that have one."""
     after = np.clip(np.searchsorted(t, wanted), 1, max(len(t) - 1, 1))
     nearest = np.where(wanted - t[after - 1] < t[after] - wanted, after - 1, after)
@@ -79,5 +74,12 @@ def _windows_at(t: Array, wanted: Array) -> tuple[NDArray[np.int64], Mask]:
 def _left(runs: Sequence[Run], late: float) -> float:
     """Mean square of the plane's acceleration that stays unexplained with positions so late [s]."""
     own = [paired(run, late)[1] for run in runs]
+    inputs = np.concatenate([_inputs(run, late) for run in runs], axis=1)
     count = sum(len(run.smooth.t) for run in own)
-    return float(unexplained(own, *without_drag(own)).sum()) / count if count else np.inf
+    return float(unexplained(own, *without_drag(own, inputs)).sum()) / count if count else np.inf
+
+
+def _inputs(run: Run, late: float) -> Array:
+    """Inputs of the second run of `paired`, for whole steps between windows: without averaging them again."""
+    index, known = _windows_at(run.smooth.t, run.smooth.t + late)
+    return run.inputs[:, known if late >= 0.0 else index]
