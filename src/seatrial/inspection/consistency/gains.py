@@ -127,7 +127,7 @@ def unexplained(runs: Runs, motion: Array, inputs: Array) -> Array:
     motion, inputs: those of the runs, `without_drag`.
     """
     plane = motion[:, :2]
-    left = np.array([(plane - x @ solved(x, plane)) ** 2 for x in inputs])  # (delays, m, 2)
+    left = (plane - inputs @ solved(inputs, plane)) ** 2  # (delays, m, 2)
     squares = sum(left[best, :, axis] for axis, best in enumerate(left.sum(axis=1).argmin(axis=0)))
     return np.asarray(np.bincount(blocks(runs, UNEXPLAINED_BLOCK), weights=squares), dtype=float)
 
@@ -143,6 +143,15 @@ def without_drag(
 
     inputs: by default the commands at the usual delays. heading: factor on psi.
     """
+    calm, windy = projected(runs, inputs, heading=heading, mirrored=mirrored)
+    left, with_wind = (float(unexplained(runs, *each).sum()) for each in (calm, windy))
+    return windy if left > LEAST_WIND_RATIO * with_wind else calm
+
+
+def projected(
+    runs: Runs, inputs: Array | None = None, *, heading: float = 1.0, mirrored: bool = False
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Accelerations and inputs of `without_drag`, off the drag basis alone, and off that of a wind, too."""
     turned = [_body(run.smooth, heading, mirrored) for run in runs]
     drag = np.concatenate([d for _, d in turned])
     motion = np.concatenate([a for a, _ in turned])
@@ -152,9 +161,7 @@ def without_drag(
     size = np.linalg.norm(drag, axis=0)
     basis = np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0]
     calm = _less(motion, basis[:, :-WIND]), _less(inputs, basis[:, :-WIND])
-    windy = _less(calm[0], basis[:, -WIND:]), _less(calm[1], basis[:, -WIND:])
-    left, with_wind = (float(unexplained(runs, *each).sum()) for each in (calm, windy))
-    return windy if left > LEAST_WIND_RATIO * with_wind else calm
+    return calm, (_less(calm[0], basis[:, -WIND:]), _less(calm[1], basis[:, -WIND:]))
 
 
 def _less(columns: Array, basis: Array) -> Array:
@@ -164,7 +171,7 @@ def _less(columns: Array, basis: Array) -> Array:
 
 def unexplained_share(motion: Array, inputs: Array) -> Array:
     """Share (delays, 3) of the squared accelerations that the inputs do not explain."""
-    left = np.array([np.sum((motion - x @ solved(x, motion)) ** 2, axis=0) for x in inputs])
+    left = np.sum((motion - inputs @ solved(inputs, motion)) ** 2, axis=1)
     return np.asarray((left + SQUARES_AT_REST) / (np.sum(motion**2, axis=0) + SQUARES_AT_REST))
 
 
@@ -190,14 +197,15 @@ def _drag(u: Array, v: Array, r: Array, turn: NDArray[np.complex128]) -> Array:
 
 
 def solved(inputs: Array, motion: Array) -> Array:
-    """Gains (n,) or (n, axes) of inputs (m, n) by least squares."""
-    return np.asarray(np.linalg.solve(_normal(inputs), inputs.T @ motion))
+    """Gains (n,) or (..., n, axes) of inputs (..., m, n) by least squares."""
+    return np.asarray(np.linalg.solve(_normal(inputs), inputs.swapaxes(-1, -2) @ motion))
 
 
 def _normal(inputs: Array) -> Array:
-    normal = inputs.T @ inputs
-    ridge = GAINS_RIDGE * float(np.trace(normal)) / len(normal) + SQUARES_AT_REST
-    return np.asarray(normal + ridge * np.eye(len(normal)))
+    normal = inputs.swapaxes(-1, -2) @ inputs
+    n = normal.shape[-1]
+    ridge = GAINS_RIDGE * np.trace(normal, axis1=-2, axis2=-1) / n + SQUARES_AT_REST
+    return np.asarray(normal + ridge[..., None, None] * np.eye(n))
 
 
 def gains_of_axis(motion: Array, inputs: Array, block: Index) -> Gains:

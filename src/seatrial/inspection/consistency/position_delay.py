@@ -8,6 +8,7 @@ import numpy as np
 
 from seatrial.inspection.consistency.gains import (
     Run,
+    projected,
     unexplained,
     unexplained_share,
     without_drag,
@@ -72,11 +73,11 @@ def _windows_at(t: Array, wanted: Array) -> tuple[Index, Mask]:
 
 
 def _left(runs: Sequence[Run], late: float) -> float:
-    """Mean square of the plane's acceleration that stays unexplained with positions so late [s]."""
+    """Mean square of the plane's acceleration that drag, wind and inputs leave with positions so late [s]."""
     own = [paired(run, late)[1] for run in runs]
     inputs = np.concatenate([_inputs(run, late) for run in runs], axis=1)
     count = sum(len(run.smooth.t) for run in own)
-    return float(unexplained(own, *without_drag(own, inputs)).sum()) / count if count else np.inf
+    return float(unexplained(own, *projected(own, inputs)[1]).sum()) / count if count else np.inf
 
 
 def _inputs(run: Run, late: float) -> Array:
