@@ -100,9 +100,9 @@ SMOOTH_POSITION = Spec(
 )
 SMOOTH_HEADING = Spec(
     "heading: no white noise, but correlated errors of {lasting:.2g} mrad with a time constant of "
-    "{memory:.2g} s. So it comes from a filter, such as an autopilot's. One without a gyro lags behind "
-    "the boat, as a heading does that is found later than the position: thrust, drag and lag are then off by more "
-    "than their intervals. White noise is held at {white:.2g} mrad",
+    "{memory:.2g} s. So it comes from a filter, such as an autopilot's. If the filter has no gyro, "
+    "the heading lags behind the boat, and thrust, drag and lag are off by more than their "
+    "intervals. White noise is held at {white:.2g} mrad",
     "Log the heading of the compass or the GNSS as well. On board, give the predictor the same filtered "
     "heading",
     numbers={"white": "mrad", "lasting": "mrad", "memory": "s"},

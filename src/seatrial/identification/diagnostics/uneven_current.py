@@ -45,7 +45,7 @@ def uneven_current(runs: FilterRuns) -> UnevenCurrent | None:
 
 
 def _uneven(runs: FilterRuns, where: Array) -> UnevenCurrent | None:
-    """A current that goes with columns (blocks, k), if significant."""
+    """A current that is linear in columns (blocks, k), if significant."""
     known, p = score_information_in(runs), len(runs.problem.free)
     for axis in ("current_x", "current_y"):
         own = [name.partition(".")[0] == axis for name in known.names]

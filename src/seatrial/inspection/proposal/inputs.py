@@ -162,7 +162,8 @@ def _units(
     if report.repair.late:
         pose["delay"], pose["heading_delay"] = later(draft.delays, report.repair.late)
         corrected.append(
-            "positions and headings are of different times, by the motion of the boat: check delay"
+            f"positions and headings are {abs(report.repair.late):.1f} s apart, by the motion of the boat: "
+            "delay and heading_delay say so"
         )
     if corrected:
         draft = _draft(sources, pose, names)

@@ -64,7 +64,7 @@ class Contents:
         return not self.entries or any(e.topic.readable for e in self.entries)
 
     def unreadable(self) -> str:
-        """What is said of topics whose messages can't be read; empty: there are none."""
+        """Types that the bag does not define, and what to do; empty: it defines all."""
         types = sorted({e.topic.type for e in self.entries if not e.topic.readable})
         if not types:
             return ""

@@ -4,7 +4,6 @@
 import codecs
 import csv
 import re
-import shlex
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -37,10 +36,10 @@ from seatrial.io.tables.headers import (
     joined_header,
     layout_of,
 )
+from seatrial.io.tables.other_texts import refuse_other_text
 from seatrial.io.tables.stamps import is_date_time
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import readable
-from seatrial.util.format import shortened
 from seatrial.util.frames import Array
 
 ENCODED = 1 << 16  # [bytes] by which the encoding is found
@@ -48,12 +47,6 @@ NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 LONGEST_LINE = 1 << 20  # [characters]
 MOST_COMMENTS = 1000  # lines before the header
 READ_AHEAD = 24  # columns of numbers that are read at once with those asked for
-OTHER_FILES = ("seatrial:", "# Proposed by", "%YAML")
-# lines of key=value, between spaces, commas, semicolons or tabs
-NAMED_VALUE = r"[A-Za-z_][\w./-]*\s?=\s?[^\s=,;]+"
-NAMED_VALUES = re.compile(rf"{NAMED_VALUE}(?:[\s,;]+{NAMED_VALUE})+[\s,;]*")
-ONLY_VALUES = r"s/[^ ,;=\t]+ ?= ?//g; s/[ ,;\t]+/,/g"  # of such lines, for sed
-NMEA = re.compile(r"[$!][A-Z]{2}[A-Z0-9]{3},")
 UNIT_CELL = re.compile(r"[\[(].*[\])]|[A-Za-zµ°%][\w°/^*%.-]{0,7}|-|")
 
 
@@ -150,22 +143,7 @@ class CsvTable(Table):
     def _beginning(self) -> tuple[str, list[str]]:
         """Header line, and the first rows."""
         lines = self._first_lines()
-        if lines and NMEA.match(lines[0]):
-            raise RecordingError(
-                f"{self.path}: has NMEA 0183 sentences, not columns; write time, latitude, longitude, heading and "
-                "commands as a table (docs/formats.md)"
-            )
-        if lines and all(NAMED_VALUES.fullmatch(line.strip()) for line in lines[:2]):
-            keys = re.findall(r"([\w./-]+)\s?=", lines[0])
-            raise RecordingError(
-                f"{self.path}: has lines of key=value ({shortened(keys)}), not columns; write a table, a column a "
-                "key: the keys once as header, then rows of values. Where the keys are the same in each line: "
-                f"(echo {','.join(keys)}; sed -E '{ONLY_VALUES}' {shlex.quote(str(self.path))}) > table.csv"
-            )
-        if lines and lines[0].startswith(OTHER_FILES):
-            raise RecordingError(
-                f"{self.path}: is a vehicle or model file, not a recording; give it with --vehicle, or first"
-            )
+        refuse_other_text(self.path, lines)
         self.joined = joined_header(self.path, lines)
         at = header_line(lines) if self.joined is None else self.joined.row
         if at is None:
