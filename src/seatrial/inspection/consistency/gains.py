@@ -152,21 +152,25 @@ def projected(
     runs: Runs, inputs: Array | None = None, *, heading: float = 1.0, mirrored: bool = False
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Accelerations and inputs of `without_drag`, off the drag basis alone, and off that of a wind, too."""
-    turned = [_body(run.smooth, heading, mirrored) for run in runs]
+    turned = [body(run.smooth, heading=heading, mirrored=mirrored) for run in runs]
     drag = np.concatenate([d for _, d in turned])
     motion = np.concatenate([a for a, _ in turned])
     if inputs is None:
         inputs = np.concatenate([run.inputs for run in runs], axis=1)
-    # columns of an orthonormal basis span what as many columns of drag do: one serves without a wind and with it
-    size = np.linalg.norm(drag, axis=0)
-    basis = np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0]
-    calm = _less(motion, basis[:, :-WIND]), _less(inputs, basis[:, :-WIND])
-    return calm, (_less(calm[0], basis[:, -WIND:]), _less(calm[1], basis[:, -WIND:]))
+    basis = orthonormal(drag)
+    calm = less(motion, basis[:, :-WIND]), less(inputs, basis[:, :-WIND])
+    return calm, (less(calm[0], basis[:, -WIND:]), less(calm[1], basis[:, -WIND:]))
 
 
-def _less(columns: Array, basis: Array) -> Array:
-    """Columns (..., m, k) less what an orthonormal basis (m, b) explains of them."""
-    return np.asarray(columns - basis @ (basis.T @ columns))
+def orthonormal(drag: Array) -> Array:
+    """A basis of drag's columns (..., m, DRAG_COLUMNS); its first columns span what as many of drag's do."""
+    size = np.linalg.norm(drag, axis=-2, keepdims=True)
+    return np.asarray(np.linalg.qr(drag / np.where(size > 0, size, 1.0))[0])
+
+
+def less(columns: Array, basis: Array) -> Array:
+    """Columns (..., m, k) less what an orthonormal basis (..., m, b) explains of them."""
+    return np.asarray(columns - basis @ (basis.swapaxes(-1, -2) @ columns))
 
 
 def unexplained_share(motion: Array, inputs: Array) -> Array:
@@ -175,15 +179,15 @@ def unexplained_share(motion: Array, inputs: Array) -> Array:
     return np.asarray((left + SQUARES_AT_REST) / (np.sum(motion**2, axis=0) + SQUARES_AT_REST))
 
 
-def _body(smooth: Smooth, heading: float, mirrored: bool) -> tuple[Array, Array]:
-    """Inertial accelerations (m, 3) in body axes, and drag (m, DRAG_COLUMNS)."""
+def body(smooth: Smooth, *, heading: float = 1.0, mirrored: bool = False) -> tuple[Array, Array]:
+    """Inertial accelerations (..., m, 3) in body axes, and drag (..., m, DRAG_COLUMNS)."""
     turn = np.exp(-1j * heading * smooth.psi)
     velocity, acceleration = smooth.velocity, smooth.acceleration
     if mirrored:
         velocity, acceleration = velocity.conj(), acceleration.conj()
     velocity, acceleration = velocity * turn, acceleration * turn
-    body = np.column_stack([acceleration.real, acceleration.imag, smooth.r_dot])
-    return body, _drag(velocity.real, velocity.imag, smooth.r, turn)
+    own = np.stack([acceleration.real, acceleration.imag, smooth.r_dot], axis=-1)
+    return own, _drag(velocity.real, velocity.imag, smooth.r, turn)
 
 
 def _drag(u: Array, v: Array, r: Array, turn: NDArray[np.complex128]) -> Array:
@@ -193,7 +197,7 @@ def _drag(u: Array, v: Array, r: Array, turn: NDArray[np.complex128]) -> Array:
     """
     own = [f for nu in (u, v, r) for f in (nu, np.abs(nu) * nu)]
     wind = turn.real, turn.imag
-    return np.column_stack([np.ones_like(u), *own, v * r, u * r, u * v, *wind])
+    return np.stack([np.ones_like(u), *own, v * r, u * r, u * v, *wind], axis=-1)
 
 
 def solved(inputs: Array, motion: Array) -> Array:

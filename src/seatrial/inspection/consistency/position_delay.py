@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: MIT
 """Positions that are older than the headings beside them by more than a search that begins at none gets over."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from seatrial.inspection.consistency.gains import (
     Run,
-    projected,
+    Runs,
+    body,
+    less,
+    orthonormal,
+    solved,
     unexplained,
     unexplained_share,
     without_drag,
@@ -22,9 +25,10 @@ COARSE = 2  # of so many windows the first scan takes one: half a window's weigh
 LEAST_STATED = 0.6
 # share of the acceleration; commands that leave less of surge and yaw have no delay
 EXPLAINED = 0.1
+MOST_NUMBERS = 2_000_000  # of the inputs of all delays at once: bounds memory
 
 
-def position_delay(runs: Sequence[Run], offset: float = 0.0) -> float:
+def position_delay(runs: Runs, offset: float = 0.0) -> float:
     """Time [s] by which positions are older than headings; negative: headings are older; 0 where it is short.
 
     Thrust and drag act along the heading, so positions of another time leave more of the plane's acceleration
@@ -37,9 +41,8 @@ def position_delay(runs: Sequence[Run], offset: float = 0.0) -> float:
     # beside the best
     step = max(float(np.median(np.diff(r.smooth.t))) for r in runs if len(r.smooth.t) > 1)
     count = int(LONGEST / (COARSE * step))
-    some = [run.thinned(COARSE) for run in runs]
-    best = COARSE * min(range(-count, count + 1), key=lambda k: _left(some, k * COARSE * step))
-    best = min((best - 1, best, best + 1), key=lambda k: _left(runs, k * step))
+    best = _best([run.thinned(COARSE) for run in runs], step, COARSE * np.arange(-count, count + 1))
+    best = _best(runs, step, best + np.arange(-1, 2))
     late = round(best * step, 3)
     if abs(late) < LEAST_STATED:
         return 0.0
@@ -58,29 +61,51 @@ def paired(run: Run, late: float) -> tuple[Run, Run]:
 
     Where headings are the older ones, commands are delayed like them.
     """
-    index, known = _windows_at(run.smooth.t, run.smooth.t + late)
-    own, other = run.smooth.at(known), run.smooth.at(index)
+    nearest, known = _windows_at(run.smooth.t, run.smooth.t + late)
+    own, other = run.smooth.at(known), run.smooth.at(nearest[known])
     moved = replace(own, velocity=other.velocity, acceleration=other.acceleration)
     return replace(run, smooth=own), replace(run, smooth=moved).delayed(max(-late, 0.0))
 
 
 def _windows_at(t: Array, wanted: Array) -> tuple[Index, Mask]:
-    """Indices of windows within half a step of the times wanted, and a mask of the wanted that have one."""
+    """Indices of the windows nearest to the times wanted, and which are within half a step of them."""
     after = np.clip(np.searchsorted(t, wanted), 1, max(len(t) - 1, 1))
     nearest = np.where(wanted - t[after - 1] < t[after] - wanted, after - 1, after)
-    known = np.abs(t[nearest] - wanted) < 0.5 * float(np.median(np.diff(t)))
-    return nearest[known].astype(np.int64), known
+    return nearest, np.abs(t[nearest] - wanted) < 0.5 * float(np.median(np.diff(t)))
 
 
-def _left(runs: Sequence[Run], late: float) -> float:
-    """Mean square of the plane's acceleration that drag, wind and inputs leave with positions so late [s]."""
-    own = [paired(run, late)[1] for run in runs]
-    inputs = np.concatenate([_inputs(run, late) for run in runs], axis=1)
-    count = sum(len(run.smooth.t) for run in own)
-    return float(unexplained(own, *projected(own, inputs)[1]).sum()) / count if count else np.inf
+def _best(runs: Runs, step: float, steps: Index) -> int:
+    """Of positions late by so many steps [s]: those that leave least of the plane's acceleration."""
+    lates = np.asarray(steps * step, dtype=np.float64)
+    numbers = sum(run.inputs.size for run in runs)
+    batches = np.array_split(lates, 1 + len(steps) * numbers // MOST_NUMBERS)
+    return int(steps[np.argmin(np.concatenate([_left(runs, batch) for batch in batches]))])
 
 
-def _inputs(run: Run, late: float) -> Array:
-    """Inputs of the second run of `paired`, for whole steps between windows: without averaging them again."""
-    index, known = _windows_at(run.smooth.t, run.smooth.t + late)
-    return run.inputs[:, known if late >= 0.0 else index]
+def _left(runs: Runs, lates: Array) -> Array:
+    """Mean square of the plane's acceleration that drag, wind and inputs leave, for each delay [s] (lates,)."""
+    every = [_moved(run, lates) for run in runs]
+    plane, drag, inputs = (np.concatenate(parts, axis=-2) for parts in zip(*every, strict=True))
+    basis = orthonormal(drag)
+    plane, inputs = less(plane, basis)[:, None], less(inputs, basis[:, None])
+    left = np.sum((plane - inputs @ solved(inputs, plane)) ** 2, axis=-2)  # (lates, delays, 2)
+    count = np.count_nonzero(drag[..., 0], axis=-1)  # drag's first column is 1
+    return np.asarray(
+        np.where(count > 0, left.min(axis=1).sum(axis=-1), np.inf) / np.maximum(count, 1)
+    )
+
+
+def _moved(run: Run, lates: Array) -> tuple[Array, Array, Array]:
+    """The second run of `paired` for each delay, 0 where a window has no other.
+
+    Accelerations of the plane (lates, m, 2), drag (lates, m, DRAG_COLUMNS), inputs (lates, delays, m, n): those of
+    whole steps between windows, without averaging them again.
+    """
+    s = run.smooth
+    nearest, known = _windows_at(s.t, s.t + lates[:, None])
+    own = np.broadcast_to(np.arange(len(s.t)), nearest.shape)
+    moved = replace(s.at(own), velocity=s.velocity[nearest], acceleration=s.acceleration[nearest])
+    motion, drag = body(moved)
+    inputs = run.inputs[:, np.where(lates[:, None] >= 0.0, own, nearest)].swapaxes(0, 1)
+    there = known[..., None]
+    return motion[..., :2] * there, drag * there, inputs * there[:, None]
