@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from conftest import at_length
 from survey_boat import LAG, LATENCY, TRUTH, as_stated, boat, driven
 
 import seatrial
@@ -31,7 +32,9 @@ def bounds_of(model, kind):
     return {f.part("parameter"): f.number("bound") for f in model.findings_of(kind)}
 
 
-@pytest.mark.parametrize("stage", BEYOND)
+@pytest.mark.parametrize(
+    "stage", ["lag", *(at_length(stage) for stage in BEYOND if stage != "lag")]
+)
 def test_a_truth_beyond_the_range_asks_for_an_action(stage):
     """Before, one remark of -v said what a lag at its lower bound means, and `next:` to look for missing terms."""
     chain, names = BEYOND[stage]
@@ -69,6 +72,7 @@ def test_every_constant_that_is_searched_has_its_advice():
     assert set(ABSENT_AT) < set(BOUNDS)
 
 
+@pytest.mark.system
 def test_a_position_that_is_later_than_any_delay():
     """By 6 s, of a range of 5 s."""
     vehicle, recording = driven({}, [half] * 2, late=(6.0, 0.0), noise=np.array([5e-3, 5e-3, 3e-3]))

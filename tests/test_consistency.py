@@ -56,7 +56,7 @@ def ship(cse1, cse1_vehicle) -> list[Table]:
     [
         ("hard", "S1", "mallard-mp"),
         at_length(("hard", "S6", "mallard-af")),
-        ("paper-like", "S7", "mallard-mp"),
+        at_length(("paper-like", "S7", "mallard-mp")),
     ],
 )
 def test_every_fault_in_one_trial_is_found(which):

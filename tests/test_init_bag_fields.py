@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import yaml
 from bag_tools import START, Sent, header, quaternion, ros2
+from conftest import at_length
 from init_tools import refused
 from logs import AXES_OF_JOY, JOY, POSE, drive, half
 from test_init_choices import tf_log
@@ -14,7 +15,7 @@ import seatrial
 FIELDS = "x={0}/pose.position.x,y={0}/pose.position.y,heading={0}/pose.orientation.z"
 
 
-@pytest.mark.parametrize("topic", [POSE, POSE.lstrip("/")])
+@pytest.mark.parametrize("topic", [at_length(POSE), POSE.lstrip("/")])
 def test_chosen_fields_of_a_bag_read_as_those_that_are_recognised(tmp_path, propose, topic):
     """With the topic's slash and without, all fields or some; of a quaternion one component names all."""
     log = drive(joypad=20.0, sticks=half)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import steered_boat
 import yaml
-from conftest import CSE1
+from conftest import CSE1, at_length
 from init_tools import NAMES, refused, same_boat, tables, with_papers_terms
 from logs import drive, half, nanoseconds
 from sheets import sheet, two_sheets
@@ -82,7 +82,7 @@ def test_thrusters_become_forces_as_they_were_seen_to_push(shape, tmp_path, prop
         assert model.values[name] == pytest.approx(scale * value, abs=scale * close), name
 
 
-@pytest.mark.parametrize(("kind", "run"), [("csv", "random_run1"), ("mcap", "run1")])
+@pytest.mark.parametrize(("kind", "run"), [("csv", "random_run1"), at_length("mcap", "run1")])
 def test_the_model_ships_thrusters_push_where_they_stand(kind, run, propose, tmp_path):
     """tau = [u1 + u3, u2 + u4 + u5, ly u1 - lx u2 - ly u3 - lx u4 + lb u5], all levers positive."""
     path = CSE1 / kind / f"CSE1_data_{run}.{kind}"

@@ -71,6 +71,7 @@ def test_an_autopilot_log_has_samples_of_its_outputs(tmp_path):
     assert not found.doubts
 
 
+@pytest.mark.system
 def test_rows_of_an_autopilots_log_are_samples_where_the_recordings_show_it(tmp_path):
     """At 25 Hz they may be the outputs of its loop, or samples of them; thrust that is late tells."""
     truth = {

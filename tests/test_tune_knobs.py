@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 import pytest
-from conftest import make_model
+from conftest import at_length, make_model
 from survey_boat import TRUTH as TWIN
 from survey_boat import boat as twin
 from test_tune import HOLD, C
@@ -82,7 +82,8 @@ def test_a_model_too_uncertain_for_any_knob_is_told_so():
 
 
 @pytest.mark.parametrize(
-    ("munk", "advice"), [(-20.0, "fit a skeg, or try --action pd"), (-7.0, "Larger ones may fail")]
+    ("munk", "advice"),
+    [at_length(-20.0, "fit a skeg, or try --action pd"), (-7.0, "Larger ones may fail")],
 )
 def test_a_boat_that_is_unstable_by_itself_is_told_so(munk, advice):
     """More driving does not help it. Sway and yaw ahead: v' = Y_v v + Y_ur u r, r' = N_uv u v + N_r r."""
