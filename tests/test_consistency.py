@@ -27,7 +27,7 @@ import seatrial
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.channel_assignment import assignments
 from seatrial.inspection.consistency.check import check_consistency
-from seatrial.inspection.consistency.gains import gains, read_run, without_drag
+from seatrial.inspection.consistency.gains import gains, read_runs, without_drag
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.inspection.consistency.repair import apply_repair
 from seatrial.recording.excitation import even_times
@@ -230,7 +230,7 @@ def test_an_unlabelled_joypad_is_assigned():
         [1500 + 400 * F[:, 2], switch, 1500 - 400 * F[:, 0], 1500 + 400 * F[:, 1]]
     )
     names = tuple(f"axes[{i}]" for i in range(4))
-    run = read_run(record, Signal(names, record.commands.stamps, values))
+    (run,) = read_runs([record], [Signal(names, record.commands.stamps, values)])
     found = list(assignments(names, np.array([g.t for g in gains([run], *without_drag([run]))])))
     assert {(a.axis, a.channel, a.sign) for a in found} == {
         (0, "axes[2]", -1), (1, "axes[3]", 1), (2, "axes[0]", 1),
@@ -297,7 +297,7 @@ def test_a_heading_within_a_turn_is_in_radians_whatever_fits_better(monkeypatch)
     for size, least in ((0.5, poses.RADIAN_RANGE), (5.0, poses.RADIAN_RANGE), (5.0, 0.0)):
         raw = recording.raw * [1.0, 1.0, size / np.ptp(recording.raw[recording.valid, 2])]
         moved = make_recording("drift", recording.stamps, raw, recording.commands)
-        run = read_run(moved, moved.commands)
+        (run,) = read_runs([moved], [moved.commands])
         with monkeypatch.context() as patch:
             patch.setattr(poses, "RADIAN_RANGE", least)
             # degrees fit clearly better: they are not refused, then taken

@@ -26,7 +26,7 @@ from seatrial.identification.selection.actuator_stages import (
 )
 from seatrial.identification.solution import OUTPUT_ERROR, OutputErrorSettings, StartValues
 from seatrial.inspection.consistency.check import file_commands
-from seatrial.inspection.consistency.gains import read_run
+from seatrial.inspection.consistency.gains import read_runs
 from seatrial.inspection.consistency.position_delay import position_delay
 from seatrial.recording.delays import at_one_time, with_delays
 from seatrial.recording.origin import poses_of_origin
@@ -170,7 +170,9 @@ def start_of(
 
 def _long_delay(problem: Problem, recordings: Sequence[Recording]) -> float:
     """What the motion shows of a long delay [s] of positions against headings, beyond what the file states."""
-    return position_delay([read_run(r, file_commands(problem.vehicle, r)) for r in recordings])
+    return position_delay(
+        read_runs(recordings, [file_commands(problem.vehicle, r) for r in recordings])
+    )
 
 
 def with_start(problem: Problem, theta: Array) -> Problem:

@@ -100,12 +100,17 @@ def smooth_poses(
 
 def _turning_window(t: Array, psi: Array) -> float:
     """Length [s] in which a craft turns by `MOST_TURN` at most; `WINDOW` for a boat."""
-    apart = max(1, round(TURN_SPAN / float(np.median(np.diff(t)))))
-    if len(t) <= apart:
-        return WINDOW
-    rate = np.abs(psi[apart:] - psi[:-apart]) / (t[apart:] - t[:-apart])
-    fast = float(np.percentile(rate, 90))
+    fast = turning_rate(t, psi)
     return MOST_TURN / fast if fast * WINDOW > SPINS else WINDOW
+
+
+def turning_rate(t: Array, psi: Array) -> float:
+    """Yaw rate [rad/s] of a craft that turns fast: 90 % of the time it is below."""
+    apart = max(1, round(TURN_SPAN / float(np.median(np.diff(t))))) if len(t) > 1 else 1
+    if len(t) <= apart:
+        return 0.0
+    rate = np.abs(psi[apart:] - psi[:-apart]) / (t[apart:] - t[:-apart])
+    return float(np.percentile(rate, 90))
 
 
 def _quadratics(s: Array, values: Array) -> Array:

@@ -20,7 +20,7 @@ from seatrial.inspection.consistency.gains import (
     block_count,
     enough,
     gains,
-    read_run,
+    read_runs,
     unexplained,
     unexplained_share,
     without_drag,
@@ -116,7 +116,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     # 1. Local quadratics through the poses; enough data?
     recordings = [at_one_time(r) for r in recordings]
     spacing = max(1.0, sum(r.duration for r in recordings) / MOST_WINDOWED)
-    runs = [read_run(r, file_commands(vehicle, r), spacing=spacing) for r in recordings]
+    runs = read_runs(recordings, [file_commands(vehicle, r) for r in recordings], spacing=spacing)
     commanded = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)
     if not (commanded and enough(runs)):
         return _not_excited(vehicle, commanded=commanded)

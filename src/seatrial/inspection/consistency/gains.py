@@ -14,11 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from seatrial.inspection.consistency.accelerations import (
+    SPINS,
     STRIDE,
+    WINDOW,
     Smooth,
     smooth,
     smooth_poses,
     smooth_signals,
+    turning_rate,
 )
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
@@ -36,6 +39,12 @@ DRAG_COLUMNS, WIND = 12, 2  # columns of `_drag`, the last of them of a steady w
 # the inputs more than it gives them
 LEAST_WIND_RATIO = 1.5
 SQUARES_AT_REST = 1e-12  # added to sums of squares: a boat at rest without noise has 0
+# [s] of a window at most: with longer ones the boat turns too far
+LONGEST_WINDOW = 4 * WINDOW
+# fall of the squared acceleration in windows twice as long that shows noise: white noise falls by 32, that of
+# positions that wander by 8, a boat's own acceleration by 1.1 to 2.5
+NOISE_FALL = 3.0
+PROBED = 5  # of so many windows one shows whether they are long enough
 # of the mean diagonal: inputs that never change would make the equations singular
 GAINS_RIDGE = 1e-6
 
@@ -48,6 +57,7 @@ class Run:
     commands: Signal  # of the inputs (n)
     smooth: Smooth
     stride: float = STRIDE  # [s] between windows
+    window: float | None = None  # [s] of a quadratic; None: the usual one
 
     @cached_property
     def inputs(self) -> Array:
@@ -83,13 +93,46 @@ class Gains:
 Runs = Sequence[Run]
 
 
-def read_run(recording: Recording, commands: Signal, *, spacing: float = 1.0) -> Run:
-    """A recording with its poses as read; spacing: factor on the distance between windows."""
+def read_runs(
+    recordings: Sequence[Recording], commands: Sequence[Signal], *, spacing: float = 1.0
+) -> list[Run]:
+    """Recordings with their poses as read; spacing: factor on the distance between windows.
+
+    Windows are twice as long, and twice again, while positions' noise has most of the acceleration.
+    """
+    runs = [_read_run(r, own, spacing) for r, own in zip(recordings, commands, strict=True)]
+    fastest = max(turning_rate(r.t[r.valid], r.eta[r.valid, 2]) for r in recordings)
+    longest = min(LONGEST_WINDOW, SPINS / max(fastest, SPINS / LONGEST_WINDOW))
+    window = 2.0 * WINDOW
+    while window <= longest:
+        some = [_in_windows(run, 0.5 * window, thinned=PROBED) for run in runs]
+        longer = [_in_windows(run, window, thinned=PROBED) for run in runs]
+        if _acceleration(some) < NOISE_FALL * _acceleration(longer):
+            break
+        runs = [_in_windows(run, window) for run in runs]
+        window *= 2.0
+    return runs
+
+
+def _read_run(recording: Recording, commands: Signal, spacing: float) -> Run:
     if spacing == 1.0:
         return Run(recording, commands, smooth(recording))
     r, stride = recording, spacing * STRIDE
     wide = smooth_poses(r.t, r.eta, r.valid, r.segment, stride=stride)
     return Run(r, commands, wide, stride)
+
+
+def _in_windows(run: Run, window: float, *, thinned: int = 1) -> Run:
+    """The run with windows so long [s], one of so many."""
+    r = run.recording
+    wide = smooth_poses(r.t, r.eta, r.valid, r.segment, window=window, stride=thinned * run.stride)
+    return replace(run, smooth=wide, window=window)
+
+
+def _acceleration(runs: Runs) -> float:
+    """Mean square of the plane's acceleration; 0 without a window."""
+    squares = np.concatenate([np.abs(run.smooth.acceleration) ** 2 for run in runs])
+    return float(squares.mean()) if len(squares) else 0.0
 
 
 def blocks(runs: Runs, length: float = BLOCK) -> Index:

@@ -124,7 +124,9 @@ def reread_poses(run: Run, factors: tuple[float, float, float]) -> Smooth:
     recording = run.recording
     raw = recording.raw * factors
     found = examine(recording.name, recording.stamps, raw, _unmarked(recording))
-    return smooth_poses(recording.t, found.eta, found.valid, found.segment, stride=run.stride)
+    return smooth_poses(
+        recording.t, found.eta, found.valid, found.segment, stride=run.stride, window=run.window
+    )
 
 
 def as_measured(recording: Recording, vehicle: Vehicle) -> Recording:

@@ -14,7 +14,7 @@ from seatrial.inspection.consistency.check import (
     check_consistency,
     file_commands,
 )
-from seatrial.inspection.consistency.gains import read_run
+from seatrial.inspection.consistency.gains import read_runs
 from seatrial.inspection.consistency.own_lags import own_gains
 from seatrial.inspection.consistency.repair import ANGLES, later
 from seatrial.inspection.consistency.steering_angle import steering_angles
@@ -234,7 +234,8 @@ def _with_own_gains(
     """The channels with gains at each one's own delay and lag, where these differ: slow is not weak."""
     if report.search is None or report.search.mirrored:
         return channels
-    runs = [read_run(r, file_commands(draft, r)) for r in map(at_one_time, recordings)]
+    whole = [at_one_time(recording) for recording in recordings]
+    runs = read_runs(whole, [file_commands(draft, r) for r in whole])
     own = own_gains(runs)
     if own is None:
         return channels
@@ -271,7 +272,7 @@ def _channels(
     driven = np.abs(raw - rests) > AT_REST * sizes
     # as commands, 0 at rest
     own = [replace(s, values=(s.values * draft.input_signs - rests) / sizes) for s in signals]
-    angles = steering_angles([read_run(r, s) for r, s in zip(recordings, own, strict=True)], t)
+    angles = steering_angles(read_runs(recordings, own), t)
     signs = dict(zip(names, draft.input_signs.tolist(), strict=True))
     turn = -1.0 if sources.axes == "forward-right-down" else 1.0
     angles = {
