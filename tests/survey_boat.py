@@ -62,10 +62,12 @@ def driven(
     stamps=TEN_HZ,
     noise=NOISE,
     late=(0.0, 0.0),
+    effect=None,
 ):
     """The vehicle without a chain, and a recording; curve: entries of the true chain beside latency and lag.
 
-    late: [s] by which positions and headings are older than their stamps.
+    late: [s] by which positions and headings are older than their stamps. effect: (n, thrusters) by the time (n,),
+    times the commands that the boat follows.
     """
     rng = np.random.default_rng(seed)
     stages = {"latency": LATENCY, "lag": LAG}
@@ -78,8 +80,9 @@ def driven(
     values = np.column_stack([pulses(rng, seconds, size, idle) for size in sizes])
     t = 1e-9 * np.round(1e9 * stamps(rng, seconds))
     begin = np.arange(len(values)) / 20.0
+    followed = values if effect is None else values * effect(begin)
     positions, headings = (
-        states_at(truth, np.maximum(t - delay, 0.0), begin, values) for delay in late
+        states_at(truth, np.maximum(t - delay, 0.0), begin, followed) for delay in late
     )
     eta = np.column_stack([positions[:, :2], headings[:, 2]])
     eta += rng.normal(size=(len(t), 3)) * noise

@@ -108,6 +108,8 @@ CONTRADICTIONS: Mapping[C, tuple[str, str, str]] = {  # message, meaning, what t
               "Stamp both by one clock, or state `offset` at `commands: stamp`."),
     C.DELAY: ("older than the", "Position and heading are measured seconds apart: a slow localisation, a filter.",
               "Set `delay` and `heading_delay` at `pose`, or `--effect delay`."),
+    C.CHANGED: ("as in the rest: a thruster that stopped, a fouled propeller, a loose cable?",
+                "From some time on an input moves the boat less.", "Leave that part out: `--without`."),
     C.LENGTH: ("in the unit that the vehicle file states the speed is", "The speed is not that of a small boat.",
                "Set `unit` at `pose: x` and `y`."),
     C.ANGLE: ("in this unit the heading agrees with the track", "Degrees are read as radians, or radians as degrees.",

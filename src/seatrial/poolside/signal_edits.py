@@ -20,7 +20,9 @@ from seatrial.recording.recording import Recording
 from seatrial.util.errors import RecordingError
 from seatrial.util.files import dump_yaml
 
-OF_INPUTS = (InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED, InconsistencyKind.STEERED)
+OF_INPUTS = (
+    InconsistencyKind.NEGATED, InconsistencyKind.PERMUTED, InconsistencyKind.STEERED, InconsistencyKind.CHANGED,
+)  # fmt: skip
 SENDER = (
     "lines carry values after the vehicle file's signs and units: correct the program that sends them (for the "
     "odometry node: the vehicle in its model file), and begin a new session"
@@ -45,7 +47,8 @@ def edits(recording: Recording, vehicle: Vehicle, *, by_columns: bool = True) ->
         return tuple(_of_units(recording, vehicle, by_columns=by_columns))
     lines = _changed_lines(report, vehicle) if by_columns else {}
     for one in report.findings:
-        text = one.text if by_columns else f"{one.text.partition('; ')[0]}; {SENDER}"
+        of_sender = not by_columns and one.kind is not InconsistencyKind.CHANGED
+        text = f"{one.text.partition('; ')[0]}; {SENDER}" if of_sender else one.text
         found += [Edit(signal, text, lines.get(signal, "")) for signal in _signals(one, vehicle)]
     if not any(one.signal == "pose" for one in found):
         found += _of_units(recording, vehicle, by_columns=by_columns)

@@ -12,6 +12,7 @@ from seatrial.boat.actuators import STAGES
 from seatrial.boat.steering import angle_names
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.accelerations import held_rows, smooth_signals
+from seatrial.inspection.consistency.changed_input import changed_input
 from seatrial.inspection.consistency.effects import effects_of, surge_t
 from seatrial.inspection.consistency.gains import (
     DELAYS,
@@ -28,6 +29,7 @@ from seatrial.inspection.consistency.gains import (
 from seatrial.inspection.consistency.hypotheses import HypothesisSearch, negated, swapped
 from seatrial.inspection.consistency.inconsistencies import (
     Inconsistency,
+    change_inconsistency,
     clock_inconsistency,
     delay_inconsistency,
     inconsistencies,
@@ -111,7 +113,8 @@ def check_consistency(recordings: Sequence[Recording], vehicle: Vehicle) -> Cons
 def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyReport:
     """The check of poses as they are read.
 
-    Units come first, then the clock, the positions' delay, the handedness: each is corrected before the next.
+    Units come first, then a change of an input's effect, the clock, the positions' delay, the handedness: each is
+    corrected before the next.
     """
     # 1. Local quadratics through the poses; enough data?
     recordings = [at_one_time(r) for r in recordings]
@@ -124,10 +127,16 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     speed, lengths = usual_speed(runs), length_units(runs, vehicle)
     angle, read = heading_unit(runs, vehicle, length_factors(lengths, vehicle))
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
-    # 3. Clock of the commands, or positions older than headings, where these turn; both, one after the other.
+    # 3. A part in which an input has less effect: what follows is of the rest.
+    moved = without_drag(runs)
+    change = changed_input(runs, unexplained_share(*moved))
+    if change is not None and enough(change.left_out(runs)):
+        runs = change.left_out(runs)
+        moved = without_drag(runs)
+    # 4. Clock of the commands, or positions older than headings, where these turn; both, one after the other.
     spread = _heading_spread(runs)
     turns = spread > STRAIGHT_HEADING
-    offset = clock_offset(runs, *without_drag(runs))
+    offset = clock_offset(runs, *moved)
     late = position_delay(runs, offset) if turns else 0.0
     offset = 0.0 if late else offset
     if offset:
@@ -135,11 +144,11 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
         late = position_delay(runs) if turns else 0.0
     runs = [paired(run, late)[1] for run in runs] if late else runs
     moved = without_drag(runs)
-    # 4. Handedness of the plane, then the gain from every input to every axis.
+    # 5. Handedness of the plane, then the gain from every input to every axis.
     other_hand = without_drag(runs, mirrored=True)
     mirrored = turns and clearly_better(unexplained(runs, *moved), unexplained(runs, *other_hand))
     found = gains(runs, *(other_hand if mirrored else moved))
-    # 5. The fewest edits of signs and order that explain the gains.
+    # 6. The fewest edits of signs and order that explain the gains.
     search = HypothesisSearch(vehicle, found, mirrored, block_count(runs))
     best = search.best()
     off = oblique_angle(search, best)
@@ -152,6 +161,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     wrong = (
         *clock_inconsistency(offset),
         *delay_inconsistency(vehicle, late),
+        *change_inconsistency(change, recordings),
         *inconsistencies(vehicle, repair, effects, speed),
         *steering_inconsistencies(vehicle, surge_t(vehicle, search, repair), effects),
     )

@@ -4,16 +4,19 @@
 One function a kind of edit; `inconsistencies` lists them all.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from math import isfinite
 
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.steering import steered_entries
 from seatrial.boat.vehicle import Vehicle
+from seatrial.inspection.consistency.changed_input import InputChange
 from seatrial.inspection.consistency.channel_assignment import ASSIGN_T
 from seatrial.inspection.consistency.effects import UNCLEAR
 from seatrial.inspection.consistency.repair import Repair, cycles, later, repaired_heading
+from seatrial.recording.recording import Recording
 from seatrial.util.format import joined
 from seatrial.util.frames import POSE
 
@@ -27,6 +30,7 @@ class InconsistencyKind(str, Enum):
 
     CLOCK = "clock of the commands"
     DELAY = "delay of the positions"
+    CHANGED = "effect of an input that changes"
     LENGTH = "unit of x and y"
     ANGLE = "unit of psi"
     MIRRORED = "sign of a pose coordinate"
@@ -71,6 +75,23 @@ def delay_inconsistency(vehicle: Vehicle, late: float) -> list[Inconsistency]:
         "'seatrial identify --effect delay' refines"
     )
     return [Inconsistency(InconsistencyKind.DELAY, text)]
+
+
+def change_inconsistency(
+    change: InputChange | None, recordings: Sequence[Recording]
+) -> list[Inconsistency]:
+    """An input that moves the boat less in a part of a recording."""
+    if change is None:
+        return []
+    name, begin = recordings[change.run].name, round(change.begin)
+    end = f"{change.end:.0f}" if isfinite(change.end) else ""
+    part = f"from {begin} s on in {name}" if not end else f"up to {end} s in {name}"
+    text = (
+        f"{change.input} moves the boat {change.factor:.2f} times as much {part} as in the rest: a thruster that "
+        "stopped, a fouled propeller, a loose cable? One model does not hold for both; leave that part out, "
+        f"--without {name}={begin}-{end}"
+    )
+    return [Inconsistency(InconsistencyKind.CHANGED, text)]
 
 
 def steering_inconsistencies(

@@ -29,7 +29,7 @@ STAMP_TOLERANCE = 1e-6  # [s] around a fault
 Factors = tuple[float, float]  # on x and y
 
 
-def clearly_better(now: Array, other: Array) -> bool:
+def clearly_better(now: Array, other: Array, least_t: float = BETTER_T) -> bool:
     """Whether another reading leaves clearly less unexplained (a t-test of log ratios over blocks)."""
     if not len(now):
         return False
@@ -38,7 +38,7 @@ def clearly_better(now: Array, other: Array) -> bool:
         return False
     gain = np.log((now + usual) / (other + usual))
     t = float(gain.sum()) / float(np.sqrt(gain @ gain))
-    return t > BETTER_T * (1.0 + BETTER_FEW_BLOCKS / len(gain))
+    return t > least_t * (1.0 + BETTER_FEW_BLOCKS / len(gain))
 
 
 def declared(vehicle: Vehicle) -> tuple[str, str, str]:

@@ -15,6 +15,7 @@ from seatrial.inspection.consistency.check import (
     file_commands,
 )
 from seatrial.inspection.consistency.gains import read_runs
+from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.inspection.consistency.own_lags import own_gains
 from seatrial.inspection.consistency.repair import ANGLES, later
 from seatrial.inspection.consistency.steering_angle import steering_angles
@@ -168,7 +169,8 @@ def _units(
     if corrected:
         draft = _draft(sources, pose, names)
         report = check_consistency(_read(sources, draft), draft)
-    return pose, corrected, report
+    changed = [f.text for f in report.findings if f.kind is InconsistencyKind.CHANGED]
+    return pose, [*corrected, *(f"check: {text}" for text in changed)], report
 
 
 def _in_unit(entry: dict[str, Any], unit: str) -> dict[str, Any]:

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""An input that moves the boat less in a part of a recording: a thruster that stops, a fouled propeller."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from seatrial.inspection.consistency.gains import (
+    UNEXPLAINED_BLOCK,
+    Run,
+    Runs,
+    blocks,
+    body,
+    less,
+    orthonormal,
+)
+from seatrial.inspection.consistency.pose_units import clearly_better
+from seatrial.util.frames import Array
+
+TIMES = 16  # of a change that are tried over all recordings, then beside the best
+SHORTEST = 20.0  # [s] before a change, and after it
+# of the effect, from which on it is stated: curves and dead zones reach 0.3 where manoeuvres differ
+LEAST_CHANGE = 0.4
+LEAST_T = 4.0  # of the accelerations that it explains: the best of many times and inputs
+LEAST_LENGTH = 1e-6  # of a step beside other inputs and drag, over its own: a shorter one is theirs
+
+
+@dataclass(frozen=True)
+class InputChange:
+    """A part of a recording in which an input has less effect than in the rest."""
+
+    input: str
+    run: int
+    begin: float  # [s] from the recording's start
+    end: float  # infinite: to its end
+    factor: float  # of the effect in it to that in the rest
+
+    def left_out(self, runs: Runs) -> list[Run]:
+        """The runs without that part."""
+        own = runs[self.run]
+        rest = own.smooth.at((own.smooth.t < self.begin) | (own.smooth.t > self.end))
+        return [replace(run, smooth=rest) if k == self.run else run for k, run in enumerate(runs)]
+
+
+@dataclass(frozen=True)
+class _Step:
+    """From a time on, another effect of one input."""
+
+    run: int
+    at: float  # [s]
+    input: int
+    direction: Array  # (m,) of length 1, beside all inputs and drag
+
+
+def changed_input(runs: Runs, shares: Array) -> InputChange | None:
+    """The most evident change of an input's effect on all axes; None where none is large and clear.
+
+    shares: (delays, 3) of the accelerations that are left without one, `unexplained_share`.
+    """
+    # 1. What is left of the accelerations with constant effects, at the best delay
+    delay = int(np.argmin(np.log(shares).sum(axis=1)))
+    parts = [body(run.smooth) for run in runs]
+    motion, drag = (np.concatenate(part) for part in zip(*parts, strict=True))
+    inputs = np.concatenate([run.inputs[delay] for run in runs])
+    basis = orthonormal(np.hstack([drag, inputs]))
+    left = less(motion, basis)
+    # 2. The input and the time at which a step explains most, of a grid, then of a finer one
+    span = max(SHORTEST, sum(np.ptp(run.smooth.t) for run in runs if len(run.smooth.t)) / TIMES)
+    every = [(k, t) for k, run in enumerate(runs) for t in _times(run, 0.0, np.inf, span)]
+    size = np.sum(left**2, axis=0)
+    if not every or not size.all():
+        return None
+    step = _best_step(runs, inputs, basis, left, every)
+    beside = _times(runs[step.run], step.at - span, step.at + span, 2.0 * span / TIMES)
+    step = _best_step(runs, inputs, basis, left, [(step.run, t) for t in beside])
+    # 3. Clear, and large
+    block = blocks(runs, UNEXPLAINED_BLOCK)
+    now, then = (
+        np.asarray(np.bincount(block, np.sum(rest**2 / size, axis=1)), dtype=np.float64)
+        for rest in (left, left - np.outer(step.direction, step.direction @ left))
+    )
+    if not clearly_better(now, then, LEAST_T):
+        return None
+    before, after = _effects(runs, inputs, drag, motion, step) / np.sqrt(size)
+    begin, end = step.at, np.inf
+    if before @ before < after @ after:
+        before, after, begin, end = after, before, 0.0, step.at
+    factor = float(before @ after / (before @ before))
+    if factor > 1.0 - LEAST_CHANGE:
+        return None
+    return InputChange(runs[0].commands.names[step.input], step.run, begin, end, factor)
+
+
+def _times(run: Run, first: float, last: float, step: float) -> Iterator[float]:
+    """Possible changes of a run between two times [s], each so far from the next."""
+    t = run.smooth.t
+    if len(t):
+        yield from np.arange(
+            max(first, t[0] + SHORTEST), min(last, t[-1] - SHORTEST), step
+        ).tolist()
+
+
+def _best_step(
+    runs: Runs, inputs: Array, basis: Array, left: Array, every: list[tuple[int, float]]
+) -> _Step:
+    """Of steps of each input in these runs at these times [s]: the one that explains most of what is left."""
+    after = np.column_stack([_after(runs, k, at) for k, at in every])
+    steps = (after[:, :, None] * inputs[:, None, :]).reshape(len(inputs), -1)
+    own = less(steps, basis)
+    length = np.linalg.norm(own, axis=0)
+    own /= np.where(length > LEAST_LENGTH * np.linalg.norm(steps, axis=0), length, np.inf)
+    share = np.minimum((own.T @ left) ** 2 / np.sum(left**2, axis=0), 1.0 - LEAST_LENGTH)
+    best = int(np.argmax(-np.log1p(-share).sum(axis=1)))
+    time, i = divmod(best, inputs.shape[1])
+    k, at = every[time]
+    return _Step(k, at, i, own[:, best])
+
+
+def _after(runs: Runs, k: int, at: float) -> Array:
+    """(m,): 1 in the windows of a run from a time [s] on."""
+    return np.concatenate([(j == k) & (run.smooth.t >= at) for j, run in enumerate(runs)]).astype(
+        float
+    )
+
+
+def _effects(runs: Runs, inputs: Array, drag: Array, motion: Array, step: _Step) -> Array:
+    """The effect of an input on each axis, where no step is and after it: (2, 3)."""
+    own, after = inputs[:, step.input], _after(runs, step.run, step.at)
+    others = np.delete(inputs, step.input, axis=1)
+    columns = np.column_stack([own * (1.0 - after), own * after, others, drag])
+    return np.asarray(np.linalg.lstsq(columns, motion, rcond=None)[0][:2])
