@@ -3,6 +3,7 @@
 
 import shlex
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -11,6 +12,7 @@ import numpy as np
 from seatrial.recording.faults.frozen_poses import runs
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.recording import Recording
+from seatrial.util.errors import RecordingError
 from seatrial.util.frames import Array, Index
 
 LEAST_COMMAND = 0.02  # of full command
@@ -57,18 +59,40 @@ def undriven_motion(recording: Recording) -> list[Undriven]:
     driven = _driven(recording)
     if not driven:
         return []
+    first, last = driven[0][0], driven[-1][1]
+    spans = pairwise(_with_unknown(recording, driven))
+    pauses = [(a + COASTING, b) for (_, a), (b, _) in spans if b - a > COASTING + WINDOW]
+    return [*_moved_outside(recording, first, last, pauses)]
+
+
+def without_undriven_ends(recording: Recording) -> Recording:
+    """The recording without poses before the first change of a command, and after the last, if it moves there.
+
+    Whatever a command at rest is, as the 1500 us of a servo. Where it is towed, that may begin while it coasts.
+    """
+    values = recording.commands.values
+    changes = np.flatnonzero(np.any(np.diff(values, axis=0) != 0.0, axis=1)) + 1
+    if not len(changes):
+        return recording
+    held = recording.seconds(recording.commands.stamps[changes]).tolist()
+    for found in _moved_outside(recording, held[0], held[-1]):
+        with suppress(RecordingError):  # no poses remain
+            recording = recording.without(held[-1] + LEAD if found.last else found.start, found.end)
+    return recording
+
+
+def _moved_outside(
+    recording: Recording, first: float, last: float, pauses: Sequence[tuple[float, float]] = ()
+) -> Iterator[Undriven]:
+    """Motion before the first time [s] of a drive, in its pauses, and after the last time."""
     begin, end = float(recording.t[0]), float(recording.t[-1])
-    first, last = driven[0][0] - LEAD, min(driven[-1][1] + COASTING, end)
+    first, last = first - LEAD, min(last + COASTING, end)
     own = _displacements(recording, first, last)  # none in a drive of a few poses
     usual = float(np.percentile(own, FASTEST)) if len(own) else 0.0
     least = max(LEAST_MOVED, LEAST_PACE * usual)
-    spans = pairwise(_with_unknown(recording, driven))
-    pauses = [(a + COASTING, b) for (_, a), (b, _) in spans if b - a > COASTING + WINDOW]
-    return [
-        *_moving(recording, [(begin, first)], least, first=True),
-        *_moving(recording, pauses, least),
-        *_moving(recording, [(last, end)], least, last=True),
-    ]
+    yield from _moving(recording, [(begin, first)], least, first=True)
+    yield from _moving(recording, pauses, least)
+    yield from _moving(recording, [(last, end)], least, last=True)
 
 
 def _driven(recording: Recording) -> list[tuple[float, float]]:

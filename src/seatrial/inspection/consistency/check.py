@@ -50,6 +50,7 @@ from seatrial.inspection.consistency.steering_angle import angle_text, steering_
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
+from seatrial.recording.undriven import without_undriven_ends
 from seatrial.util.errors import RecordingError
 from seatrial.util.frames import AXES, Array
 
@@ -117,7 +118,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     corrected before the next.
     """
     # 1. Local quadratics through the poses; enough data?
-    recordings = [at_one_time(r) for r in recordings]
+    recordings = [without_undriven_ends(at_one_time(r)) for r in recordings]
     spacing = max(1.0, sum(r.duration for r in recordings) / MOST_WINDOWED)
     runs = read_runs(recordings, [file_commands(vehicle, r) for r in recordings], spacing=spacing)
     commanded = any(np.ptp(r.commands.values, axis=0).any() for r in recordings)

@@ -30,6 +30,7 @@ from seatrial.inspection.proposal.sources import Entries, Sources, place_of
 from seatrial.io.reader import read
 from seatrial.recording.delays import at_one_time
 from seatrial.recording.recording import Recording
+from seatrial.recording.undriven import without_undriven_ends
 from seatrial.util.errors import RecordingError
 from seatrial.util.format import joined
 from seatrial.util.frames import AXES
@@ -236,7 +237,7 @@ def _with_own_gains(
     """The channels with gains at each one's own delay and lag, where these differ: slow is not weak."""
     if report.search is None or report.search.mirrored:
         return channels
-    whole = [at_one_time(recording) for recording in recordings]
+    whole = [without_undriven_ends(at_one_time(recording)) for recording in recordings]
     runs = read_runs(whole, [file_commands(draft, r) for r in whole])
     own = own_gains(runs)
     if own is None:
@@ -256,7 +257,8 @@ def _channels(
     raw = values * draft.input_signs
     # an angle has any value at rest
     turns = [steers(" ".join((n, *place_of(sources.channels[n])))) for n in names]
-    idle = np.where(turns, np.nan, idle_values(recordings) * draft.input_signs)
+    own_motion = [without_undriven_ends(recording) for recording in recordings]
+    idle = np.where(turns, np.nan, idle_values(own_motion) * draft.input_signs).tolist()
     scales = [
         {} if "off" in sources.channels[n] else scale_of(raw[:, i], sources.full, idle[i])
         for i, n in enumerate(names)
