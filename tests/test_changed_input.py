@@ -3,7 +3,7 @@
 
 import numpy as np
 import pytest
-from conftest import at_length
+from conftest import CSE1, at_length
 from init_tools import proposed
 from sheets import sheet
 from survey_boat import driven, even, past_idle
@@ -12,6 +12,8 @@ import seatrial
 from seatrial.boat.findings import FindingKind
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
+from seatrial.inspection.proposal.propose import init
+from seatrial.inspection.proposal.sources import Choices
 
 NOISE = np.array([0.02, 0.02, 0.02])  # [m], [m], [rad]
 LENGTH, CHANGE = 480.0, 300.0  # [s]
@@ -72,6 +74,13 @@ def test_the_proposed_forces_are_those_of_the_rest_which_gives_the_model(tmp_pat
     assert "--without drive=" in finding.values["text"]
     model = seatrial.identify([whole.without(CHANGE - 5.0, np.inf)], vehicle)
     assert not model.findings_of(FindingKind.CONTRADICTED)
+
+
+def test_a_channel_that_moves_nothing_has_no_effect_to_change():
+    """Of the ship's seven channels two are no thrusters; a large step of one was taken for a change."""
+    bags = [CSE1 / "mcap" / f"CSE1_data_random_run{k}.mcap" for k in (1, 3)]
+    found = init(*bags, choices=Choices(name="cse1", axes="forward-right-down"))
+    assert "as in the rest" not in found.text
 
 
 @pytest.mark.parametrize("seed", [1, 2])

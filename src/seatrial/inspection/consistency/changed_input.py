@@ -6,14 +6,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from seatrial.inspection.consistency.effects import CLEAR_T
 from seatrial.inspection.consistency.gains import (
     UNEXPLAINED_BLOCK,
     Run,
     Runs,
     blocks,
     body,
+    enough,
+    gains,
     less,
     orthonormal,
+    without_drag,
 )
 from seatrial.inspection.consistency.pose_units import clearly_better
 from seatrial.util.frames import Array
@@ -89,7 +93,13 @@ def changed_input(runs: Runs, shares: Array) -> InputChange | None:
     factor = float(before @ after / (before @ before))
     if factor > 1.0 - LEAST_CHANGE:
         return None
-    return InputChange(runs[0].commands.names[step.input], step.run, begin, end, factor)
+    change = InputChange(runs[0].commands.names[step.input], step.run, begin, end, factor)
+    # 4. Of an input that moves the boat in the rest
+    rest = change.left_out(runs)
+    if not enough(rest):
+        return None
+    t = max(abs(float(own.t[step.input])) for own in gains(rest, *without_drag(rest)))
+    return change if t >= CLEAR_T else None
 
 
 def _times(run: Run, first: float, last: float, step: float) -> Iterator[float]:

@@ -131,7 +131,7 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     # 3. A part in which an input has less effect: what follows is of the rest.
     moved = without_drag(runs)
     change = changed_input(runs, unexplained_share(*moved))
-    if change is not None and enough(change.left_out(runs)):
+    if change is not None:
         runs = change.left_out(runs)
         moved = without_drag(runs)
     # 4. Clock of the commands, or positions older than headings, where these turn; both, one after the other.
