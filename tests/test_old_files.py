@@ -240,7 +240,7 @@ def test_every_kind_that_was_a_sentence_is_read():
         FindingKind.DELAY, FindingKind.DELAY_DIFFERENCE, FindingKind.UNMODELLED_DELAY,
         FindingKind.MISSING_TERM, FindingKind.THROUGH_WATER, FindingKind.ADAPTED,
         FindingKind.THRUSTER_LAYOUT_SELECTED, FindingKind.THRUSTER_LAYOUT_CONTRADICTED,
-        FindingKind.SMOOTH_POSITION, FindingKind.UNEVEN_CURRENT, FindingKind.COMPASS_DEVIATION, FindingKind.HEADING_JUMP, FindingKind.SMOOTH_HEADING, FindingKind.COMMANDS_SAMPLED, FindingKind.FORCE_ADDED,
+        FindingKind.SMOOTH_POSITION, FindingKind.UNEVEN_CURRENT, FindingKind.COMPASS_DEVIATION, FindingKind.HEADING_JUMP, FindingKind.HEADING_DRIFT, FindingKind.SMOOTH_HEADING, FindingKind.COMMANDS_SAMPLED, FindingKind.FORCE_ADDED,
         FindingKind.COMMANDS_LOOK_SAMPLED, FindingKind.LATE_COMMANDS, FindingKind.CLOCK_DRIFT,
         FindingKind.CONTRADICTED, FindingKind.SLEW_RATE_SELECTED, FindingKind.BEYOND_RANGE,
     }  # fmt: skip

@@ -71,6 +71,7 @@ MEANINGS: Mapping[str, Mapping[FindingKind, str]] = {
         K.UNMODELLED_WIND: "A force from one direction of the earth acts on the boat.",
         K.UNMODELLED_DELAY: "The position is older than the heading, as with GNSS and a gyro.",
         K.COMPASS_DEVIATION: "A magnetometer near iron, magnets or motor cables: the error depends on the heading.",
+        K.HEADING_DRIFT: "The heading is the integral of a gyro alone: its bias turns it away.",
         K.HEADING_JUMP: "An estimator (an autopilot's EKF) that corrects its yaw at once: before, or after, the heading "
         "did not fit the way that the boat went. Sway and its damping are most wrong.",
         K.HEADING_OFFSET: "The sensor is mounted at an angle, or the heading has another zero. Until that is corrected "

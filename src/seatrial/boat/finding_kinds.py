@@ -77,6 +77,7 @@ class FindingKind(Enum):
     UNMODELLED_DELAY = ("unmodelled-delay", effects.UNMODELLED_DELAY)
     UNEQUAL_THRUSTER_GAINS = ("unequal-thruster-gains", effects.UNEQUAL_THRUSTER_GAINS)
     COMPASS_DEVIATION = ("compass-deviation", effects.COMPASS_DEVIATION)
+    HEADING_DRIFT = ("heading-drift", effects.HEADING_DRIFT)
     HEADING_JUMP = ("heading-jump", effects.HEADING_JUMP)
     HEADING_OFFSET = ("heading-offset", effects.HEADING_OFFSET)
 
@@ -115,6 +116,7 @@ UNMODELLED_EFFECTS = {  # by value of `--effect`
 LACKING = (  # what poses show that the model lacks: its coefficients may be off by more than their errors
     FindingKind.HEADING_OFFSET,
     FindingKind.COMPASS_DEVIATION,
+    FindingKind.HEADING_DRIFT,
     FindingKind.HEADING_JUMP,
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEVEN_CURRENT,
@@ -127,6 +129,7 @@ ASK_FOR_ACTION = (  # the kinds that ask the user for something, in the order of
     FindingKind.NOT_PREDICTABLE,
     FindingKind.HEADING_OFFSET,
     FindingKind.COMPASS_DEVIATION,
+    FindingKind.HEADING_DRIFT,
     FindingKind.HEADING_JUMP,
     FindingKind.CLOCK_HOMOGENEITY,
     FindingKind.CLOCK_DRIFT,

@@ -56,6 +56,13 @@ HEADING_OFFSET = Spec(
     numbers={"size": "rad", "psi_offset": "of psi in the vehicle file"},
     signed=("psi_offset",),
 )
+HEADING_DRIFT = Spec(
+    "heading drift: poses fit far better with a heading that turns away by {rate:.2deg} degrees a minute, as the "
+    "integral of a gyro without a compass. Coefficients may be off by more than their intervals",
+    "Measure the heading with a compass or with two antennas, or correct the headings in the log. Parts of a few "
+    "minutes, each with an offset of its own at pose: psi, are nearly right",
+    numbers={"rate": "rad/min"},
+)
 HEADING_JUMP = Spec(
     "heading jump: in {recording} the heading jumps by {size:.2deg} degrees at {at:.10g} s and the course does "
     "not, as where an estimator resets its yaw. The heading is off on one side: coefficients, most of all those "

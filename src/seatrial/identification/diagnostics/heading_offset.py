@@ -8,6 +8,7 @@ turn (hard iron) or half a turn (soft iron).
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -31,6 +32,7 @@ LARGEST_HEADING_ERROR = 0.05  # [rad] standard error above which the offset is n
 LEAST_SPREAD = 0.25
 LEAST_HEADING_OFFSET = 0.02  # [rad] reported: less hardly biases a coefficient
 HeadingError = Callable[[Array], Array]  # [rad] by heading [rad], recorded less true
+Correction = Callable[[Recording], Recording]  # of headings
 
 
 @dataclass(frozen=True)
@@ -68,11 +70,12 @@ def heading_findings(at: Point, first: HeadingOffset, least: Array) -> list[Find
 
 def likelier_heading(at: Point) -> HeadingOffset | None:
     """The maximum of the parabola over the heading offset; None where the offset is not identifiable."""
-    found = _likelier(at, np.ones_like)
+    found = likelier_size(at, lambda by: by_heading(lambda psi: np.full_like(psi, by)))
     if found is None:
         return None
     by, gain = found
-    return HeadingOffset(gain, by, _turned(at.runs.problem, lambda psi: np.full_like(psi, by)))
+    corrected = _corrected(at.runs.problem, by_heading(lambda psi: np.full_like(psi, by)))
+    return HeadingOffset(gain, by, corrected)
 
 
 @dataclass(frozen=True)
@@ -99,8 +102,7 @@ def _deviation(at: Point, number: int) -> Deviation | None:
     """The deviation with so many periods in a turn; sine and cosine have a parabola each."""
     if _spread(at.runs.problem, number) < LEAST_SPREAD:
         return None
-    waves = [lambda psi: np.sin(number * psi), lambda psi: np.cos(number * psi)]
-    parts = [_likelier(at, wave) for wave in waves]
+    parts = [likelier_size(at, partial(_wave, wave, number)) for wave in (np.sin, np.cos)]
     sine, cosine = (0.0 if part is None else part[0] for part in parts)
     size = float(np.hypot(sine, cosine))
     if size < LEAST_HEADING_OFFSET:
@@ -109,8 +111,8 @@ def _deviation(at: Point, number: int) -> Deviation | None:
     def error(psi: Array) -> Array:
         return np.asarray(sine * np.sin(number * psi) + cosine * np.cos(number * psi))
 
-    gain = at.runs.cost - _cost(at, error)
-    if not (gain > LARGE_GAIN and _in_most_blocks(at, error)):
+    gain = at.runs.cost - cost_with(at, by_heading(error))
+    if not (gain > LARGE_GAIN and in_most_blocks(at, by_heading(error))):
         return None
     return Deviation(gain, size, ("once", "twice")[number - 1])
 
@@ -121,11 +123,11 @@ def _spread(problem: Problem, number: int) -> float:
     return float(2.0 * np.linalg.eigvalsh(np.cov(np.sin(turned), np.cos(turned)))[0])
 
 
-def _in_most_blocks(at: Point, error: HeadingError) -> bool:
-    """Whether poses fit better without a heading error beyond the scatter of this over blocks (Vuong's test)."""
+def in_most_blocks(at: Point, correct: Correction) -> bool:
+    """Whether poses fit better with corrected headings beyond the scatter of this over blocks (Vuong's test)."""
     still = np.zeros(len(at.theta))
-    first = _without(at, error, still)
-    runs = _without(at, error, boxed_step(at, first.gradient, first.information))
+    first = _with(at, correct, still)
+    runs = _with(at, correct, boxed_step(at, first.gradient, first.information))
     falls = _squares(at.runs.relinearised(at.noise, still)) - _squares(runs)
     fall, scatter = float(falls.sum()), float(np.sum((falls - falls.mean()) ** 2))
     return fall > 0.0 and scatter > 0.0 and beyond_chance(fall**2 / scatter, 2)
@@ -139,19 +141,19 @@ def _squares(runs: FilterRuns) -> Array:
     )
 
 
-def _likelier(at: Point, shape: HeadingError) -> tuple[float, float] | None:
-    """The size [rad] of a heading error of this shape at the parabola's maximum, and its gain in -2 log L.
+def likelier_size(
+    at: Point, of: Callable[[float], Correction], cost: float | None = None
+) -> tuple[float, float] | None:
+    """The size [rad] of a heading error at the parabola's maximum, and its gain in -2 log L.
 
-    None where the size is not identifiable.
+    of: the correction by a size; cost: -2 log L at size 0, by default the solution's. None where the size is not
+    identifiable.
     """
-
-    def cost(by: float) -> float:
-        return _cost(at, lambda psi: by * shape(psi))
-
-    back, ahead = cost(-TRIAL_TURN), cost(TRIAL_TURN)
+    here = at.runs.cost if cost is None else cost
+    back, ahead = cost_with(at, of(-TRIAL_TURN)), cost_with(at, of(TRIAL_TURN))
     slope, bend = (
         (ahead - back) / (2.0 * TRIAL_TURN),
-        (ahead + back - 2.0 * at.runs.cost) / TRIAL_TURN**2,
+        (ahead + back - 2.0 * here) / TRIAL_TURN**2,
     )
     if not (np.isfinite(slope) and bend > 2.0 / LARGEST_HEADING_ERROR**2):
         return None
@@ -166,8 +168,18 @@ def psi_offset(vehicle: Vehicle, by: float) -> float:
     return column.offset + column.sign * own * column.scale / TO_SI[column.unit or "rad"]
 
 
-def _turned(problem: Problem, error: HeadingError) -> Problem:
-    return replace(problem, recordings=tuple(without_error(r, error) for r in problem.recordings))
+def _wave(wave: HeadingError, number: int, size: float) -> Correction:
+    """The correction of an error with so many periods in a turn."""
+    return by_heading(lambda psi: size * wave(number * psi))
+
+
+def by_heading(error: HeadingError) -> Correction:
+    """The correction of an error that depends on the heading."""
+    return lambda recording: without_error(recording, error)
+
+
+def _corrected(problem: Problem, correct: Correction) -> Problem:
+    return replace(problem, recordings=tuple(map(correct, problem.recordings)))
 
 
 def without_error(recording: Recording, error: HeadingError) -> Recording:
@@ -184,15 +196,15 @@ def with_headings_less(recording: Recording, error: Callable[[Array, Stamps], Ar
     return replace(recording, eta=eta, raw=raw, asynchronous=turned)
 
 
-def _without(at: Point, error: HeadingError, move: Array) -> FilterRuns:
-    """The solution's runs on poses without a heading error, linearised, a step (names,) of the parameters away."""
-    turned = replace(at.runs, problem=_turned(at.runs.problem, error))
+def _with(at: Point, correct: Correction, move: Array) -> FilterRuns:
+    """The solution's runs on corrected headings, linearised, a step (names,) of the parameters away."""
+    turned = replace(at.runs, problem=_corrected(at.runs.problem, correct))
     return turned.relinearised(at.noise, move)
 
 
-def _cost(at: Point, error: HeadingError) -> float:
-    """-2 log L of poses without an error, after one Gauss-Newton step of the free parameters."""
-    return cost_of(at, _turned(at.runs.problem, error))
+def cost_with(at: Point, correct: Correction) -> float:
+    """-2 log L with corrected headings, after one Gauss-Newton step of the free parameters."""
+    return cost_of(at, _corrected(at.runs.problem, correct))
 
 
 def cost_of(at: Point, there: Problem) -> float:

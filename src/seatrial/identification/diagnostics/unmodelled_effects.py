@@ -11,6 +11,11 @@ from seatrial import _core
 from seatrial.boat.finding_kinds import UNMODELLED_EFFECTS
 from seatrial.boat.findings import Finding, FindingKind, finding_of
 from seatrial.boat.noise_parameters import COLOUR, DISTURBANCES, PROCESS, noise_units
+from seatrial.identification.diagnostics.heading_drift import (
+    HeadingDrift,
+    drift_findings,
+    likelier_drift,
+)
 from seatrial.identification.diagnostics.heading_jump import likelier_jump
 from seatrial.identification.diagnostics.heading_offset import (
     heading_findings,
@@ -41,6 +46,7 @@ EFFECTS_FOUND = (
     *UNMODELLED_EFFECTS.values(),
     FindingKind.UNEVEN_CURRENT,
     FindingKind.COMPASS_DEVIATION,
+    FindingKind.HEADING_DRIFT,
     FindingKind.HEADING_JUMP,
     FindingKind.UNEQUAL_THRUSTER_GAINS,
 )
@@ -80,10 +86,13 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
     candidates, off = [*_effects(at, runs, EFFECT_KINDS), *_unequal_gains(at)], likelier_heading(at)
     most = max((a.test.gain for a in candidates), default=0.0)  # errors have bounds of their own
     # errors that vary with place, heading or time are no effect to be estimated
-    errors = (uneven_current(runs), likelier_deviation(at), jump)
+    errors = (uneven_current(runs), likelier_deviation(at), likelier_drift(at), jump)
     varying = [one for one in errors if one is not None]
     largest = max(varying, key=lambda one: one.gain, default=None)
     if largest is not None and largest.gain > max(most, 0.0 if off is None else off.gain):
+        if isinstance(largest, HeadingDrift):
+            floor = noise_floor(at.runs.problem, horizon)
+            return Unmodelled(tuple(drift_findings(at, largest, floor)))
         return Unmodelled(tuple(largest.findings))
     if off is not None and off.gain > max(LARGE_GAIN, most):
         return Unmodelled(tuple(heading_findings(at, off, noise_floor(off.problem, horizon))))
