@@ -27,6 +27,7 @@ SHORTEST = 20.0  # [s] before a change, and after it
 # of the effect, from which on it is stated: curves and dead zones reach 0.3 where manoeuvres differ
 LEAST_CHANGE = 0.4
 LEAST_T = 4.0  # of the accelerations that it explains: the best of many times and inputs
+EVERY = 3  # of so many windows, which overlap, one is looked at
 LEAST_LENGTH = 1e-6  # of a step beside other inputs and drag, over its own: a shorter one is theirs
 
 
@@ -62,7 +63,8 @@ def changed_input(runs: Runs, shares: Array) -> InputChange | None:
 
     shares: (delays, 3) of the accelerations that are left without one, `unexplained_share`.
     """
-    # 1. What is left of the accelerations with constant effects, at the best delay
+    # 1. What is left of the accelerations with constant effects, at the best delay, in some of the windows
+    runs = [run.thinned(EVERY) for run in runs]
     delay = int(np.argmin(np.log(shares).sum(axis=1)))
     parts = [body(run.smooth) for run in runs]
     motion, drag = (np.concatenate(part) for part in zip(*parts, strict=True))

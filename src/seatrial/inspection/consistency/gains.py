@@ -73,7 +73,9 @@ class Run:
     def thinned(self, every: int) -> "Run":
         """The run with one window of so many."""
         few = self.smooth.at(slice(None, None, every))
-        return replace(self, smooth=few, stride=every * self.stride)
+        thinned = replace(self, smooth=few, stride=every * self.stride)
+        thinned.__dict__["inputs"] = self.inputs[:, ::every]  # averaged around the same centres
+        return thinned
 
 
 @dataclass(frozen=True)
