@@ -179,6 +179,7 @@ struct Script {
   std::vector<double> value;  // rows of width
 
   void add(double t, std::initializer_list<double> row) {
+    width = static_cast<int>(row.size());
     time.push_back(t);
     value.insert(value.end(), row);
   }

@@ -61,7 +61,6 @@ inline Problem driven(const Structure& s, const std::vector<double>& coefficient
                       bool lag) {
   Problem p(s, coefficients, boats::full_chain(scheme, lag), boats::full_constants());
   p.commands = boats::random_script(60, 60, 3, 0.05, -1.0, 1.0);
-  p.scales.width = 1;
   p.scales.add(0.0, {13.2});
   p.scales.add(1.917, {12.6});
   p.scales.add(4.111, {11.4});

@@ -22,7 +22,9 @@ struct Twin {
   std::vector<double> q;
   std::unique_ptr<Plant> plant;
 
-  Twin(const Chain& c, std::vector<double> constants) : chain(c), q(std::move(constants)) {
+  explicit Twin(const Chain& c = boats::full_chain(Scheme::kMoorePenrose),
+                std::vector<double> constants = boats::full_constants())
+      : chain(c), q(std::move(constants)) {
     boat.structure = boats::mallard();
     const auto coefficients = boats::mallard_coefficients();
     std::copy(coefficients.begin(), coefficients.end(), boat.coefficient);
@@ -117,7 +119,6 @@ TEST_CASE("a queue of commands wraps around without a slip") {
                                        twin.q.data(), 0.002);
   boats::Random random(73);
   Script script;
-  script.width = 3;
   for (int i = 0; i < 3000; ++i) {
     script.add(0.01 * i, {random(-1.0, 1.0), random(-1.0, 1.0), random(-1.0, 1.0)});
   }
@@ -158,7 +159,7 @@ TEST_CASE("a negative latency counts as none: a plant can't know a command befor
 }
 
 TEST_CASE("a command that is too late, or of no finite time, is refused") {
-  Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin twin;
   Plant& plant = *twin.plant;
   const double full[3] = {1.0, 0.0, 0.0};
   REQUIRE(plant.advance_to(1.0));
@@ -173,8 +174,8 @@ TEST_CASE("a command that is too late, or of no finite time, is refused") {
 
 TEST_CASE("commands act by their stamps, in whatever order they come") {
   const Script script = boats::random_script(75, 30, 3, 0.0, -1.0, 1.0);
-  Twin ordered(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
-  Twin mixed(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin ordered;
+  Twin mixed;
   for (int i = 0; i < script.size(); ++i) {
     const int other = script.size() - 1 - i;
     REQUIRE(ordered.plant->command(script.time[static_cast<std::size_t>(i)], script.row(i)));
@@ -211,8 +212,8 @@ TEST_CASE("a command that expires is as one of zero at that time, at each thrust
 }
 
 TEST_CASE("a clock that is set moves all times of a plant, and nothing else") {
-  Twin own(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
-  Twin other(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin own;
+  Twin other;
   const double full[3] = {1.0, 0.4, -0.3};
   constexpr double kLeap = -1024.0;  // [s] exact in binary
   for (Twin* twin : {&own, &other}) {
@@ -234,7 +235,7 @@ TEST_CASE("a clock that is set moves all times of a plant, and nothing else") {
 }
 
 TEST_CASE("a plant whose commands are dropped has its thrusters off until the next") {
-  Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin twin;
   Plant& plant = *twin.plant;
   const double full[3] = {1.0, 0.0, 0.0};
   for (const double t : {0.0, 2.0}) REQUIRE(plant.command(t, full));
@@ -251,7 +252,7 @@ TEST_CASE("a plant whose commands are dropped has its thrusters off until the ne
 }
 
 TEST_CASE("a plant refuses a command more than it can hold, and takes it later") {
-  Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin twin;
   Plant& plant = *twin.plant;
   const double full[3] = {1.0, 0.0, 0.0};
   for (int i = 0; i < kMaxPending; ++i) REQUIRE(plant.command(1e-4 * i, full));
@@ -261,7 +262,7 @@ TEST_CASE("a plant refuses a command more than it can hold, and takes it later")
 }
 
 TEST_CASE("a reset plant rests at the origin and has forgotten what was under way") {
-  Twin twin(boats::full_chain(Scheme::kAlwaysForward), boats::full_constants());
+  Twin twin(boats::full_chain(Scheme::kAlwaysForward));
   Plant& plant = *twin.plant;
   const double full[3] = {1.0, 0.5, -0.5};
   const double still[3] = {0.0, 0.0, 0.0};
@@ -272,7 +273,7 @@ TEST_CASE("a reset plant rests at the origin and has forgotten what was under wa
   CHECK(plant.time() == 10.0);
   for (int i = 0; i < kStates; ++i) CHECK(plant.state()[i] == 0.0);
   REQUIRE(plant.advance_to(11.0));
-  Twin fresh(boats::full_chain(Scheme::kAlwaysForward), boats::full_constants());
+  Twin fresh(boats::full_chain(Scheme::kAlwaysForward));
   REQUIRE(fresh.plant->advance_to(1.0));
   for (int i = 0; i < kStates; ++i) {
     CHECK(plant.state()[i] == doctest::Approx(fresh.plant->state()[i]).epsilon(1e-12));
@@ -280,7 +281,7 @@ TEST_CASE("a reset plant rests at the origin and has forgotten what was under wa
 }
 
 TEST_CASE("a plant never goes back in time, and not to a time that is none") {
-  Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin twin;
   Plant& plant = *twin.plant;
   REQUIRE(plant.advance_to(1.0));
   CHECK(plant.advance_to(0.5));
@@ -292,7 +293,7 @@ TEST_CASE("a plant never goes back in time, and not to a time that is none") {
 
 TEST_CASE(
     "a plant that diverges, or gets an input that is no number, reports it and does not hang") {
-  Twin twin(boats::full_chain(Scheme::kMoorePenrose), boats::full_constants());
+  Twin twin;
   twin.boat.coefficient[boats::kXuu] = 40.0;
   twin.boat.coefficient[boats::kXu] = 5.0;
   Plant runaway(twin.boat.structure, twin.boat.coefficient, twin.chain, twin.q.data(), 0.01);
@@ -307,7 +308,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a plant allocates nothing, nor does a step with sensitivities") {
-  Twin twin(boats::full_chain(Scheme::kAlwaysForward), boats::full_constants());
+  Twin twin(boats::full_chain(Scheme::kAlwaysForward));
   const Columns columns = boats::all_columns(twin.boat.structure, twin.chain);
   const double full[3] = {1.0, 0.5, -0.5};
   const double force[3] = {0.1, 0.2, 0.3};

@@ -56,7 +56,6 @@ TEST_CASE("a simulation agrees with Eq. (12) integrated by hand in fine steps") 
   p.q[boats::kLatencyA] = 0.083;  // on the fine grid
   p.q[boats::kLatencyB] = 0.127;
   p.boat.longest_step = 1.0 / 200.0;
-  p.commands.width = 3;
   p.commands.add(0.0, {0.0, 0.0, 0.0});
   p.commands.add(0.2, {0.9, 0.1, -0.4});
   p.commands.add(0.71, {-0.5, 0.8, 0.3});

@@ -18,6 +18,16 @@ Structure linear_drag() {
   return s;
 }
 
+/// It makes F_u.
+Chain one_thruster() {
+  Chain c;
+  c.allocation.n_actuators = 1;
+  c.allocation.n_commands = 1;
+  c.n_forces = 1;
+  c.mix[0][0] = 1.0;
+  return c;
+}
+
 /// v r and -u r alone: no force in the earth-fixed frame.
 Structure free_body() {
   Structure s;
@@ -102,11 +112,8 @@ TEST_CASE("a Runge-Kutta step of linear drag is the Taylor polynomial of the exp
 
 TEST_CASE("linear drag decays as an exponential, and the way made is its integral") {
   const double coefficient = -0.7;
-  const Chain none = [] {
-    Chain c;
-    c.n_forces = 1;
-    return c;
-  }();
+  Chain none;
+  none.n_forces = 1;
   Thrust f;
   double x[kStates] = {0.0, 0.0, 0.0, 2.0, 0.0, 0.0};
   REQUIRE(advance(linear_drag(), &coefficient, none, nullptr, 3.0, 1.0 / 60.0, f, x));
@@ -134,12 +141,8 @@ TEST_CASE("thrust behind a lag drives a linear boat along the closed form") {
   const double a = 0.7;
   const double b = 0.9;
   const double lag = 0.3;
-  Chain c;
-  c.allocation.n_actuators = 1;
-  c.allocation.n_commands = 1;
-  c.n_forces = 1;
+  Chain c = one_thruster();
   c.n_constants = 1;
-  c.mix[0][0] = 1.0;
   c.actuators[0].lag = 0;
   Thrust f;
   f.target[0] = b;
@@ -154,11 +157,7 @@ TEST_CASE("thrust behind a lag drives a linear boat along the closed form") {
 }
 
 TEST_CASE("without a lag the thrust is at its target from the interval's begin") {
-  Chain c;
-  c.allocation.n_actuators = 1;
-  c.allocation.n_commands = 1;
-  c.n_forces = 1;
-  c.mix[0][0] = 1.0;
+  const Chain c = one_thruster();
   Thrust f;
   f.level[0] = -5.0;  // where it was before
   f.target[0] = 0.5;

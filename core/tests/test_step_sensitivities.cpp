@@ -80,29 +80,15 @@ struct Case {
   }
 };
 
-template <int kSize>
-double worst_euler(const Structure& s, const std::vector<double>& nominal) {
-  Random random(40);
+/// The largest deviation from duals over many cases; `step` takes both through one step.
+template <int kSize, class Step>
+double worst_step(const Structure& s, const std::vector<double>& nominal, bool length_moves,
+                  Step step) {
+  Random random(length_moves ? 41 : 40);
   Worst worst;
   for (int n = 0; n < 200; ++n) {
-    Case<kSize> c(s, nominal, random, false);
-    REQUIRE(euler_step(s, c.dual_coefficient, c.dual_h, c.dual_force[0], c.dual_x));
-    REQUIRE(euler_step_sensitivities(s, c.coefficient, c.columns, c.h, c.force[0], c.dforce[0], c.x,
-                                     c.dx));
-    c.compare(worst);
-  }
-  return worst.value();
-}
-
-template <int kSize>
-double worst_runge_kutta(const Structure& s, const std::vector<double>& nominal) {
-  Random random(41);
-  Worst worst;
-  for (int n = 0; n < 200; ++n) {
-    Case<kSize> c(s, nominal, random, true);
-    REQUIRE(runge_kutta_step(s, c.dual_coefficient, c.dual_h, c.dual_force, c.dual_x));
-    REQUIRE(runge_kutta_step_sensitivities(s, c.coefficient, c.columns, c.h, c.dh, c.force,
-                                           c.dforce, c.x, c.dx));
+    Case<kSize> c(s, nominal, random, length_moves);
+    step(c);
     c.compare(worst);
   }
   return worst.value();
@@ -111,14 +97,27 @@ double worst_runge_kutta(const Structure& s, const std::vector<double>& nominal)
 }  // namespace
 
 TEST_CASE("an Euler step's sensitivities equal dual numbers") {
-  CHECK(worst_euler<boats::kMallardSize>(boats::mallard(), boats::mallard_coefficients()) < 1e-11);
-  CHECK(worst_euler<boats::kRichSize>(boats::rich(), boats::rich_coefficients()) < 1e-11);
+  const auto step = [](auto& c) {
+    REQUIRE(euler_step(c.structure, c.dual_coefficient, c.dual_h, c.dual_force[0], c.dual_x));
+    REQUIRE(euler_step_sensitivities(c.structure, c.coefficient, c.columns, c.h, c.force[0],
+                                     c.dforce[0], c.x, c.dx));
+  };
+  CHECK(worst_step<boats::kMallardSize>(boats::mallard(), boats::mallard_coefficients(), false,
+                                        step) < 1e-11);
+  CHECK(worst_step<boats::kRichSize>(boats::rich(), boats::rich_coefficients(), false, step) <
+        1e-11);
 }
 
 TEST_CASE("a Runge-Kutta step's sensitivities equal dual numbers, also to the step's length") {
-  CHECK(worst_runge_kutta<boats::kMallardSize>(boats::mallard(), boats::mallard_coefficients()) <
+  const auto step = [](auto& c) {
+    REQUIRE(runge_kutta_step(c.structure, c.dual_coefficient, c.dual_h, c.dual_force, c.dual_x));
+    REQUIRE(runge_kutta_step_sensitivities(c.structure, c.coefficient, c.columns, c.h, c.dh,
+                                           c.force, c.dforce, c.x, c.dx));
+  };
+  CHECK(worst_step<boats::kMallardSize>(boats::mallard(), boats::mallard_coefficients(), true,
+                                        step) < 1e-11);
+  CHECK(worst_step<boats::kRichSize>(boats::rich(), boats::rich_coefficients(), true, step) <
         1e-11);
-  CHECK(worst_runge_kutta<boats::kRichSize>(boats::rich(), boats::rich_coefficients()) < 1e-11);
 }
 
 TEST_CASE("sensitivities start as the identity in the initial state, where that is a column") {

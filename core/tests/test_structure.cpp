@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
 
+#include <tuple>
+
 #include "boats.hpp"
 #include "seatrial/model/structure.hpp"
 
@@ -20,28 +22,20 @@ TEST_CASE("a full structure is accepted and one entry more is refused") {
   Structure s = boats::mallard();
   while (s.n_terms < kMaxTerms) add(s, 1, 0, 1.0, {kU});
   CHECK(check(s) == StructureFault::kOk);
-  s.n_terms = kMaxTerms + 1;
-  CHECK(check(s) == StructureFault::kTooManyTerms);
-  s.n_terms = -1;
-  CHECK(check(s) == StructureFault::kTooManyTerms);
-
-  s = boats::mallard();
-  s.n_coefficients = kMaxCoefficients;
-  CHECK(check(s) == StructureFault::kOk);
-  s.n_coefficients = kMaxCoefficients + 1;
-  CHECK(check(s) == StructureFault::kTooManyCoefficients);
-  s.n_coefficients = -1;
-  CHECK(check(s) == StructureFault::kTooManyCoefficients);
-
-  s = boats::mallard();
-  s.n_forces = kMaxForces;
-  CHECK(check(s) == StructureFault::kOk);
-  s.n_forces = kMaxForces + 1;
-  CHECK(check(s) == StructureFault::kTooManyForces);
-  s.n_forces = -1;
-  CHECK(check(s) == StructureFault::kTooManyForces);
-
-  s = boats::mallard();
+  const std::tuple<int Structure::*, int, StructureFault> limits[] = {
+      {&Structure::n_terms, kMaxTerms, StructureFault::kTooManyTerms},
+      {&Structure::n_coefficients, kMaxCoefficients, StructureFault::kTooManyCoefficients},
+      {&Structure::n_forces, kMaxForces, StructureFault::kTooManyForces}};
+  for (const auto& [count, most, fault] : limits) {
+    const int before = s.*count;
+    s.*count = most;
+    CHECK(check(s) == StructureFault::kOk);
+    for (const int odd : {most + 1, -1}) {
+      s.*count = odd;
+      CHECK(check(s) == fault);
+    }
+    s.*count = before;
+  }
   s.terms[3].n_factors = kMaxFactors;
   CHECK(check(s) == StructureFault::kOk);
   s.terms[3].n_factors = kMaxFactors + 1;
@@ -49,31 +43,25 @@ TEST_CASE("a full structure is accepted and one entry more is refused") {
 }
 
 TEST_CASE("a term that names what does not exist is refused") {
-  Structure s = boats::mallard();
-  s.terms[3].factors[0] = kForce0 + 3;  // a fourth force
-  CHECK(check(s) == StructureFault::kUnknownSignal);
-  s.n_forces = 4;
-  CHECK(check(s) == StructureFault::kOk);
-
-  s = boats::mallard();
-  s.terms[5].axis = 3;
-  CHECK(check(s) == StructureFault::kUnknownAxis);
-
-  s = boats::mallard();
-  s.terms[8].acceleration = 3;
-  CHECK(check(s) == StructureFault::kUnknownAxis);
-
-  s = boats::mallard();
-  s.terms[8].acceleration = 2;  // r_dot in the equation of r_dot
-  CHECK(check(s) == StructureFault::kOwnAcceleration);
-
-  s = boats::mallard();
-  s.terms[1].coefficient = boats::kMallardSize;
-  CHECK(check(s) == StructureFault::kUnknownCoefficient);
-
-  s = boats::mallard();
-  s.has_acceleration = false;  // its N_ud u_dot would be dropped silently
-  CHECK(check(s) == StructureFault::kAccelerationNotFlagged);
+  const auto fault = [](auto change) {
+    Structure s = boats::mallard();
+    change(s);
+    return check(s);
+  };
+  const auto fourth_force = [](Structure& s) { s.terms[3].factors[0] = kForce0 + 3; };
+  CHECK(fault(fourth_force) == StructureFault::kUnknownSignal);
+  CHECK(fault([&](Structure& s) {
+          fourth_force(s);
+          s.n_forces = 4;
+        }) == StructureFault::kOk);
+  CHECK(fault([](Structure& s) { s.terms[5].axis = 3; }) == StructureFault::kUnknownAxis);
+  CHECK(fault([](Structure& s) { s.terms[8].acceleration = 3; }) == StructureFault::kUnknownAxis);
+  CHECK(fault([](Structure& s) { s.terms[8].acceleration = 2; }) ==  // r_dot in that of r_dot
+        StructureFault::kOwnAcceleration);
+  CHECK(fault([](Structure& s) { s.terms[1].coefficient = boats::kMallardSize; }) ==
+        StructureFault::kUnknownCoefficient);
+  CHECK(fault([](Structure& s) { s.has_acceleration = false; }) ==  // N_ud u_dot would be dropped
+        StructureFault::kAccelerationNotFlagged);
 }
 
 TEST_CASE("a factor that is not used is not looked at") {

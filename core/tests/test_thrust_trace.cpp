@@ -37,7 +37,6 @@ double worst_output(const Chain& c, const std::vector<double>& q, const Script& 
 
 Script battery() {
   Script s;
-  s.width = 1;
   s.add(0.4, {13.1});
   s.add(2.13, {12.7});
   s.add(2.9, {12.7});
@@ -65,7 +64,6 @@ TEST_CASE("thrust with a negative latency comes before its command") {
   CHECK(worst_output(c, q, commands, battery()) < 1e-13);
 
   Script step;
-  step.width = 3;
   step.add(0.0, {0.0, 0.0, 0.0});
   step.add(1.0, {1.0, 0.0, 0.0});
   const ThrustTrace trace(c, q.data(), step.held(), Held{}, kNone);
@@ -82,7 +80,6 @@ TEST_CASE("thrust agrees with a simulation in fine steps") {
   q[boats::kLatencyA] = 0.083;
   q[boats::kLatencyB] = 0.127;
   Script commands;
-  commands.width = 3;
   commands.add(0.0, {0.4, 0.0, 0.0});
   commands.add(0.1, {0.4, -0.6, 0.3});
   commands.add(0.35, {-0.8, -0.6, 0.3});
@@ -139,7 +136,6 @@ TEST_CASE("a command that repeats the last one makes no break") {
   const Chain c = boats::full_chain(Scheme::kMoorePenrose);
   const auto q = boats::full_constants();
   Script s;
-  s.width = 3;
   for (int i = 0; i < 100; ++i) s.add(0.01 * i, {i < 40 ? 0.0 : 0.5, 0.0, 0.0});
   const ThrustTrace trace(c, q.data(), s.held(), Held{}, kNone);
   CHECK(trace.breaks() == 3);  // for ever, and one change for two latencies
@@ -147,7 +143,6 @@ TEST_CASE("a command that repeats the last one makes no break") {
   CHECK(trace.time(1) == doctest::Approx(0.4831).epsilon(1e-14));
   CHECK(trace.time(2) == doctest::Approx(0.5273).epsilon(1e-14));
   Script volts;
-  volts.width = 1;
   for (int i = 0; i < 50; ++i) volts.add(0.02 * i, {i < 30 ? 12.0 : 11.0});
   CHECK(ThrustTrace(c, q.data(), s.held(), volts.held(), kNone).breaks() == 4);
 }
@@ -156,10 +151,8 @@ TEST_CASE("a change of scale acts at once on all thrusters, whatever the latency
   const Chain c = boats::full_chain(Scheme::kAlwaysForward);
   const auto q = boats::full_constants();
   Script s;
-  s.width = 3;
   s.add(0.0, {0.3, 0.2, 0.1});
   Script volts;
-  volts.width = 1;
   volts.add(0.0, {12.0});
   volts.add(1.0, {14.4});
   const ThrustTrace trace(c, q.data(), s.held(), volts.held(), kNone);
@@ -175,7 +168,6 @@ TEST_CASE("the first rows have held for ever") {
   const auto q = boats::full_constants();
   const Script commands = boats::random_script(55, 5, 3, 10.0, -1.0, 1.0);
   Script volts;
-  volts.width = 1;
   volts.add(20.0, {13.0});
   const ThrustTrace trace(c, q.data(), commands.held(), volts.held(), kNone);
   double thruster[kMaxActuators];

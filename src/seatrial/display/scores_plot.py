@@ -9,9 +9,8 @@ import numpy as np
 from seatrial.display.canvas import GREY, below, drawn_on, finished, literal, logarithmic
 from seatrial.evaluation.scores import AxisScore, HorizonScore, Scored, Scores, Start, main_start
 from seatrial.report.figures.base import BLUE, GREEN, ORANGE, SKY
-from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.util.errors import ModelError
-from seatrial.util.frames import AXES, SYMBOLS, Array
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS, Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,9 +13,9 @@ from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.signal import Signal
 from seatrial.report.text.markup import number, true_minus, unit
 from seatrial.report.text.names import html_symbol
-from seatrial.report.text.numbers import ERROR_UNITS, minutes
+from seatrial.report.text.numbers import minutes
 from seatrial.util.format import percent, plus_minus, shortened
-from seatrial.util.frames import AXES, SYMBOLS, Axes
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS, Axes
 from seatrial.util.statistics import NORMAL_95
 
 GIVEN = "given"  # in place of a relative error

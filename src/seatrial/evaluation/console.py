@@ -7,11 +7,10 @@ from typing import get_args
 
 from seatrial.boat.findings import finding_text
 from seatrial.evaluation.head_to_head import head_to_head_text
-from seatrial.evaluation.residuals import in_words
+from seatrial.evaluation.residuals import in_words, significant
 from seatrial.evaluation.scores import AxisScore, Interval, RecordingScore, Scores, Start
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS
 
-UNITS = ((100.0, "cm/s"), (100.0, "cm/s"), (1.0, "rad/s"))  # of u, v, r, from SI
 STARTS: dict[Start, str] = {
     "stencil": "from the five-point stencil's velocity",
     "filter": "from the velocity of the model's own filter; the model alone predicts",
@@ -48,7 +47,7 @@ def _rows(row: RecordingScore, width: int) -> Iterator[str]:
     """A line of each axis; the first columns hold `width` characters."""
     for axis, symbol in enumerate(SYMBOLS):
         s = row.scores[symbol]
-        scale, unit = UNITS[axis]
+        unit, scale = ERROR_UNITS[axis]
         mark = "*" if row.excited == AXES[axis] else " "
         name = (
             row.recording,
@@ -84,9 +83,8 @@ def _reference(row: RecordingScore) -> str:
     if row.reference == "stencil":
         return "five-point stencil, starts too"
     errors = [
-        f"{symbol} {(score.reference or 0.0) * scale:.2g} {unit}"
-        for symbol, (scale, unit) in zip(SYMBOLS, UNITS, strict=True)
-        if (score := row.scores[symbol])
+        f"{symbol} {(row.scores[symbol].reference or 0.0) * scale:.2g} {unit}"
+        for symbol, (unit, scale) in zip(SYMBOLS, ERROR_UNITS, strict=True)
     ]
     return f"smoothed velocity, standard error {', '.join(errors)}; starts: the model's filter"
 
@@ -118,7 +116,7 @@ def horizons_text(scores: Scores) -> str:
     lines = ["RMS error ahead", f"  {'recording':<{width}}  start      unit  {head}"]
     for row in scores.recordings:
         for i, (axis, start) in enumerate(product(range(3), starts)):
-            scale, unit = UNITS[axis]
+            unit, scale = ERROR_UNITS[axis]
             cells = [_cell(row, h, start, SYMBOLS[axis], scale) for h in known]
             name = row.recording if i == 0 else ""
             lines.append(f"  {name:<{width}}  {SYMBOLS[axis]} {start:<8} {unit:<6}{''.join(cells)}")
@@ -141,9 +139,7 @@ def _cell(row: RecordingScore, horizon: float, start: str, symbol: str, scale: f
 
 def _left(row: RecordingScore) -> list[str]:
     """Significant correlations of the residuals with forces, the strongest first."""
-    found = sorted(
-        (c for c in row.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
-    )
+    found = significant(row.correlations)
     shown = [in_words(c) for c in found[:MOST_CORRELATIONS]]
     if len(found) > MOST_CORRELATIONS:
         shown[-1] += f" (and {len(found) - MOST_CORRELATIONS} more, in --json)"

@@ -21,7 +21,7 @@ from seatrial.recording.recording import Recording
 from seatrial.recording.velocity import Motion, motion
 from seatrial.util.block_bootstrap import block_length, block_sums, ratio_interval
 from seatrial.util.errors import ModelError
-from seatrial.util.frames import SYMBOLS, Array
+from seatrial.util.frames import ERROR_UNITS, SYMBOLS, Array
 
 CELLS = ("model, stencil", "model, filter", "other, stencil", "other, filter")
 PAIRS = {  # cells that are compared: (over, under)
@@ -198,7 +198,7 @@ def head_to_head_text(table: HeadToHead) -> str:
         + "   model/other from a filter",
     ]
     for duel in table.duels:
-        scale, unit = (1.0, "rad/s") if duel.symbol == "r" else (100.0, "cm/s")
+        unit, scale = ERROR_UNITS[SYMBOLS.index(duel.symbol)]
         name = duel.recording if duel.symbol == SYMBOLS[0] else ""
         cells = "".join(f"{duel.cells[c].rms * scale:16.3f}" for c in CELLS)
         change = duel.changes["model, from filter starts"]

@@ -5,6 +5,7 @@ With the right model and noise the innovations are white and uncorrelated with t
 section 16.6). A correlation with a past force indicates a missing term or a wrong delay.
 """
 
+from collections.abc import Iterable
 from statistics import NormalDist
 
 import msgspec
@@ -117,6 +118,11 @@ def _whitened(force: Array) -> Array:
     apart = np.abs(np.subtract.outer(np.arange(WHITENING), np.arange(WHITENING)))
     weights = np.linalg.solve(rho[apart] + RIDGE * np.eye(WHITENING), rho[1:])
     return np.convolve(force - force.mean(), np.append(1.0, -weights))[: len(force)]
+
+
+def significant(found: Iterable[Correlation]) -> list[Correlation]:
+    """Those beyond their limits, the strongest first."""
+    return sorted((c for c in found if c.found), key=lambda c: -abs(c.peak) / c.limit)
 
 
 def in_words(correlation: Correlation) -> str:

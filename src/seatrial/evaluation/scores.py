@@ -86,8 +86,7 @@ class AxisScore(
     @property
     def at_floor(self) -> bool:
         """Whether pose noise alone may have made this score."""
-        most = self.resolved(self.floor)
-        return self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
+        return self._within(self.resolved(self.floor))
 
     def resolved(self, error: float) -> float:
         """RMS of an error against the reference, whose own standard error adds to it."""
@@ -96,10 +95,11 @@ class AxisScore(
     @property
     def as_expected(self) -> bool:
         """Whether the error may be no more than the model expects of itself."""
-        most = self.at_most
-        return most is not None and (
-            self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
-        )
+        return self.at_most is not None and self._within(self.at_most)
+
+    def _within(self, most: float) -> bool:
+        """Whether the error, or the low end of its interval, is at most that."""
+        return self.rms <= most or (self.rms_interval is not None and self.rms_interval[0] <= most)
 
     @property
     def at_most(self) -> float | None:
@@ -107,8 +107,10 @@ class AxisScore(
 
         They are off once for all predictions, so that no interval of the error knows of it.
         """
-        if self.expected_rms is None or self.parameter_rms is None:
-            return None if self.expected_rms is None else self.resolved(self.expected_rms)
+        if self.expected_rms is None:
+            return None
+        if self.parameter_rms is None:
+            return self.resolved(self.expected_rms)
         more = (OFF**2 - 1.0) * self.parameter_rms**2 + (
             (1.0 + POSE_NOISE_ERROR) ** 2 - 1.0
         ) * self.floor**2

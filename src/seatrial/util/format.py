@@ -39,6 +39,11 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 0.995 else f"{100.0 * share:.0f} %"
 
 
+def chance(p: float) -> str:
+    """A p value, without a false 0."""
+    return "< 0.001" if p < 0.001 else f"{p:.3f}"
+
+
 def table(
     head: Sequence[str],
     rows: Sequence[Sequence[str]],

@@ -22,6 +22,8 @@ Mask = NDArray[np.bool_]
 AXES = ("surge", "sway", "yaw")
 SYMBOLS = ("u", "v", "r")
 SPEED_UNITS = ("m/s", "m/s", "rad/s")
+# of velocity errors as they are shown, and the factor from SI
+ERROR_UNITS = (("cm/s", 100.0), ("cm/s", 100.0), ("rad/s", 1.0))
 POSE, POSE_UNITS = ("x", "y", "psi"), ("m", "m", "rad")
 
 

@@ -17,7 +17,7 @@ from seatrial.evaluation.comparison.cause_text import cause_text, inseparable, m
 from seatrial.evaluation.comparison.compare import Comparison, Side
 from seatrial.evaluation.comparison.parameters import SIGNIFICANCE, Factor, OneSided, Pair
 from seatrial.evaluation.comparison.prediction_text import prediction_lines
-from seatrial.util.format import plus_minus
+from seatrial.util.format import chance, plus_minus
 from seatrial.util.frames import AXES, Axes
 
 LEAST_FACTOR_Z = 2.4  # standard errors from 1, 5 % level over three axes
@@ -108,7 +108,7 @@ def _parameters(found: Comparison) -> Iterator[str]:
 
 def _pair_text(pair: Pair, width: int) -> str:
     mark = "*" if pair.differs else " "
-    z, p = ("given", "") if pair.z is None or pair.p is None else (f"{pair.z:.1f}", _p(pair.p))
+    z, p = ("given", "") if pair.z is None or pair.p is None else (f"{pair.z:.1f}", chance(pair.p))
     return (
         f"{mark} {pair.name:<{width}} {_value(pair.a, pair.error_a):>20} {_value(pair.b, pair.error_b):>20} "
         f"{_shift(pair):>10} {z:>9} {p:>9}   {pair.unit}"
@@ -130,10 +130,6 @@ def _value(value: float, error: float) -> str:
 def _shift(pair: Pair) -> str:
     """The difference, to the second digit of its error."""
     return plus_minus(pair.difference, pair.error).partition(" ")[0]
-
-
-def _p(p: float) -> str:
-    return "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
 def changes_text(found: Comparison, mark: str = "") -> Iterator[str]:
@@ -169,7 +165,7 @@ def _changed(found: Comparison, mark: str) -> Iterator[str]:
         return
     test = (
         f"jointly: chi2 = {found.joint.chi2:.1f} with {found.joint.freedom} degrees of freedom, "
-        f"p {'' if found.joint.p < 0.001 else '= '}{_p(found.joint.p)}"
+        f"p {_less(found.joint.p)}"
     )
     names = [pair.name for pair in found.changed]
     if names:
@@ -214,7 +210,7 @@ def _factor(factor: Factor) -> Iterator[str]:
 
 
 def _less(p: float) -> str:
-    return _p(p) if p < 0.001 else f"= {_p(p)}"
+    return chance(p) if p < 0.001 else f"= {chance(p)}"
 
 
 def _boat(found: Comparison) -> Iterator[str]:

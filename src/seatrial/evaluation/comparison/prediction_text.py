@@ -11,7 +11,7 @@ from seatrial.evaluation.comparison.prediction import (
     PredictionRow,
     beyond_same_boat,
 )
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS
 
 SLIGHT_DIFFERENCE = 0.005  # of the error; a smaller difference is negligible, however significant
 
@@ -34,25 +34,16 @@ def prediction_lines(found: Comparison) -> Iterator[str]:
 
 
 def _axis(one: AxisDifference, axis: int) -> str:
-    scale, unit = _scale(axis)
+    """Both errors, and the interval of their difference, positive for the better model."""
+    unit, scale = ERROR_UNITS[axis]
     errors = f"A {scale * one.a:7.3f}  B {scale * one.b:7.3f} {unit}"
     if one.interval is None:
         return f"{errors}; too short for a significance test"
-    return f"{errors}; {_interval(one, axis)}"
-
-
-def _interval(one: AxisDifference, axis: int) -> str:
-    """The interval of the difference, positive for the better model."""
-    if one.interval is None:
-        return ""
-    scale, _ = _scale(axis)
-    low, high = (scale * x for x in one.interval)
-    if one.difference < 0:
-        low, high = -high, -low
-    letter = "A" if one.difference < 0 else "B"
+    letter, sign = ("A", -scale) if one.difference < 0 else ("B", scale)
+    low, high = sorted(sign * x for x in one.interval)
     if low > 0:
-        return f"{letter} is better by {low:.2g} to {high:.2g} (95 %)"
-    return f"not significant: {letter} by {low:.2g} to {high:.2g} (95 %)"
+        return f"{errors}; {letter} is better by {low:.2g} to {high:.2g} (95 %)"
+    return f"{errors}; not significant: {letter} by {low:.2g} to {high:.2g} (95 %)"
 
 
 def prediction_text(found: Comparison, horizon: str) -> str:
@@ -117,7 +108,7 @@ def _what_matters(found: Comparison) -> str:
 
 
 def _better(letter: str, one: AxisDifference, axis: int) -> str:
-    scale, unit = _scale(axis)
+    unit, scale = ERROR_UNITS[axis]
     good, bad = (one.b, one.a) if letter == "B" else (one.a, one.b)
     low, high = sorted(abs(scale * x) for x in one.interval or (0.0, 0.0))
     digits = max(0, 1 - floor(log10(abs(scale * one.difference)))) if one.difference else 3
@@ -125,10 +116,6 @@ def _better(letter: str, one: AxisDifference, axis: int) -> str:
         f"{letter} is better in {AXES[axis]}: {scale * good:.{digits}f} against {scale * bad:.{digits}f} {unit} "
         f"(95 %: {low:.2g} to {high:.2g} better)"
     )
-
-
-def _scale(axis: int) -> tuple[float, str]:
-    return (100.0, "cm/s") if axis < 2 else (1.0, "rad/s")
 
 
 def _seen_recordings(rows: list[PredictionRow]) -> Iterator[str]:

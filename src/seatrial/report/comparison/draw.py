@@ -32,8 +32,7 @@ from seatrial.report.figures.base import (
 )
 from seatrial.report.figures.known import LARGEST_ERROR_SHOWN, LEAST_ERROR_SHOWN, reach
 from seatrial.report.figures.prediction import above_commands, over_horizons, rms_line
-from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SYMBOLS
+from seatrial.util.frames import ERROR_UNITS, SYMBOLS
 from seatrial.util.statistics import NORMAL_95
 
 COMMAND_COLOURS = (GREEN, PURPLE, ORANGE, BLACK)  # other than those of the models

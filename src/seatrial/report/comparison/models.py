@@ -28,6 +28,7 @@ from seatrial.report.text.markup import NOT_A_NUMBER, listing
 from seatrial.report.text.names import names_in, sentence
 from seatrial.report.text.numbers import minutes
 from seatrial.report.text.table import Table
+from seatrial.util.format import chance
 from seatrial.util.frames import AXES, SYMBOLS
 
 
@@ -128,11 +129,10 @@ def differences(pair: ModelPair) -> Table:
 
 
 def _difference(one: Pair) -> list[Cell]:
-    chance = "given" if one.p is None else "< 0.001" if one.p < 0.001 else f"{one.p:.3f}"
     return [
         Name(one.name), Number(one.a), number_or_dash(one.error_a or None, 2), Number(one.b),
-        number_or_dash(one.error_b or None, 2), Number(one.difference, 2), number_or_dash(one.z, 2), Text(chance),
-        Unit(one.unit),
+        number_or_dash(one.error_b or None, 2), Number(one.difference, 2), number_or_dash(one.z, 2),
+        Text("given" if one.p is None else chance(one.p)), Unit(one.unit),
     ]  # fmt: skip
 
 

@@ -20,9 +20,8 @@ from seatrial.report.sections.base import (
 from seatrial.report.sections.prediction import linked, sizes
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Number, Text, between
-from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS
 
 
 def recorded(pair: ModelPair) -> Section | None:
@@ -89,11 +88,5 @@ def ahead(pair: ModelPair) -> Section | None:
         drawn = velocity_plots(store, "measured and predicted by both")
         facts = f"A: {sizes(a)}. B: {sizes(b)}"
         parts.append(foldable(a.name, facts, linked(a, drawn), opened=i == opened))
-    body = f"""{"".join(parts)}"""
-    return Section(
-        "prediction",
-        "Prediction",
-        body,
-        figures,
-        heading=f"Measured and predicted, {pair.horizon:g}&nbsp;s ahead",
-    )
+    heading = f"Measured and predicted, {pair.horizon:g}&nbsp;s ahead"
+    return Section("prediction", "Prediction", "".join(parts), figures, heading=heading)

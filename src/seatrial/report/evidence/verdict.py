@@ -16,7 +16,6 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run, judged
 from seatrial.report.text.markup import number
 from seatrial.report.text.numbers import (
-    ERROR_UNITS,
     at_floor,
     expected_rms,
     floors,
@@ -27,7 +26,7 @@ from seatrial.report.text.numbers import (
     rms_and_ratio,
 )
 from seatrial.util.format import joined, shortened
-from seatrial.util.frames import AXES, Array
+from seatrial.util.frames import AXES, ERROR_UNITS, Array
 from seatrial.workflow.fitness import Fitness, Level
 
 CAUTIOUS = 0.8  # of the expected RMS: below, the stated errors are larger than needed

@@ -26,8 +26,7 @@ from seatrial.report.figures.base import (
     whiskers,
 )
 from seatrial.report.text.names import plotly_symbol
-from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SYMBOLS
+from seatrial.util.frames import ERROR_UNITS, SYMBOLS
 from seatrial.util.statistics import NORMAL_95, autocorrelation, moving_average_band, white_band
 
 BINS = 41  # of a histogram

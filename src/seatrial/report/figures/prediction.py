@@ -26,8 +26,7 @@ from seatrial.report.figures.base import (
     speed,
     whiskers,
 )
-from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SPEED_UNITS, SYMBOLS, Array
+from seatrial.util.frames import ERROR_UNITS, SPEED_UNITS, SYMBOLS, Array
 
 PICTURE_MARGIN = {"l": 52, "r": 10, "t": 24, "b": 38}  # [px]
 PANEL_GAP = 0.05  # [share of the height] between panels of a picture

@@ -4,7 +4,7 @@
 from collections.abc import Sequence
 from string import Template
 
-from seatrial.evaluation.residuals import in_words
+from seatrial.evaluation.residuals import in_words, significant
 from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.evidence.runs import Run
 from seatrial.report.figures import errors as draw
@@ -15,9 +15,8 @@ from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Number, Text
 from seatrial.report.text.markup import listing, number
 from seatrial.report.text.names import names_in, sentence
-from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
-from seatrial.util.frames import SYMBOLS
+from seatrial.util.frames import ERROR_UNITS, SYMBOLS
 
 MOST_CORRELATIONS = 4  # sentences on the residuals of a recording
 
@@ -71,13 +70,11 @@ def _figures(evidence: Evidence, run: Run) -> dict[str, Figure]:
 
 
 def _one(run: Run, place: int, names: Sequence[str], driven: Sequence[int], *, opened: bool) -> str:
-    significant = sorted(
-        (c for c in run.correlations if c.found), key=lambda c: abs(c.peak) / c.limit, reverse=True
-    )
-    lines = [sentence(in_words(c), names) for c in significant[:MOST_CORRELATIONS]]
-    if len(significant) > MOST_CORRELATIONS:
-        lines.append(f"and {len(significant) - MOST_CORRELATIONS} more, in the plots")
-    if run.correlations and not significant:
+    found = significant(run.correlations)
+    lines = [sentence(in_words(c), names) for c in found[:MOST_CORRELATIONS]]
+    if len(found) > MOST_CORRELATIONS:
+        lines.append(f"and {len(found) - MOST_CORRELATIONS} more, in the plots")
+    if run.correlations and not found:
         lines = ["no residual is significantly correlated with a force"]
     parts = "".join(_axis(run, place, axis, driven) for axis in range(3))
     return foldable(run.name, sizes(run), listing(lines) + parts, opened=opened)

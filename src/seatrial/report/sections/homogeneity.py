@@ -12,7 +12,7 @@ from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Name, Text, known
 from seatrial.report.text.names import names_in, sentence
 from seatrial.report.text.table import Table
-from seatrial.util.format import joined
+from seatrial.util.format import chance, joined
 
 
 def section(evidence: Evidence) -> Section | None:
@@ -39,15 +39,10 @@ def section(evidence: Evidence) -> Section | None:
         high = len(found.rows) * max(1, len(evidence.runs) // 3)
         parts.append(plot(ALL, "repeat-parameters", label, "tall", label, rows=high))
         parts.append(fine("as a table", tables[0].html()))
-    body = f"""{"".join(parts)}"""
     return Section(
-        "repeat",
-        "Homogeneity",
-        body,
-        {ALL: figures},
-        tuple(tables),
+        "repeat", "Homogeneity", "".join(parts), {ALL: figures}, tuple(tables),
         heading="Homogeneity across recordings",
-    )
+    )  # fmt: skip
 
 
 def shifts(found: Homogeneity) -> Table:
@@ -58,7 +53,7 @@ def shifts(found: Homogeneity) -> Table:
             Name(row.name),
             *(known(shift, 2, 100.0) for shift in row.shifts),
             known(row.spread, 2, 100.0),
-            Text("–" if row.p is None else "< 0.001" if row.p < 0.001 else f"{row.p:.3f}"),
+            Text("–" if row.p is None else chance(row.p)),
         ]
         for row in found.rows
     ]

@@ -12,9 +12,9 @@ from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import ALL, Section, fine, three
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Text, between, known
-from seatrial.report.text.numbers import ERROR_UNITS, names_of
+from seatrial.report.text.numbers import names_of
 from seatrial.report.text.table import Table
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section | None:
@@ -37,14 +37,8 @@ def section(evidence: Evidence) -> Section | None:
 {three(ALL, "horizons", "RMS error against the horizon", "middle")}
 {notes}{fine("as a table", table.html())}{fine("by recording", every.html())}"""
     figures = {f"horizons-{s}": draw.horizons(rows, axis) for axis, s in enumerate(SYMBOLS)}
-    return Section(
-        "horizons",
-        "Horizons",
-        body,
-        {ALL: figures},
-        (table, every),
-        heading="Prediction error against horizon",
-    )
+    heading = "Prediction error against horizon"
+    return Section("horizons", "Horizons", body, {ALL: figures}, (table, every), heading=heading)
 
 
 def horizons(name: str, caption: str, groups: Sequence[tuple[str, Sequence[Scored]]]) -> Table:

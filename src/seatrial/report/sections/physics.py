@@ -13,6 +13,7 @@ from seatrial.report.text.cells import Cell, Number, Text, between
 from seatrial.report.text.table import Table
 from seatrial.util.frames import AXES, SYMBOLS
 
+HEADING = "Implied physics: compare with your boat"
 MOTION_UNITS = (("m/s", "m"), ("m/s", "m"), ("rad/s", "rad"))  # of speed and of coasting
 PHYSICS_HEAD = (
     "command", "top speed", "95 % interval", "unit", "time to 63 % [s]", "95 % interval [s]",
@@ -27,7 +28,7 @@ def section(evidence: Evidence) -> Section:
     if found.unstable or not found.axes:
         text = f"{found.unstable}." if found.unstable else "No command drives any axis."
         body = f"""<p class="warning">{escape(text)}</p>"""
-        return Section("physics", "Boat", body, heading="Implied physics: compare with your boat")
+        return Section("physics", "Boat", body, heading=HEADING)
     table = boat(evidence)
     drawn = "".join(
         plot(ALL, f"start-{SYMBOLS[one.axis]}", f"{AXES[one.axis]}: start and stop", "small")
@@ -45,14 +46,7 @@ def section(evidence: Evidence) -> Section:
     figures = {
         f"start-{SYMBOLS[one.axis]}": draw.start_and_stop(evidence.model, one) for one in found.axes
     }
-    return Section(
-        "physics",
-        "Boat",
-        body,
-        {ALL: figures},
-        (table,),
-        heading="Implied physics: compare with your boat",
-    )
+    return Section("physics", "Boat", body, {ALL: figures}, (table,), heading=HEADING)
 
 
 def boat(evidence: Evidence) -> Table:

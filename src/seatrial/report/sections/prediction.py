@@ -10,8 +10,7 @@ from seatrial.report.figures import prediction as draw
 from seatrial.report.sections.base import Section, first_of, foldable, store_of, velocity_plots
 from seatrial.report.text import prose
 from seatrial.report.text.markup import number
-from seatrial.report.text.numbers import ERROR_UNITS
-from seatrial.util.frames import SYMBOLS
+from seatrial.util.frames import ERROR_UNITS, SYMBOLS
 
 BUTTONS = (
     ("whole", "whole run"),
@@ -34,13 +33,8 @@ def section(evidence: Evidence) -> Section:
         }
         for i, run in enumerate(runs)
     }
-    return Section(
-        "prediction",
-        "Prediction",
-        body,
-        figures,
-        heading=f"Measured and predicted, {horizon}&nbsp;s ahead",
-    )
+    heading = f"Measured and predicted, {horizon}&nbsp;s ahead"
+    return Section("prediction", "Prediction", body, figures, heading=heading)
 
 
 def sizes(run: Run) -> str:

@@ -7,9 +7,8 @@ from seatrial.report.evidence.model_evidence import Evidence
 from seatrial.report.sections.base import Section
 from seatrial.report.text import prose
 from seatrial.report.text.cells import Cell, Text, between, known
-from seatrial.report.text.numbers import ERROR_UNITS
 from seatrial.report.text.table import Table
-from seatrial.util.frames import AXES, SYMBOLS
+from seatrial.util.frames import AXES, ERROR_UNITS, SYMBOLS
 
 
 def section(evidence: Evidence) -> Section | None:

@@ -14,8 +14,6 @@ from seatrial.util.frames import Array, Mask
 
 AT_FLOOR = 1.1  # times the floor: with a smaller RMS the poses resolve no error of the model
 TINY = 1e-12  # of a ratio, against a division by 0
-# of errors, and the factor from SI
-ERROR_UNITS = (("cm/s", 100.0), ("cm/s", 100.0), ("rad/s", 1.0))
 VERY_GOOD_RATIO = 0.2
 _RATIO_WORDS = (
     (VERY_GOOD_RATIO, "very well"),
