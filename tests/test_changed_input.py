@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A thruster that stops or weakens within a recording is named, with when, and init is right all the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import CSE1, at_length
@@ -50,11 +52,19 @@ def test_a_thruster_that_weakens_is_named_with_when(factor, seed):
     assert f"--without drive={words[9]}-" in text
 
 
+def test_times_are_those_of_the_file_and_names_are_quoted():
+    vehicle, drive = weaker(0.0)
+    (text,) = changes([replace(drive.cut(60.0), name="my drive")], vehicle)
+    assert float(text.partition("--without 'my drive=")[2].rstrip("-'")) == pytest.approx(
+        CHANGE, abs=8.0
+    )
+
+
 def test_one_that_is_weak_at_first_is_named_with_until_when():
     vehicle, drive = weaker(0.3, after=0.0, until=150.0)
     (text,) = changes([drive], vehicle)
     assert text.startswith("right moves the boat 0.3")
-    end = int(text.partition("--without drive=0-")[2])
+    end = int(text.partition("--without drive=-")[2])
     assert end == pytest.approx(150, abs=8)
 
 

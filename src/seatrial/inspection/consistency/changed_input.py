@@ -37,7 +37,7 @@ class InputChange:
 
     input: str
     run: int
-    begin: float  # [s] from the recording's start
+    begin: float  # [s] from the recording's start; 0: from there
     end: float  # infinite: to its end
     factor: float  # of the effect in it to that in the rest
 

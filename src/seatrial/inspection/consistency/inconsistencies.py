@@ -4,6 +4,7 @@
 One function a kind of edit; `inconsistencies` lists them all.
 """
 
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -83,13 +84,14 @@ def change_inconsistency(
     """An input that moves the boat less in a part of a recording."""
     if change is None:
         return []
-    name, begin = recordings[change.run].name, round(change.begin)
-    end = f"{change.end:.0f}" if isfinite(change.end) else ""
-    part = f"from {begin} s on in {name}" if not end else f"up to {end} s in {name}"
+    recording = recordings[change.run]
+    begin = f"{recording.offset + change.begin:.0f}" if change.begin else ""
+    end = f"{recording.offset + change.end:.0f}" if isfinite(change.end) else ""
+    part = f"up to {end} s" if end else f"from {begin} s on"
     text = (
-        f"{change.input} moves the boat {change.factor:.2f} times as much {part} as in the rest: a thruster that "
-        "stopped, a fouled propeller, a loose cable? One model does not hold for both; leave that part out, "
-        f"--without {name}={begin}-{end}"
+        f"{change.input} moves the boat {change.factor:.2f} times as much {part} in {recording.name} as in the "
+        "rest: a thruster that stopped, a fouled propeller, a loose cable? One model does not hold for both; leave "
+        f"that part out, --without {shlex.quote(f'{recording.name}={begin}-{end}')}"
     )
     return [Inconsistency(InconsistencyKind.CHANGED, text)]
 
