@@ -90,8 +90,8 @@ def change_inconsistency(
     part = f"up to {end} s" if end else f"from {begin} s on"
     text = (
         f"{change.input} moves the boat {change.factor:.2f} times as much {part} in {recording.name} as in the "
-        "rest: a thruster that stopped, a fouled propeller, a loose cable? One model does not hold for both; leave "
-        f"that part out, --without {shlex.quote(f'{recording.name}={begin}-{end}')}"
+        "rest: a thruster that stopped, a fouled propeller, a loose cable? One model does not hold for both; "
+        f"leave that part out, --without {shlex.quote(f'{recording.name}={begin}-{end}')}"
     )
     return [Inconsistency(InconsistencyKind.CHANGED, text)]
 
