@@ -4,10 +4,13 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from seatrial.boat.model import Model
 from seatrial.boat.vehicle import Vehicle
 from seatrial.guide.steps import Task
 from seatrial.guide.vehicle_file import of_this_boat
+from seatrial.inspection.consistency.inconsistencies import Inconsistency
 from seatrial.inspection.console import inspection_text
 from seatrial.inspection.overview import Inspection, inspect
 from seatrial.io import read, read_each
@@ -27,7 +30,13 @@ def driven_recordings(
     here.log_of |= {r.sources: log for r, log in zip(recordings, here.logs, strict=True)}
     with stage("inspecting", 0.05):
         inspection = _inspect(here, recordings, vehicle)
-        return [while_driven(here, recording) for recording in recordings], inspection
+        names = [recording.name for recording in recordings]
+        weaker = [
+            f for f in inspection.signs.findings
+            if f.leave_out is not None and names.count(f.leave_out.recording) == 1
+        ]  # fmt: skip
+        whole = [_without_weaker(here, recording, weaker) for recording in recordings]
+        return [while_driven(here, recording) for recording in whole], inspection
 
 
 def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> Inspection:
@@ -41,6 +50,20 @@ def _inspect(here: Task, recordings: Sequence[Recording], vehicle: Vehicle) -> I
     share = f"{100.0 * usable:.1f} % of the poses usable"
     here.say(f"inspect   {length:.0f} s, {share}; {verdict}  -> {here.file('inspect.txt')}")
     return found
+
+
+def _without_weaker(here: Task, recording: Recording, found: Sequence[Inconsistency]) -> Recording:
+    """Without the part in which an input has less effect than in the rest."""
+    log = here.log_of.get(recording.sources)
+    for one in found:
+        part = one.leave_out
+        if part is not None and part.recording == recording.name:
+            if log is not None:
+                here.left_out.setdefault(log, []).append(part.span)
+            here.assumed.append(f"{part.span} s is left out: {one.text.partition(': ')[0]}")
+            first, last = part.begin - recording.offset, part.end - recording.offset
+            recording = recording.cut(last) if np.isfinite(last) else recording.cut(end=first)
+    return recording
 
 
 def while_driven(here: Task, recording: Recording) -> Recording:

@@ -22,6 +22,7 @@ IDENTIFY_FROM = 3  # trials: the paper's S1-S3
 MOST_NAMED = 3  # parameters in one line
 EFFECT_OF = {kind: effect for effect, kind in UNMODELLED_EFFECTS.items()}
 UNDRIVEN = "the boat moves there without a command"
+WEAKER = "an input has another effect there"
 LOOK_AT_RECORDINGS = (  # findings that `inspect` may explain
     FindingKind.OUTLIERS,
     FindingKind.NOT_PREDICTABLE,
@@ -51,11 +52,12 @@ class NextStep:
 
 
 def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path) -> NextStep:
-    """Correct the vehicle file, or record what is missing, or leave out what is undriven, or identify."""
+    """Correct the vehicle file, or record what is missing, or identify without what belongs to no model."""
     # what the vehicle file has wrong
     uses = [use for view in found.recordings for use in view.inputs]
     beyond = [text for use in uses for text in beyond_full(use.name, use.least, use.most)]
-    for remark in (*found.vehicle.remarks, *beyond, *(f.text for f in found.signs.findings)):
+    wrong = [f.text for f in found.signs.findings if f.leave_out is None]
+    for remark in (*found.vehicle.remarks, *beyond, *wrong):
         return NextStep(f"correct {vehicle}", remark)
     # what a recording lacks
     driven = {a.axis for view in found.recordings for a in view.axes if a.rms >= EXCITED}
@@ -63,9 +65,10 @@ def after_inspect(found: Inspection, recordings: Recordings, vehicle: str | Path
     if missing:
         return NextStep(f"record more with pulses of {joined(missing)}", "no recording excites it")
     # what is left out of them, and what the model lacks with it
-    without = _left_out(found.undriven)
+    weaker = [f.leave_out.span for f in found.signs.findings if f.leave_out is not None]
+    without = _left_out([*found.undriven, *weaker])
     poor = [view for view in found.recordings if view.usable < USABLE_POSES]
-    why = UNDRIVEN if without else ""
+    why = UNDRIVEN if found.undriven else WEAKER if weaker else ""
     if poor:
         share = percent(1.0 - poor[0].usable)
         why = f"{share} of the poses of {poor[0].name} are unusable: look at its faults first"

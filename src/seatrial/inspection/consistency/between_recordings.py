@@ -56,6 +56,7 @@ def check_each_recording(recordings: Sequence[Recording], vehicle: Vehicle) -> C
             finding.kind,
             f"{recording.name} contradicts the vehicle file, {agree}; leave it out, or correct its "
             f"columns: {finding.text}",
+            finding.leave_out,
         )
         for recording, wrong in zip(recordings, left, strict=True)
         for finding in wrong

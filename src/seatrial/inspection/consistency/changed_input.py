@@ -23,6 +23,8 @@ from seatrial.inspection.consistency.pose_units import clearly_better
 from seatrial.util.frames import Array
 
 TIMES = 16  # of a change that are tried over all recordings, then beside the best
+FINER = 2  # times
+MARGIN = 4.0  # [s] beside the change that is left out with the part
 SHORTEST = 20.0  # [s] before a change, and after it
 # of the effect, from which on it is stated: curves and dead zones reach 0.3 where manoeuvres differ
 LEAST_CHANGE = 0.4
@@ -71,15 +73,17 @@ def changed_input(runs: Runs, shares: Array) -> InputChange | None:
     inputs = np.concatenate([run.inputs[delay] for run in runs])
     basis = orthonormal(np.hstack([drag, inputs]))
     left = less(motion, basis)
-    # 2. The input and the time at which a step explains most, of a grid, then of a finer one
+    # 2. The input and the time at which a step explains most, of a grid, then of finer ones
     span = max(SHORTEST, sum(np.ptp(run.smooth.t) for run in runs if len(run.smooth.t)) / TIMES)
     every = [(k, t) for k, run in enumerate(runs) for t in _times(run, 0.0, np.inf, span)]
     size = np.sum(left**2, axis=0)
     if not every or not size.all():
         return None
     step = _best_step(runs, inputs, basis, left, every)
-    beside = _times(runs[step.run], step.at - span, step.at + span, 2.0 * span / TIMES)
-    step = _best_step(runs, inputs, basis, left, [(step.run, t) for t in beside])
+    for _ in range(FINER):
+        beside = _times(runs[step.run], step.at - span, step.at + span, 2.0 * span / TIMES)
+        step = _best_step(runs, inputs, basis, left, [(step.run, t) for t in beside])
+        span *= 2.0 / TIMES
     # 3. Clear, and large
     block = blocks(runs, UNEXPLAINED_BLOCK)
     now, then = (
@@ -89,9 +93,9 @@ def changed_input(runs: Runs, shares: Array) -> InputChange | None:
     if not clearly_better(now, then, LEAST_T):
         return None
     before, after = _effects(runs, inputs, drag, motion, step) / np.sqrt(size)
-    begin, end = step.at, np.inf
+    begin, end = step.at - MARGIN, np.inf
     if before @ before < after @ after:
-        before, after, begin, end = after, before, 0.0, step.at
+        before, after, begin, end = after, before, 0.0, step.at + MARGIN
     factor = float(before @ after / (before @ before))
     if factor > 1.0 - LEAST_CHANGE:
         return None

@@ -8,7 +8,7 @@ import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from math import isfinite
+from math import inf, isfinite
 
 from seatrial.boat.schema import Column, as_column
 from seatrial.boat.steering import steered_entries
@@ -44,11 +44,27 @@ class InconsistencyKind(str, Enum):
 
 
 @dataclass(frozen=True)
+class Part:
+    """A part of a recording, in seconds of its file."""
+
+    recording: str
+    begin: float = 0.0  # [s]
+    end: float = inf  # [s]
+
+    @property
+    def span(self) -> str:
+        """NAME=FROM-TO, as --without has it."""
+        begin = f"{self.begin:.0f}" if self.begin else ""
+        return f"{self.recording}={begin}-{f'{self.end:.0f}' if isfinite(self.end) else ''}"
+
+
+@dataclass(frozen=True)
 class Inconsistency:
     """One inconsistency between the vehicle file and the data."""
 
     kind: InconsistencyKind
     text: str  # what the data show, and the line to change
+    leave_out: Part | None = None  # what mends it, where no line does
 
 
 def clock_inconsistency(offset: float) -> list[Inconsistency]:
@@ -85,15 +101,15 @@ def change_inconsistency(
     if change is None:
         return []
     recording = recordings[change.run]
-    begin = f"{recording.offset + change.begin:.0f}" if change.begin else ""
-    end = f"{recording.offset + change.end:.0f}" if isfinite(change.end) else ""
-    part = f"up to {end} s" if end else f"from {begin} s on"
+    begin = recording.offset + change.begin if change.begin else 0.0
+    part = Part(recording.name, begin, recording.offset + change.end)
+    when = f"up to {part.end:.0f} s" if isfinite(part.end) else f"from {begin:.0f} s on"
     text = (
-        f"{change.input} moves the boat {change.factor:.2f} times as much {part} in {recording.name} as in the "
+        f"{change.input} moves the boat {change.factor:.2f} times as much {when} in {recording.name} as in the "
         "rest: a thruster that stopped, a fouled propeller, a loose cable? One model does not hold for both; "
-        f"leave that part out, --without {shlex.quote(f'{recording.name}={begin}-{end}')}"
+        f"leave that part out, --without {shlex.quote(part.span)}"
     )
-    return [Inconsistency(InconsistencyKind.CHANGED, text)]
+    return [Inconsistency(InconsistencyKind.CHANGED, text, part)]
 
 
 def steering_inconsistencies(
