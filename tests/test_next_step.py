@@ -198,7 +198,9 @@ def inspected(*, usable=1.0, sway=0.3, findings=(), inputs=(), undriven=()):
     view = RecordingView(
         "S1", 0.0, 60.0, 900, 15.0, 0.0, usable, None, (), (), tuple(axes), inputs, ()
     )
-    signs = SimpleNamespace(findings=[SimpleNamespace(text=text) for text in findings])
+    signs = SimpleNamespace(
+        findings=[SimpleNamespace(text=text, leave_out=None) for text in findings]
+    )
     return Inspection(seatrial.load_vehicle("mallard-mp"), (view,), signs, tuple(undriven))
 
 
