@@ -8,6 +8,7 @@ from init_tools import proposed
 from sheets import sheet
 from survey_boat import driven, even, past_idle
 
+from seatrial.inspection.advice import implausible_units
 from seatrial.recording.faults.pose_faults import FaultKind
 from seatrial.recording.undriven import without_undriven_ends
 from tests.boats.motions import recorded
@@ -78,3 +79,9 @@ def test_a_boat_that_rests_before_and_after_is_left_as_it_is():
     vehicle, poses, commands = with_road(0.0, before=True)
     whole = recorded("pool", vehicle, poses, commands)
     assert without_undriven_ends(whole) is whole
+
+
+def test_inspect_takes_a_drive_to_the_lake_for_no_other_unit():
+    vehicle, poses, commands = with_road(11.0, before=True)
+    whole = recorded("lake", vehicle, poses, commands)
+    assert implausible_units(whole, vehicle) == []

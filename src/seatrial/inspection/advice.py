@@ -15,7 +15,7 @@ from seatrial.recording.pose_noise import known_pose_noise
 from seatrial.recording.recording import Recording
 from seatrial.recording.sampled_commands import sampling_doubt
 from seatrial.recording.timing import Stream
-from seatrial.recording.undriven import undriven_motion
+from seatrial.recording.undriven import undriven_motion, without_undriven_ends
 from seatrial.recording.velocity import SLOW, Motion, motion, stencil_deviation
 from seatrial.util.format import percent
 from seatrial.util.frames import AXES
@@ -166,7 +166,7 @@ def implausible_units(recording: Recording, vehicle: Vehicle) -> list[tuple[str,
     if not (LOWEST_RATE <= rate <= HIGHEST_RATE or _has_unit(pose.stamp)):
         what = f"poses at {rate:.3g} Hz: check the unit of the stamps (s, ms, us, ns)"
         found.append((what, "and state it in the vehicle file"))
-    moving = motion(recording)
+    moving = motion(without_undriven_ends(recording))  # a boat's, not a trailer's
     if not moving.valid.any():
         return found
     fast, turn = _usual_speeds(moving)
