@@ -25,7 +25,7 @@ def with_wander(recording, rng):
     return recording.eta + np.column_stack([off, np.zeros(len(off))])
 
 
-@pytest.mark.parametrize("seed", [at_length(1), 2, at_length(3)])
+@pytest.mark.parametrize("seed", [1, at_length(2), at_length(3)])
 def test_both_motors_move_the_boat_ahead(seed, tmp_path):
     """In windows of the usual length one motor or both had no clear gain in surge."""
     _, drive = driven({}, [past_idle] * 2, seconds=900.0, seed=seed, stamps=even(5.0), noise=NOISE)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Correlated pose errors, from the first pose to a SLAM that jumps; the Kalman filter's
-// own steps are in test_belief.cpp.
+// own steps are in test_ekf.cpp.
 #include <doctest/doctest.h>
 
 #include <memory>

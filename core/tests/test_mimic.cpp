@@ -10,8 +10,6 @@
 
 using namespace seatrial;
 
-// no_exceptions.cpp
-
 namespace {
 
 std::unique_ptr<Plant> boat() {

@@ -31,6 +31,7 @@ from seatrial.simulation.trials import SUFFIX, plant_model, simulate
 from seatrial.util.errors import FileError
 from seatrial.util.files import dump_json, write_text
 from seatrial.util.format import table
+from seatrial.util.frames import ERROR_UNITS, SYMBOLS
 from seatrial.util.parallel import beside, spread
 from seatrial.util.progress import over, stage
 
@@ -193,7 +194,7 @@ def _scores_table(found: Mapping[str, Scores], boat: Mapping[str, str] | None = 
     for several in zip(*(scores.recordings for scores in found.values()), strict=True):
         one, trial = several[0], several[0].recording.partition("-")[0]
         for symbol in PAIRING.get(trial, "".join(one.scores)):
-            size, unit = (1.0, "rad/s") if symbol == "r" else (100.0, "cm/s")
+            unit, size = ERROR_UNITS[SYMBOLS.index(symbol)]
             own = [row.scores[symbol] for row in several]
             cells = [f"{size * s.rms:.3f} ({s.ratio:.2f})" for s in own]
             fixed = f"{size * own[-1].stays_constant:.3f}", f"{size * own[-1].floor:.3f}"

@@ -60,7 +60,9 @@ def _without_weaker(here: Task, recording: Recording, found: Sequence[Inconsiste
         if part is not None and part.recording == recording.name:
             if log is not None:
                 here.left_out.setdefault(log, []).append(part.span)
-            here.assumed.append(f"{part.span} s is left out: {one.text.partition(': ')[0]}")
+            here.assumed.append(
+                f"{part.span}, in seconds, is left out: {one.text.partition(': ')[0]}"
+            )
             first, last = part.begin - recording.offset, part.end - recording.offset
             recording = recording.cut(last) if np.isfinite(last) else recording.cut(end=first)
     return recording

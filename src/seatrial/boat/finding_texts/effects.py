@@ -57,8 +57,8 @@ HEADING_OFFSET = Spec(
     signed=("psi_offset",),
 )
 HEADING_DRIFT = Spec(
-    "heading drift: poses fit far better with a heading that turns away by {rate:.2deg} degrees a minute, as the "
-    "integral of a gyro without a compass. Coefficients may be off by more than their intervals",
+    "heading drift: the recorded heading drifts by {rate:.2deg} degrees a minute, like the integral of a gyro "
+    "without a compass. Poses fit far better without it. Coefficients may be off by more than their intervals",
     "Measure the heading with a compass or with two antennas, or correct the headings in the log. Parts of a few "
     "minutes, each with an offset of its own at pose: psi, are nearly right",
     numbers={"rate": "rad/min"},

@@ -30,9 +30,8 @@ SETTLED = 2e-3  # [rad] of a round
 class HeadingDrift:
     """A drift of the heading that is likelier than none."""
 
-    gain: (
-        float  # fall of -2 log L without it, and without the offset in the middle of each recording
-    )
+    # fall of -2 log L without it, and without the offset in the middle of each recording
+    gain: float
     offset: float  # [rad]
     drift: float  # [rad] at the end of the longest recording
     half: float  # [s] from its middle to its end

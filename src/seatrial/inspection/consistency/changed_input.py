@@ -51,6 +51,18 @@ class InputChange:
 
 
 @dataclass(frozen=True)
+class _Constant:
+    """What constant effects of all inputs leave of the accelerations."""
+
+    runs: Runs
+    inputs: Array  # (m, n)
+    drag: Array  # (m, DRAG_COLUMNS)
+    motion: Array  # (m, 3)
+    basis: Array  # (m, DRAG_COLUMNS + n) orthonormal
+    left: Array  # (m, 3)
+
+
+@dataclass(frozen=True)
 class _Step:
     """From a time on, another effect of one input."""
 
@@ -65,65 +77,59 @@ def changed_input(runs: Runs, shares: Array) -> InputChange | None:
 
     shares: (delays, 3) of the accelerations that are left without one, `unexplained_share`.
     """
-    # 1. What is left of the accelerations with constant effects, at the best delay, in some of the windows
-    runs = [run.thinned(EVERY) for run in runs]
+    # 1. Constant effects at the best delay, in some of the windows
     delay = int(np.argmin(np.log(shares).sum(axis=1)))
+    constant = _constant_effects([run.thinned(EVERY) for run in runs], delay)
+    # 2. The step of an input that explains most of what they leave, and clearly
+    step = _best_step(constant)
+    if step is None or not _is_clear(constant, step):
+        return None
+    # 3. It is large, and of an input that moves the boat in the rest
+    change = _as_change(constant, step)
+    rest = change.left_out(constant.runs)
+    if change.factor > 1.0 - LEAST_CHANGE or not enough(rest):
+        return None
+    t = max(abs(float(own.t[step.input])) for own in gains(rest, *without_drag(rest)))
+    return change if t >= CLEAR_T else None
+
+
+def _constant_effects(runs: Runs, delay: int) -> _Constant:
     parts = [body(run.smooth) for run in runs]
     motion, drag = (np.concatenate(part) for part in zip(*parts, strict=True))
     inputs = np.concatenate([run.inputs[delay] for run in runs])
     basis = orthonormal(np.hstack([drag, inputs]))
-    left = less(motion, basis)
-    # 2. The input and the time at which a step explains most, of a grid, then of finer ones
+    return _Constant(runs, inputs, drag, motion, basis, less(motion, basis))
+
+
+def _best_step(constant: _Constant) -> _Step | None:
+    """The step that explains most, of a grid of times, then of finer ones; None where there is no time for one."""
+    runs = constant.runs
     span = max(SHORTEST, sum(np.ptp(run.smooth.t) for run in runs if len(run.smooth.t)) / TIMES)
     every = [(k, t) for k, run in enumerate(runs) for t in _times(run, 0.0, np.inf, span)]
-    size = np.sum(left**2, axis=0)
-    if not every or not size.all():
+    if not every or not constant.left.any(axis=0).all():
         return None
-    step = _best_step(runs, inputs, basis, left, every)
+    step = _best_of(constant, every)
     for _ in range(FINER):
         beside = _times(runs[step.run], step.at - span, step.at + span, 2.0 * span / TIMES)
-        step = _best_step(runs, inputs, basis, left, [(step.run, t) for t in beside])
+        step = _best_of(constant, [(step.run, t) for t in beside])
         span *= 2.0 / TIMES
-    # 3. Clear, and large
-    block = blocks(runs, UNEXPLAINED_BLOCK)
-    now, then = (
-        np.asarray(np.bincount(block, np.sum(rest**2 / size, axis=1)), dtype=np.float64)
-        for rest in (left, left - np.outer(step.direction, step.direction @ left))
-    )
-    if not clearly_better(now, then, LEAST_T):
-        return None
-    before, after = _effects(runs, inputs, drag, motion, step) / np.sqrt(size)
-    begin, end = step.at - MARGIN, np.inf
-    if before @ before < after @ after:
-        before, after, begin, end = after, before, 0.0, step.at + MARGIN
-    factor = float(before @ after / (before @ before))
-    if factor > 1.0 - LEAST_CHANGE:
-        return None
-    change = InputChange(runs[0].commands.names[step.input], step.run, begin, end, factor)
-    # 4. Of an input that moves the boat in the rest
-    rest = change.left_out(runs)
-    if not enough(rest):
-        return None
-    t = max(abs(float(own.t[step.input])) for own in gains(rest, *without_drag(rest)))
-    return change if t >= CLEAR_T else None
+    return step
 
 
 def _times(run: Run, first: float, last: float, step: float) -> Iterator[float]:
     """Possible changes of a run between two times [s], each so far from the next."""
     t = run.smooth.t
     if len(t):
-        yield from np.arange(
-            max(first, t[0] + SHORTEST), min(last, t[-1] - SHORTEST), step
-        ).tolist()
+        begin, end = max(first, t[0] + SHORTEST), min(last, t[-1] - SHORTEST)
+        yield from np.arange(begin, end, step).tolist()
 
 
-def _best_step(
-    runs: Runs, inputs: Array, basis: Array, left: Array, every: list[tuple[int, float]]
-) -> _Step:
+def _best_of(constant: _Constant, every: list[tuple[int, float]]) -> _Step:
     """Of steps of each input in these runs at these times [s]: the one that explains most of what is left."""
-    after = np.column_stack([_after(runs, k, at) for k, at in every])
+    inputs, left = constant.inputs, constant.left
+    after = np.column_stack([_after(constant.runs, k, at) for k, at in every])
     steps = (after[:, :, None] * inputs[:, None, :]).reshape(len(inputs), -1)
-    own = less(steps, basis)
+    own = less(steps, constant.basis)
     length = np.linalg.norm(own, axis=0)
     own /= np.where(length > LEAST_LENGTH * np.linalg.norm(steps, axis=0), length, np.inf)
     share = np.minimum((own.T @ left) ** 2 / np.sum(left**2, axis=0), 1.0 - LEAST_LENGTH)
@@ -135,14 +141,32 @@ def _best_step(
 
 def _after(runs: Runs, k: int, at: float) -> Array:
     """(m,): 1 in the windows of a run from a time [s] on."""
-    return np.concatenate([(j == k) & (run.smooth.t >= at) for j, run in enumerate(runs)]).astype(
-        float
+    after = [(j == k) & (run.smooth.t >= at) for j, run in enumerate(runs)]
+    return np.concatenate(after).astype(float)
+
+
+def _is_clear(constant: _Constant, step: _Step) -> bool:
+    """Whether the step leaves clearly less of the accelerations of all axes, each over its own size."""
+    left, block = constant.left, blocks(constant.runs, UNEXPLAINED_BLOCK)
+    size = np.sum(left**2, axis=0)
+    now, then = (
+        np.asarray(np.bincount(block, np.sum(rest**2 / size, axis=1)), dtype=np.float64)
+        for rest in (left, left - np.outer(step.direction, step.direction @ left))
     )
+    return clearly_better(now, then, LEAST_T)
 
 
-def _effects(runs: Runs, inputs: Array, drag: Array, motion: Array, step: _Step) -> Array:
-    """The effect of an input on each axis, where no step is and after it: (2, 3)."""
-    own, after = inputs[:, step.input], _after(runs, step.run, step.at)
-    others = np.delete(inputs, step.input, axis=1)
-    columns = np.column_stack([own * (1.0 - after), own * after, others, drag])
-    return np.asarray(np.linalg.lstsq(columns, motion, rcond=None)[0][:2])
+def _as_change(constant: _Constant, step: _Step) -> InputChange:
+    """The side of the step on which the input has less effect."""
+    # 1. The effect on each axis before and after it, over what is left there
+    own, after = constant.inputs[:, step.input], _after(constant.runs, step.run, step.at)
+    others = np.delete(constant.inputs, step.input, axis=1)
+    columns = np.column_stack([own * (1.0 - after), own * after, others, constant.drag])
+    effects = np.linalg.lstsq(columns, constant.motion, rcond=None)[0][:2]
+    more, fewer = effects / np.linalg.norm(constant.left, axis=0)
+    # 2. The smaller one
+    begin, end = step.at - MARGIN, np.inf
+    if more @ more < fewer @ fewer:
+        more, fewer, begin, end = fewer, more, 0.0, step.at + MARGIN
+    name = constant.runs[step.run].commands.names[step.input]
+    return InputChange(name, step.run, begin, end, float(more @ fewer / (more @ more)))
