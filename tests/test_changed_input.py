@@ -94,7 +94,8 @@ def test_the_proposed_forces_are_those_of_the_rest_which_gives_the_model(tmp_pat
     assert not model.findings_of(FindingKind.CONTRADICTED)
 
 
-@pytest.mark.parametrize("until", [at_length(None), 150.0])
+@pytest.mark.system
+@pytest.mark.parametrize("until", [None, 150.0])
 def test_auto_leaves_the_part_out_and_says_so(until, tmp_path):
     part = {} if until is None else {"after": 0.0, "until": until}
     folder = written(weaker(0.4, **part)[1], tmp_path / "drive")

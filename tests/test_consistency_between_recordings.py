@@ -45,7 +45,7 @@ def test_the_odd_one_is_named_and_what_is_wrong_with_it(mp, driven, odd, made, k
     assert {finding.kind for finding in found} <= kinds
 
 
-@pytest.mark.parametrize("later", [-3.0, -1.5, 2.0])
+@pytest.mark.parametrize("later", [-3.0, at_length(-1.5), 2.0])
 @pytest.mark.parametrize("names", [("S3", "S5"), ("S1", "S2", "S5")])
 def test_the_one_whose_commands_are_of_another_clock_is_named(mp, driven, names, later):
     """It fits the file once its stamps are put right, which must not make it right as it is."""

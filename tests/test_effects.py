@@ -173,7 +173,7 @@ def test_effects_that_there_are_not_are_refused(known):
         seatrial.identify(recordings, vehicle, method="equation-error", effects=("lever",))
 
 
-@pytest.mark.parametrize(("lever", "side"), [(0.0, 1.0), (0.6, 1.0), (0.6, 2.5)])
+@pytest.mark.parametrize(("lever", "side"), [(0.0, 1.0), at_length(0.6, 1.0), (0.6, 2.5)])
 def test_wind_is_found_where_the_boat_turns_between_poses(lever, side):
     """Off the centre of mass it turns the boat by its part across, by lever [rad/m]; it moves sway `side` times more.
 

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 from cli_tools import done
-from conftest import make_model
+from conftest import at_length, make_model
 from survey_boat import LAG, LATENCY, TRUTH, boat
 from tune_tools import in_loop, without_guidance
 
@@ -99,7 +99,8 @@ def test_the_look_ahead_time_is_simcs(tuning):
 
 
 @pytest.mark.parametrize(
-    ("knob", "draw"), [(0.15, 0), (0.15, 2), (0.3, 1), (1.0, 1), (1.0, 2), (2.0, 0)]
+    ("knob", "draw"),
+    [(0.15, 0), at_length(0.15, 2), at_length(0.3, 1), (1.0, 1), at_length(1.0, 2), (2.0, 0)],
 )
 def test_poles_on_the_right_are_counted_as_a_state_space_has_them(knob, draw):
     """Without delay and lag: pose, integrals, drift and velocity as states, about every motion."""

@@ -85,6 +85,7 @@ def test_page_and_source_go_on_while_the_recording_discards(parted):
 
 def test_with_released_sticks_the_advice_begins_where_the_boat_is_now(parted, monkeypatch):
     """Who reads it has released the sticks; while driving it is not changed under the driver's hands."""
+    monkeypatch.setattr(live_session, "WORK", 0.02)
     monkeypatch.setattr(live_session, "REFRESH", 0.01)
     monkeypatch.setattr(live_session, "ADVISE", 1e9)  # [s] once at most
     one, seen = parted(), []
@@ -111,6 +112,7 @@ def test_with_released_sticks_the_advice_begins_where_the_boat_is_now(parted, mo
 
 def test_the_way_to_the_middle_begins_where_the_boat_is_while_it_is_driven(parted, monkeypatch):
     """It has no stick positions to keep, and distances that fall."""
+    monkeypatch.setattr(live_session, "WORK", 0.02)
     monkeypatch.setattr(live_session, "REFRESH", 0.01)
     monkeypatch.setattr(live_session, "ADVISE", 1e9)  # [s] once at most
     one, seen = parted(), []

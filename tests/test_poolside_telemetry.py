@@ -128,7 +128,7 @@ def test_an_autopilot_that_starts_again_gets_a_new_offset(log, monkeypatch):
 
 def test_telemetry_over_udp_and_over_a_serial_line(log, sender):
     path, boat = log
-    frames = [frame for _, frame in islice(records(path), 1500)]
+    frames = [frame for _, frame in islice(records(path), 600)]
 
     def taken(source, send):
         with gathered(source) as found:
@@ -136,7 +136,7 @@ def test_telemetry_over_udp_and_over_a_serial_line(log, sender):
                 send(frame)
                 if i % 10 == 0:
                     time.sleep(0.015)
-            until(lambda: len(found) >= 300)
+            until(lambda: len(found) >= 120)
 
     source = telemetry("mavlink:udp:0", boat)
     port = source._transport.port

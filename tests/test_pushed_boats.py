@@ -40,7 +40,7 @@ def test_a_push_and_lasting_pose_errors_are_told_apart_on_a_quick_boat(seed):
     assert as_stated(model, SMALL.coefficients) == {}
 
 
-@pytest.mark.parametrize("share", [0.2, 0.5])
+@pytest.mark.parametrize("share", [at_length(0.2), 0.5])
 @pytest.mark.parametrize("seed", [0, on_request(1), on_request(2)])
 def test_gusts_that_are_large_for_a_light_boat_are_process_noise(share, seed):
     """It ended at 1 m/s^2 and 5 rad/s^2: N_F 8 errors off; half of full thrust left 80 % outliers."""

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from conftest import at_length
 from steered_boat import outboard
 from test_mpc_path import straight
 
@@ -93,7 +94,7 @@ def test_an_angle_has_its_rate_in_degrees_beside_it():
     )
 
 
-@pytest.mark.parametrize("rate", [0.5, 1.0, 2.5])
+@pytest.mark.parametrize("rate", [0.5, at_length(1.0), 2.5])
 def test_identify_finds_it_where_no_file_states_it(rate):
     """0.5 of full thrust a second and more; the mean delay of its ramps looks like a lag of 0.1 to 1 s."""
     recording = driven({"latency": 0.1, "slew_rate": rate})

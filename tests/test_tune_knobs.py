@@ -125,7 +125,7 @@ def test_a_narrow_window_of_robust_knobs_is_found_at_its_lower_end(low, high, kn
     assert next((k for k in knobs_from(0.18) if low <= k < high), None) == knob
 
 
-@pytest.mark.parametrize("knob", [0.3, 5.0])
+@pytest.mark.parametrize("knob", [at_length(0.3), 5.0])
 def test_without_sway_thrust_the_proposed_knob_is_permitted_and_a_smaller_one_is_not(knob):
     """Also where the request is too large: the bend, which is that of the look-ahead, counts in the search, too."""
     guided = make_model(twin([{"latency": 0.05, "lag": 0.1}]), TWIN)

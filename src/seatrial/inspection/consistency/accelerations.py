@@ -123,17 +123,31 @@ def _quadratics(s: Array, values: Array) -> Array:
     return np.linalg.solve(np.moveaxis(normal, 2, 0), right)
 
 
-def smooth_signals(
-    signal: Signal, origin: int, centres: Array, half: float, delays: Sequence[float]
-) -> Array:
-    """Zero-order-hold rows, averaged around centres (m,) [s] minus each delay [s].
+@dataclass(frozen=True)
+class Averaged:
+    """Zero-order-hold rows of a signal, averaged like the accelerations, at even times."""
 
-    (delays, m, names). `origin` [ns] is the zero of the centres; before the first row it holds.
+    begin: float  # [s]
+    step: float  # [s]
+    rows: Array  # (k, names)
+
+    def before(self, centres: Array, delays: Array) -> Array:
+        """Rows at the centres (m,) [s] minus each delay [s]: (delays, m, names)."""
+        place = (centres - delays[:, None] - self.begin) / self.step
+        row = place.astype(np.int64)
+        low = self.rows[row]
+        return np.asarray(low + (place - row)[:, :, None] * (self.rows[row + 1] - low))
+
+
+def averaged(
+    signal: Signal, origin: int, centres: Array, half: float, delays: tuple[float, float]
+) -> Averaged:
+    """The signal for centres (m,) [s] minus delays [s] of this range; windows of `half` their length.
+
+    `origin` [ns] is the zero of the centres; before the first row it holds.
     """
-    if len(centres) == 0:
-        return np.zeros((len(delays), 0, len(signal.names)))
-    lowest = float(centres[0]) - max(delays) - half
-    highest = float(centres[-1]) - min(delays) + half
+    lowest = float(centres[0]) - delays[1] - half
+    highest = float(centres[-1]) - delays[0] + half
     # poses far apart need no fine grid
     step = max(COMMAND_GRID, half / KERNEL_STEPS, (highest - lowest) / MOST_GRID_STEPS)
     grid = np.arange(lowest, highest + 2 * step, step)
@@ -141,10 +155,18 @@ def smooth_signals(
     s = np.arange(-half, half + step / 2, step) / half
     kernel = np.clip(1.0 - s**2, 0.0, None) ** 2
     kernel /= kernel.sum()
-    averaged = [np.convolve(column, kernel, mode="same") for column in held.T]
-    return np.array(
-        [[np.interp(centres - delay, grid, column) for column in averaged] for delay in delays]
-    ).transpose(0, 2, 1)
+    rows = np.column_stack([np.convolve(column, kernel, mode="same") for column in held.T])
+    return Averaged(lowest, step, rows)
+
+
+def smooth_signals(
+    signal: Signal, origin: int, centres: Array, half: float, delays: Sequence[float]
+) -> Array:
+    """The same at the centres minus each delay [s]: (delays, m, names)."""
+    if len(centres) == 0:
+        return np.zeros((len(delays), 0, len(signal.names)))
+    found = averaged(signal, origin, centres, half, (min(delays), max(delays)))
+    return found.before(centres, np.asarray(delays))
 
 
 def held_rows(stamps: Stamps, origin: int, t: Array) -> Index:

@@ -10,7 +10,7 @@ from itertools import combinations, product
 import numpy as np
 from numpy.typing import NDArray
 
-from seatrial.inspection.consistency.accelerations import smooth_signals
+from seatrial.inspection.consistency.accelerations import averaged
 from seatrial.inspection.consistency.gains import (
     UNEXPLAINED_BLOCK,
     Run,
@@ -47,14 +47,12 @@ def _followed(run: Run, responses: Sequence[tuple[float, float]]) -> Array:
     moments = np.append(left * (1.0 - np.log(left)), 0.0)
     spread = -np.diff(moments) * QUANTILES  # mean time of each share of the response, in lags
     s = run.smooth
-    return np.array(
-        [
-            smooth_signals(
-                run.commands, run.recording.origin, s.t, s.half, (delay + lag * spread).tolist()
-            ).mean(axis=0)
-            for delay, lag in responses
-        ]
-    )
+    if len(s.t) == 0:
+        return np.zeros((len(responses), 0, len(run.commands.names)))
+    delays = np.array([delay + lag * spread for delay, lag in responses])
+    bounds = (float(delays.min()), float(delays.max()))
+    found = averaged(run.commands, run.recording.origin, s.t, s.half, bounds)
+    return np.array([found.before(s.t, own).mean(axis=0) for own in delays])
 
 
 def _best_responses(motion: Array, inputs: Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
