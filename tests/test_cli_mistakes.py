@@ -50,7 +50,7 @@ BAD = {
     "figures without a page": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--figures", "{o}"], "say where with -o"),
     "pictures without figures": (["report", "{p}/model.yaml", "{p}/S7-AF", "--png", "-o", "{o}"], "--figures FOLDER"),
     "negative horizon": (["report", "{p}/model.yaml", "{p}/S7-AF", "--horizon", "-1", "-o", "{o}"], "horizon"),
-    "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, paper-like"),
+    "no plan": (["simulate", "--plan", "none", "-o", "{o}"], "one of clean, hard, lake, paper-like"),
     "read as, and nothing is read": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--start", "0", "--salvage"], "--start and --salvage belong to recordings; none is given"),
     "of another boat, and nothing is read": (["compare", "{p}/model.yaml", "{p}/model.yaml", "--vehicle", "{v}", "--horizon", "2"], "--vehicle and --horizon belong to recordings"),
     "cut of nothing to allocate along": (["allocate", "{v}", "--without", "S1=2-3"], "--without belongs to recordings"),
@@ -218,13 +218,12 @@ def test_recordings_that_may_be_left_out_are_not_required(capsys):
     assert "the following arguments are required: B;" in capsys.readouterr().err
 
 
-def test_a_boat_whose_thrusters_are_commanded_is_refused_before_trials_are_written(
+def test_a_boat_without_sway_thrust_is_refused_a_plan_with_it_before_trials_are_written(
     tmp_path, capsys
 ):
     out = tmp_path / "trials"
-    vehicle, model = tmp_path / "twin.yaml", tmp_path / "model.yaml"
-    vehicle.write_text(yaml.safe_dump(boat().to_mapping()))
+    model = tmp_path / "model.yaml"
     save(make_model(boat(), TRUTH), model)
-    err = refused(capsys, "simulate", "--vehicle", vehicle, "--model", model, "-o", out)
-    assert "seatrial sim MODEL" in err
+    err = refused(capsys, "simulate", "--plan", "hard", "--model", model, "-o", out)
+    assert "trial S2 of plan hard drives sway" in err
     assert not out.exists()

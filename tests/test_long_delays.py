@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Positions and headings that are a second or more apart: the check names the delay, the estimate begins there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
@@ -12,6 +14,8 @@ import seatrial
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
+from seatrial.simulation.trials import simulate
+from tests.boats.plans import planned
 
 APART = [(1.3, 0.0), at_length((0.0, 1.3)), at_length((3.4, 0.2))]
 
@@ -64,3 +68,12 @@ def test_init_writes_the_delay(tmp_path):
     assert content["pose"]["delay"] == pytest.approx(1.3, abs=0.35)
     assert content["pose"]["heading_delay"] == 0
     assert content["forces"]["F_u"]["of"] == {"left": 0.5, "right": 0.5}
+
+
+@pytest.mark.parametrize("arm", [(0.4, -0.2), at_length((-0.5, 0.2)), at_length((1.0, 0.0))])
+def test_a_measured_point_beside_the_origin_is_none(arm):
+    """Where the boat turns most of the time its point moves as if the headings were late."""
+    vehicle = seatrial.load_vehicle("twin-thruster")
+    (trial,) = simulate(planned("lake", "L2"), vehicle.with_lever(arm))
+    unstated = replace(trial, vehicle=trial.vehicle.with_lever((0.0, 0.0))).recording
+    assert not check_consistency([unstated], vehicle).findings

@@ -11,7 +11,7 @@ from seatrial.poolside.advisor import Advisor
 from seatrial.poolside.coverage import Coverage
 from seatrial.poolside.needs import Need
 from seatrial.poolside.state import ManoeuvreState
-from seatrial.simulation.pilots import BRAKING, LOOK_AHEAD, PulseOperator
+from seatrial.simulation.pilots import PulseOperator
 from seatrial.util.frames import Array, body_velocity
 
 PROTOCOL = 200.0  # [s] of each trial
@@ -51,7 +51,9 @@ class Driver(ABC):
 
     def _turns_back(self, x: Array) -> bool:
         velocity = body_velocity(-x[2:3], np.array([[x[3], x[4], 0.0]]))[0, :2]
-        stop = x[:2] + velocity * LOOK_AHEAD + velocity * np.abs(velocity) / (2 * BRAKING)
+        operator = self.water.operator
+        braked = velocity * np.abs(velocity) / (2 * operator.braking)
+        stop = x[:2] + velocity * operator.look_ahead + braked
         outside = bool(((np.abs(stop) > self.half) & (stop * velocity >= 0)).any())
         inside = bool((np.abs(x[:2]) < BACK * self.half).all())
         self.returning = outside or (self.returning and not inside)

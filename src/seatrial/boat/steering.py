@@ -17,6 +17,14 @@ def angle_names(groups: Sequence[ChainGroup]) -> list[str]:
     return [angle for entry in steered_entries(groups) for _, angle in entry.of]
 
 
+def unknown(groups: Sequence[ChainGroup]) -> list[ChainGroup]:
+    """What is known of a chain before anything is identified: which angle turns which thrust, and by how much."""
+    return [
+        ChainGroup(steered=SteeredEntry(entry.of, entry.angle_deg))
+        for entry in steered_entries(groups)
+    ]
+
+
 def stages_of(entry: SteeredEntry) -> dict[str, tuple[str, float | str]]:
     """By stage of the core's actuator: name of the constant, and its value or 'estimate'."""
     given = {

@@ -21,7 +21,7 @@ COMMANDS = {
     "init": "propose a vehicle file from a recording",
     "live": "identify while driving: a local page shows what is known, what to drive next, and when it is enough",
     "convert": "write a recording as tables or as a bag, with the vehicle file that reads it",
-    "simulate": "simulate recordings like the paper's S1-S7",
+    "simulate": "simulate recordings like the paper's S1-S7, or of your own boat",
     "identify": "identify a model from recordings",
     "validate": "score how well a model predicts recordings",
     "report": "write one offline HTML file: what was identified, and how well it predicts",

@@ -14,9 +14,10 @@ from seatrial.util.progress import over
 def add(command: argparse.ArgumentParser) -> None:
     """Its arguments."""
     command.add_argument(
-        "--plan", default="paper-like", help="plan file, or paper-like, hard, clean"
+        "--plan",
+        help="plan file, or paper-like, hard, clean, lake (default: paper-like, or lake without sway thrust)",
     )
-    command.add_argument("--vehicle", help="vehicle file instead of the plan's vehicles")
+    command.add_argument("--vehicle", help="vehicle file instead of the plan's, or the model's")
     command.add_argument("--model", type=Path, help="model file instead of the plan's plant")
     command.add_argument("--seed", type=int, help="seed (default: the plan's)")
     command.add_argument(
@@ -35,20 +36,24 @@ def run(args: argparse.Namespace) -> None:
     """Trials of a plan, written vehicle by vehicle."""
     from seatrial.boat.model_file import load
     from seatrial.boat.physics import negative_latencies
-    from seatrial.boat.vehicle import load_vehicle
+    from seatrial.boat.vehicle import WRENCH, load_vehicle
     from seatrial.commands.shared.results import SimulatedVehicle, SimulateResult
     from seatrial.io.trial_files import guard_trials, write_setting, write_trial
+    from seatrial.simulation.joypad import default_plan
     from seatrial.simulation.plan import load_plan, seeded, with_seed
     from seatrial.simulation.trials import plant_model, simulate
     from seatrial.workflow.next_step import after_simulate, fleet_of
 
     guard(args.json, "{", args.plan, args.vehicle, args.model)
-    plan = load_plan(args.plan)
+    given = None if args.model is None else load(args.model)
+    vehicles = [] if args.vehicle is None else [load_vehicle(args.vehicle)]
+    # a model whose inputs are no joypad's has them from its own vehicle
+    if given is not None and not vehicles and set(given.vehicle.inputs) != set(WRENCH):
+        vehicles = [given.vehicle]
+    plan = load_plan(args.plan or default_plan(given))
     if args.seed is not None:
         plan = with_seed(plan, args.seed)
-    given = None if args.model is None else load(args.model)
-    names = plan.vehicles if args.vehicle is None else [args.vehicle]
-    vehicles = [load_vehicle(name) for name in names]
+    vehicles = vehicles or [load_vehicle(name) for name in plan.vehicles]
     jobs = [(plan, vehicle, args.out) for vehicle in vehicles]
     if args.seeds is not None:
         jobs = list(seeded(plan, vehicles, args.seeds, args.out))

@@ -91,13 +91,17 @@ class Joypad(Strict, frozen=True):
 
 
 class OperatorEntry(Strict, frozen=True):
-    """Reaction, amplitudes and pulses of the operator."""
+    """Reaction, amplitudes and pulses of the operator, and what it expects of the boat."""
 
     reaction: Positive  # [s]
     amplitude: dict[Literal["surge", "sway", "yaw"], Range]
     pulse: Range  # [s]
     pause: Range  # [s]
     crosstalk: NotNegative = 0.0  # standard deviation of the other sticks, as a share of a pulse
+    throttle: NotNegative = 0.0  # surge stick in a yaw pulse: a rudder turns a boat that moves
+    lap: Range = (18.0, 30.0)  # [s] of a course
+    braking: Positive = 0.12  # [m/s^2] deceleration by full reverse
+    look_ahead: Positive = 0.5  # [s] of motion before the boat brakes or turns
 
 
 class TrialEntry(Strict, frozen=True):

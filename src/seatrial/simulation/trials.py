@@ -14,17 +14,19 @@ from seatrial import _core
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
-from seatrial.boat.vehicle import WRENCH, Vehicle
-from seatrial.recording.delays import stamps_of_headings
+from seatrial.boat.steering import unknown
+from seatrial.boat.vehicle import Vehicle
+from seatrial.recording.delays import heading_at_positions, stamps_of_headings
 from seatrial.recording.from_poses import make_recording
 from seatrial.recording.recording import Recording
 from seatrial.recording.signal import Signal
 from seatrial.recording.velocity import Motion
+from seatrial.simulation.joypad import joypad_of, response
 from seatrial.simulation.pilots import make_operator
 from seatrial.simulation.plan import DisturbanceForce, PlanFile, PoseSensor, TrialEntry
 from seatrial.util.arguments import expect
 from seatrial.util.errors import ModelError, VehicleError
-from seatrial.util.frames import Array, Mask, Stamps, body_velocity
+from seatrial.util.frames import Array, Mask, Stamps, body_velocity, earth_offset
 
 SUFFIX = {Scheme.MP: "-MP", Scheme.AF: "-AF", Scheme.DIRECT: ""}
 TRANSPORT = 0.002  # [s] from the stamp of a message to its arrival at the recorder
@@ -70,9 +72,10 @@ class Trial:
         commands = Signal(self.vehicle.inputs, self.command_stamps, self.command)
         position, heading = self.vehicle.delays
         stamps = stamps_of_headings(self.pose_stamps, heading)
-        return make_recording(
-            self.name, stamps, self.pose, commands, position_delay=position - heading
-        )
+        eta, apart = self.pose.copy(), position - heading
+        psi = heading_at_positions(self.pose_stamps, eta[:, 2], apart)
+        eta[:, :2] -= earth_offset(psi, *self.vehicle.lever)
+        return make_recording(self.name, stamps, eta, commands, position_delay=apart)
 
     @cached_property
     def true_motion(self) -> Motion:
@@ -89,13 +92,13 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
     """
     expect(plan, PlanFile, "plan")
     expect(vehicle, Vehicle, "vehicle")
-    if set(vehicle.inputs) != set(WRENCH):
-        raise VehicleError(
-            f"{vehicle.source}: the simulated operator commands {', '.join(WRENCH)}; "
-            f"this vehicle's inputs are {', '.join(vehicle.inputs)}. Drive its model by your own commands: "
-            "seatrial sim MODEL"
-        )
     plant = plant_model(plan, vehicle) if model is None else model.with_vehicle(vehicle)
+    still = [name for name, entry in plan.trials.items() if entry.drive == "sway"]
+    if not joypad_of(plant).sway and still:
+        raise VehicleError(
+            f"{vehicle.source}: trial {still[0]} of plan {plan.name} drives sway, and no input moves this boat in "
+            "sway alone; give a plan without, such as --plan lake"
+        )
     return (_run(plan, plant, name, entry) for name, entry in plan.trials.items())
 
 
@@ -116,8 +119,9 @@ def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
     odd = set(names) ^ set(plan.plant.coefficients)
     if odd:
         raise ModelError(
-            f"plan {plan.name}: plant and structure disagree on {', '.join(sorted(odd))}; "
-            f"expected {', '.join(names)}"
+            f"plan {plan.name}: its plant and the structure of {vehicle.source} disagree on "
+            f"{', '.join(sorted(odd))}; expected {', '.join(names)}. Drive an identified boat, --model MODEL, or "
+            "write its coefficients into a plan"
         )
     values = np.array([plan.plant.coefficients[name] for name in names])
     return Model(
@@ -135,16 +139,15 @@ def plant_model(plan: PlanFile, vehicle: Vehicle) -> Model:
 def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
     label = name + SUFFIX[model.vehicle.scheme]
     rng = np.random.default_rng([plan.seed, zlib.crc32(label.encode())])
-    stick_t, sticks, truth_t, truth, force, seen = _drive(plan, model, label, entry, rng)
+    stick_t, inputs, truth_t, truth, force, seen = _drive(plan, model, label, entry, rng)
     joypad_t = np.arange(-LEAD, entry.duration + LEAD, 1.0 / plan.joypad.rate)
-    order = [WRENCH.index(i) for i in model.vehicle.inputs]
     held = np.maximum(np.searchsorted(stick_t, joypad_t + 1e-9, side="right") - 1, 0)
-    command = np.where((joypad_t < 0)[:, None], 0.0, sticks[held])[:, order]
+    command = np.where((joypad_t < 0)[:, None], 0.0, inputs[held])
     pose, arrived = _observe(plan.pose, truth_t, seen, rng)
     pose_t = truth_t + rng.normal(0.0, 1.0, len(truth_t)) * plan.pose.stamp_jitter
     return Trial(
         label,
-        model.vehicle.with_chain([]),
+        model.vehicle.with_chain(unknown(model.vehicle.file.chain)),
         _nanoseconds(pose_t)[arrived],
         pose[arrived],
         _nanoseconds(joypad_t + plan.joypad.clock_offset),
@@ -159,14 +162,18 @@ def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
 
 
 def _drive(
-    plan: PlanFile, model: Model, label: str, entry: TrialEntry, rng: np.random.Generator
+    plan: PlanFile,
+    model: Model,
+    label: str,
+    entry: TrialEntry,
+    rng: np.random.Generator,
 ) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Operator and boat in closed loop: stick times and positions, truth at the pose ticks.
+    """Operator and boat in closed loop: times of sticks and the inputs then, truth at the pose ticks.
 
-    The last is the pose as the sensor sees it then, its position and heading as late as they are.
+    The last is the measured pose: that of the lever arm, position and heading as late as these are.
     """
-    operator = make_operator(entry.drive, plan.operator, plan.pool, rng)
-    order = [WRENCH.index(i) for i in model.vehicle.inputs]
+    joypad = joypad_of(model)
+    operator = make_operator(entry.drive, plan.operator, plan.pool, rng, sway=joypad.sway)
     disturbance = np.random.default_rng([plan.seed, zlib.crc32(label.encode()), 1])
     plant = DisturbedPlant(model, plan.plant.unmodelled, disturbance)
     state = np.zeros(6)
@@ -176,9 +183,11 @@ def _drive(
     looks = np.arange(0, entry.duration, plan.operator.reaction)
     looks = np.round(looks / tick) * tick  # sticks are read at the joypad's rate
     ticks = np.arange(0, entry.duration, 1.0 / plan.pose.rate)
-    late = [np.maximum(ticks - d, 0.0) for d in (plan.pose.position_delay, plan.pose.heading_delay)]
+    sensor = plan.pose
+    delays = np.add(model.vehicle.delays, (sensor.position_delay, sensor.heading_delay))
+    late = [np.maximum(ticks - d, 0.0) for d in delays]
     poses = np.unique(np.concatenate([ticks, *late]))
-    sticks = np.zeros((len(looks), 3))
+    inputs = np.zeros((len(looks), len(model.vehicle.inputs)))
     truth = np.zeros((len(poses), 6))
     force = np.zeros((len(poses), len(model.structure.forces)))
     due, j = [*poses.tolist(), np.inf], 0
@@ -188,13 +197,14 @@ def _drive(
         plant.advance_to(t)
         x = plant.state
         _check_inside(plan, label, t, x)
-        sticks[i] = operator.look(t, x)
-        plant.command(t, np.ascontiguousarray(sticks[i][order]))
+        inputs[i] = joypad.inputs(operator.look(t, x))
+        plant.command(t, inputs[i])
     while j < len(poses):
         j = _note(plant, due[j], truth, force, j)
     at, *before = (np.searchsorted(poses, t) for t in (ticks, *late))
-    seen = np.column_stack([truth[before[0], :2], truth[before[1], 2]])
-    return looks, sticks, ticks, truth[at], force[at], seen
+    point = truth[before[0], :2] + earth_offset(truth[before[0], 2], *model.vehicle.lever)
+    seen = np.column_stack([point, truth[before[1], 2]])
+    return looks, inputs, ticks, truth[at], force[at], seen
 
 
 def _check_inside(plan: PlanFile, label: str, t: float, state: Array) -> None:
@@ -216,7 +226,7 @@ class DisturbedPlant(_core.Plant):
         super().__init__(model.boat, model.vehicle.chain, model.constants)
         self.force, self.rng = force, rng
         if force is not None:
-            self.response = _response(model) * force.share  # to full thrust, force by force
+            self.response = response(model) * force.share  # to full thrust, force by force
             self.level = rng.normal(size=len(self.response))
 
     def advance_to(self, t: float) -> bool:
@@ -239,16 +249,6 @@ class DisturbedPlant(_core.Plant):
             good = super().advance_to(t if i == steps - 1 else begin + (i + 1) * length)
             self.level = decay * self.level + noise[i]
         return good
-
-
-def _response(model: Model) -> Array:
-    """Accelerations (forces, 3) [m/s^2, rad/s^2] of the boat at rest under full thrust: Eq. (12)."""
-    n = len(model.structure.forces)
-    full = np.vstack([np.eye(n), np.zeros((1, n))])
-    found = _core.accelerations(
-        model.structure.compiled, model.coefficients, np.zeros((n + 1, 3)), full
-    )
-    return np.asarray(found[:-1] - found[-1])
 
 
 def _note(plant: _core.Plant, t: float, truth: Array, force: Array, j: int) -> int:

@@ -183,23 +183,33 @@ def without_drag(
     *,
     heading: float = 1.0,
     mirrored: bool = False,
+    lever: bool = False,
 ) -> tuple[Array, Array]:
     """Accelerations (m, 3) and inputs (delays, m, n), projected off the drag basis, and off that of a wind if any.
 
-    inputs: by default the commands at the usual delays. heading: factor on psi.
+    inputs: by default the commands at the usual delays. heading: factor on psi. lever: off those of a point beside
+    the origin, too, for which only the plane's have a meaning.
     """
-    calm, windy = projected(runs, inputs, heading=heading, mirrored=mirrored)
+    calm, windy = projected(runs, inputs, heading=heading, mirrored=mirrored, lever=lever)
     left, with_wind = (float(unexplained(runs, *each).sum()) for each in (calm, windy))
     return windy if left > LEAST_WIND_RATIO * with_wind else calm
 
 
 def projected(
-    runs: Runs, inputs: Array | None = None, *, heading: float = 1.0, mirrored: bool = False
+    runs: Runs,
+    inputs: Array | None = None,
+    *,
+    heading: float = 1.0,
+    mirrored: bool = False,
+    lever: bool = False,
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Accelerations and inputs of `without_drag`, off the drag basis alone, and off that of a wind, too."""
     turned = [body(run.smooth, heading=heading, mirrored=mirrored) for run in runs]
     drag = np.concatenate([d for _, d in turned])
     motion = np.concatenate([a for a, _ in turned])
+    if lever:  # a point's acceleration beyond that of the origin: r_dot x arm - r^2 arm
+        r = np.concatenate([run.smooth.r for run in runs])
+        drag = np.column_stack([motion[:, 2], r**2, drag])
     if inputs is None:
         inputs = np.concatenate([run.inputs for run in runs], axis=1)
     basis = orthonormal(drag)

@@ -47,12 +47,13 @@ def position_delay(runs: Runs, offset: float = 0.0) -> float:
     if abs(late) < LEAST_STATED:
         return 0.0
     # 2. It must explain clearly more than none, than commands that act as much later (then headings are as old as
-    # positions) or by another clock, and than a plane of the other hand
+    # positions) or by another clock, than a plane of the other hand, and than a measured point beside the origin
     pairs = [paired(run, late) for run in runs]
     now, moved = ([pair[i] for pair in pairs] for i in (0, 1))
     then = unexplained(moved, *without_drag(moved))
     clocks = [[run.delayed(by) for run in now] for by in {0.0, abs(late), offset}]
-    others = [*(without_drag(own) for own in clocks), without_drag(now, mirrored=True)]
+    others = [*(without_drag(own) for own in clocks)]
+    others += [without_drag(now, mirrored=True), without_drag(now, lever=True)]
     return late if all(clearly_better(unexplained(now, *o), then) for o in others) else 0.0
 
 
