@@ -21,8 +21,9 @@ def folder(tmp_path):
         shutil.copy(RUN, whole / name / "log.csv")
     (whole / "notes").mkdir()
     (whole / "notes" / "sketch.png").write_bytes(b"")
-    (whole / ".hidden").mkdir()
-    shutil.copy(RUN, whole / ".hidden" / "log.csv")
+    for name in (".hidden", "truth"):  # the truth: of simulated trials
+        (whole / name).mkdir()
+        shutil.copy(RUN, whole / name / "log.csv")
     return whole
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 from seatrial.boat.schema import Strict
 from seatrial.identification.methods import EFFECT_KINDS
-from seatrial.io.kinds import recordings_in
+from seatrial.io.kinds import TRUTH, recordings_in
 from seatrial.io.table import is_table
 from seatrial.util.errors import FleetError
 from seatrial.util.files import convert, expect_format, read_yaml
@@ -18,7 +18,6 @@ FLEET_FORMAT = "fleet 1"
 MOST_BOATS, MOST_RECORDINGS = 20_000, 1_000  # of a fleet, of a boat
 NAME = re.compile(r"\w[\w. -]{0,63}", re.ASCII)  # of a boat: a folder has it
 VEHICLE, PREVIOUS = "vehicle.yaml", "previous.yaml"
-NOT_RECORDED = ("truth",)  # folders of `simulate`
 BOATS = "boats"  # folder of the results, one folder a boat
 BAD_NAME = "the name can't be a folder's: expected 1 to 64 letters, digits, _ - . or spaces; rename the boat"
 LONGEST_SHOWN = 60  # [characters] of a name in a message
@@ -140,7 +139,7 @@ def _in_folder(folder: Path, root: Path, shared: Path | None) -> Boat:
 def _recordings(folder: Path) -> Iterator[Path]:
     """Bags, logs, tables and folders of tables."""
     known = {*recordings_in(folder), *(p for p in folder.iterdir() if p.is_file() and is_table(p))}
-    yield from sorted(p for p in known if p.name not in NOT_RECORDED and not p.name.startswith("."))
+    yield from sorted(p for p in known if p.name != TRUTH and not p.name.startswith("."))
 
 
 def _refused(vehicle: Path | None, recordings: tuple[Path, ...]) -> str:

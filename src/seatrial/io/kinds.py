@@ -16,6 +16,7 @@ EXPECTED = (
 )
 YAML = (".yaml", ".yml")
 LISTED = 8  # recordings in a message
+TRUTH = "truth"  # folder of the true states of simulated trials, which a real boat does not record
 
 
 def refused(path: Path) -> SeatrialError | None:
@@ -39,9 +40,11 @@ def refused(path: Path) -> SeatrialError | None:
 
 
 def recordings_in(folder: Path) -> Iterator[Path]:
-    """Recordings one level down, by their names and first bytes."""
+    """Recordings one level down, by their names and first bytes; not the truth of simulated ones."""
     for path in sorted(folder.iterdir()):
-        if not path.name.startswith(".") and (
-            is_bag(path) or is_log(path) or (path.is_dir() and is_table(path))
+        if (
+            not path.name.startswith(".")
+            and path.name != TRUTH
+            and (is_bag(path) or is_log(path) or (path.is_dir() and is_table(path)))
         ):
             yield path

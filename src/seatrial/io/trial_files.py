@@ -13,6 +13,7 @@ from seatrial.boat.schema import TO_SI, Column, as_column
 from seatrial.boat.vehicle import Vehicle
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
 from seatrial.io.digests import DIGESTS, edited, noted
+from seatrial.io.kinds import TRUTH
 from seatrial.io.poses import pose_columns
 from seatrial.io.signals import field_path
 from seatrial.io.tables.signals import COMMAND_FILE, POSE_FILE
@@ -24,7 +25,6 @@ from seatrial.util.files import dump_yaml, write_text
 from seatrial.util.frames import Array, Stamps
 
 BAG_EPOCH = 1_700_000_000 * 10**9  # [ns] time zero of a trial in its bag: ROS times are after 1970
-TRUTH = "truth"  # folder of the true states, which a real boat does not record
 
 
 def guard_trials(plan: PlanFile, vehicle: Vehicle, out: Path) -> None:
