@@ -99,7 +99,7 @@ class OperatorEntry(Strict, frozen=True):
     pause: Range  # [s]
     crosstalk: NotNegative = 0.0  # standard deviation of the other sticks, as a share of a pulse
     throttle: NotNegative = 0.0  # surge stick in a yaw pulse: a rudder turns a boat that moves
-    lap: Range = (18.0, 30.0)  # [s] of a course
+    lap: tuple[Positive, Positive] = (18.0, 30.0)  # [s] of a course
     braking: Positive = 0.12  # [m/s^2] deceleration by full reverse
     look_ahead: Positive = 0.5  # [s] of motion before the boat brakes or turns
 
