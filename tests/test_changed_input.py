@@ -8,6 +8,7 @@ import pytest
 from conftest import CSE1, at_length
 from init_tools import proposed
 from sheets import sheet
+from steered_boat import known
 from survey_boat import as_stated, driven, even, past_idle
 
 import seatrial
@@ -16,7 +17,10 @@ from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.inspection.proposal.propose import init
 from seatrial.inspection.proposal.sources import Choices
+from seatrial.simulation.plan import DisturbanceForce
+from seatrial.simulation.trials import simulate
 from seatrial.workflow.next_step import after_inspect
+from tests.boats.plans import planned
 from tests.boats.vehicles import TWIN_TRUTH
 
 NOISE = np.array([0.02, 0.02, 0.02])  # [m], [m], [rad]
@@ -127,3 +131,11 @@ def test_neither_a_battery_nor_a_dead_zone_is_one(seed):
             effect=effect,
         )
         assert changes([drive], vehicle) == []
+
+
+def test_an_angle_has_no_effect_of_its_own_to_change():
+    """In gusts the helm seemed to turn the boat less while there was little thrust."""
+    boat = known()
+    gusts = {"unmodelled": DisturbanceForce(0.08, 3.0, earth_fixed=True)}
+    trials = simulate(planned("lake", "L1", "L2", "L3", plant=gusts), boat.vehicle, boat)
+    assert changes([trial.recording for trial in trials], boat.vehicle) == []

@@ -9,6 +9,7 @@ import pytest
 from conftest import at_length, on_request
 from survey_boat import TRUTH, both, driven
 
+import seatrial
 from seatrial.boat.findings import FindingKind, finding_text
 from seatrial.identification.diagnostics.unmodelled_effects import EFFECTS_FOUND
 from seatrial.identification.estimator import OutputErrorSettings, output_error
@@ -19,6 +20,7 @@ from seatrial.recording.origin import poses_of_origin
 from seatrial.simulation.plan import DisturbanceForce
 from seatrial.util.errors import IdentificationError
 from tests.boats import hulls
+from tests.boats.plans import driven_by, planned
 
 
 def drives(change=None, seeds=(1, 2), **keys):
@@ -217,3 +219,13 @@ def test_steady_wind_beside_gusts_is_named(seed):
     wind = [[r.effects["wind_x"], r.effects["wind_y"]] for r in named.recordings]
     np.testing.assert_allclose(wind, [[0.04, 0.02]] * 2, atol=0.02)
     assert len(named.findings_of(FindingKind.UNMODELLED_WIND)) == 0
+
+
+def test_a_late_heading_is_named_where_it_looks_like_a_model_mismatch():
+    """Headings of an autopilot's filter on a lake: the fit of 1 s predictions has no process noise to show it."""
+    plan = planned("lake", "L1", "L2", "L3", pose={"heading_delay": 0.3})
+    vehicle = seatrial.load_vehicle("twin-thruster")
+    model = seatrial.identify(driven_by(plan, vehicle), vehicle)
+    assert model.findings_of(FindingKind.MODEL_MISMATCH)
+    (delay,) = model.findings_of(FindingKind.UNMODELLED_DELAY)
+    assert delay.number("size") == pytest.approx(0.3, abs=0.03)

@@ -75,10 +75,11 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
 
     horizon: [s] of the fit under model mismatch; covariance: (p, p) of the free parameters.
     """
-    # without process noise nothing is missing; a delay or a jump may be in pose noise alone
+    # without process noise nothing is missing; a delay or a jump may be in pose noise, or in a mismatch
     jump = likelier_jump(at, mismatch=horizon > 0.0)
     if without_process_noise(at) and jump is None:
-        delayed = _with_effects(at, ["delay"]) if has_correlated_poses(at.noise) else None
+        hidden = has_correlated_poses(at.noise) or horizon > 0.0
+        delayed = _with_effects(at, ["delay"]) if hidden else None
         candidates = [] if delayed is None else _effects(at, delayed, ["delay"])
         return _best_fitted(at, candidates, horizon, covariance)
     # a score test for each effect; the heading's offset has a parabola of its own
@@ -112,7 +113,7 @@ def _best_fitted(
     begin = Point(most.theta, at.noise, most.runs)
     promise = linearised_optimum(begin, noise_box(most.problem, at.noise, least))
     matters = _removes_process_noise(at, promise.noise) or (
-        most.kind == "delay" and _removes_correlation(at.noise, promise.noise)
+        most.kind == "delay" and (_removes_correlation(at.noise, promise.noise) or horizon > 0.0)
     )
     moves = horizon == 0.0 and _moves_a_coefficient(at, covariance, promise.move)
     if not (matters or moves):

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """An input that moves the boat less in a part of a recording: a thruster that stops, a fouled propeller."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from seatrial.inspection.consistency.gains import (
     without_drag,
 )
 from seatrial.inspection.consistency.pose_units import clearly_better
-from seatrial.util.frames import Array
+from seatrial.util.frames import Array, Mask
 
 TIMES = 16  # of a change that are tried over all recordings, then beside the best
 FINER = 2  # times
@@ -72,16 +72,18 @@ class _Step:
     direction: Array  # (m,) of length 1, beside all inputs and drag
 
 
-def changed_input(runs: Runs, shares: Array) -> InputChange | None:
+def changed_input(runs: Runs, shares: Array, angles: Collection[str] = ()) -> InputChange | None:
     """The most evident change of an input's effect on all axes; None where none is large and clear.
 
-    shares: (delays, 3) of the accelerations that are left without one, `unexplained_share`.
+    shares: (delays, 3) of the accelerations that are left without one, `unexplained_share`. angles: inputs whose
+    effect is that of another's thrust, or of the speed.
     """
     # 1. Constant effects at the best delay, in some of the windows
     delay = int(np.argmin(np.log(shares).sum(axis=1)))
     constant = _constant_effects([run.thinned(EVERY) for run in runs], delay)
     # 2. The step of an input that explains most of what they leave, and clearly
-    step = _best_step(constant)
+    names = runs[0].commands.names
+    step = _best_step(constant, np.array([name not in angles for name in names]))
     if step is None or not _is_clear(constant, step):
         return None
     # 3. It is large, and of an input that moves the boat in the rest
@@ -101,17 +103,17 @@ def _constant_effects(runs: Runs, delay: int) -> _Constant:
     return _Constant(runs, inputs, drag, motion, basis, less(motion, basis))
 
 
-def _best_step(constant: _Constant) -> _Step | None:
-    """The step that explains most, of a grid of times, then of finer ones; None where there is no time for one."""
+def _best_step(constant: _Constant, thrusts: Mask) -> _Step | None:
+    """The step that explains most, of one of the thrusts (n,), on a grid of times, then finer; None: no time for one."""
     runs = constant.runs
     span = max(SHORTEST, sum(np.ptp(run.smooth.t) for run in runs if len(run.smooth.t)) / TIMES)
     every = [(k, t) for k, run in enumerate(runs) for t in _times(run, 0.0, np.inf, span)]
-    if not every or not constant.left.any(axis=0).all():
+    if not every or not thrusts.any() or not constant.left.any(axis=0).all():
         return None
-    step = _best_of(constant, every)
+    step = _best_of(constant, thrusts, every)
     for _ in range(FINER):
         beside = _times(runs[step.run], step.at - span, step.at + span, 2.0 * span / TIMES)
-        step = _best_of(constant, [(step.run, t) for t in beside])
+        step = _best_of(constant, thrusts, [(step.run, t) for t in beside])
         span *= 2.0 / TIMES
     return step
 
@@ -124,8 +126,8 @@ def _times(run: Run, first: float, last: float, step: float) -> Iterator[float]:
         yield from np.arange(begin, end, step).tolist()
 
 
-def _best_of(constant: _Constant, every: list[tuple[int, float]]) -> _Step:
-    """Of steps of each input in these runs at these times [s]: the one that explains most of what is left."""
+def _best_of(constant: _Constant, thrusts: Mask, every: list[tuple[int, float]]) -> _Step:
+    """Of steps of each thrust in these runs at these times [s]: the one that explains most of what is left."""
     inputs, left = constant.inputs, constant.left
     after = np.column_stack([_after(constant.runs, k, at) for k, at in every])
     steps = (after[:, :, None] * inputs[:, None, :]).reshape(len(inputs), -1)
@@ -133,7 +135,7 @@ def _best_of(constant: _Constant, every: list[tuple[int, float]]) -> _Step:
     length = np.linalg.norm(own, axis=0)
     own /= np.where(length > LEAST_LENGTH * np.linalg.norm(steps, axis=0), length, np.inf)
     share = np.minimum((own.T @ left) ** 2 / np.sum(left**2, axis=0), 1.0 - LEAST_LENGTH)
-    best = int(np.argmax(-np.log1p(-share).sum(axis=1)))
+    best = int(np.argmax(-np.log1p(-share).sum(axis=1) * np.tile(thrusts, len(every))))
     time, i = divmod(best, inputs.shape[1])
     k, at = every[time]
     return _Step(k, at, i, own[:, best])

@@ -130,7 +130,8 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
     runs = [replace(run, smooth=s) for run, s in zip(runs, read, strict=True)]
     # 3. A part in which an input has less effect: what follows is of the rest.
     moved = without_drag(runs)
-    change = changed_input(runs, unexplained_share(*moved))
+    known = {*angle_names(vehicle.file.chain), *_rudders_in_flow(vehicle)}
+    change = changed_input(runs, unexplained_share(*moved), known)
     if change is not None:
         runs = change.left_out(runs)
         moved = without_drag(runs)
@@ -167,7 +168,6 @@ def _checked(recordings: Sequence[Recording], vehicle: Vehicle) -> ConsistencyRe
         *steering_inconsistencies(vehicle, surge_t(vehicle, search, repair), effects),
     )
     angles = steering_angles(runs, np.array([g.t for g in found]), mirrored=mirrored)
-    known = {*angle_names(vehicle.file.chain), *_rudders_in_flow(vehicle)}
     steer = tuple(f"{n}: {angle_text(turned)}" for n, turned in angles.items() if n not in known)
     remarks = (
         *said,
