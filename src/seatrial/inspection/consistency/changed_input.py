@@ -104,7 +104,7 @@ def _constant_effects(runs: Runs, delay: int) -> _Constant:
 
 
 def _best_step(constant: _Constant, thrusts: Mask) -> _Step | None:
-    """The step of a thrust (n,) that explains most, of a grid of times, then of finer ones; None: no time for one."""
+    """The step of a thrust (n,) that explains most, of a grid of times, then finer ones; None: no time for one."""
     runs = constant.runs
     span = max(SHORTEST, sum(np.ptp(run.smooth.t) for run in runs if len(run.smooth.t)) / TIMES)
     every = [(k, t) for k, run in enumerate(runs) for t in _times(run, 0.0, np.inf, span)]
