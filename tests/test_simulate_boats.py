@@ -101,6 +101,29 @@ def test_lever_arm_and_delays_of_the_file_are_the_sensors(tmp_path):
     np.testing.assert_allclose(read.eta[:, :2], position[:, :2], atol=5e-3)
 
 
+@pytest.mark.parametrize("name", ["cse1-pair-model-2.yaml", "outboard"])
+def test_a_model_of_any_log_is_simulated_and_identified_again(name, tmp_path, capsys):
+    """Whatever its logs are: the ship's have a column of valid poses and the propellers' speed, the outboard's one table."""
+    path = Path(__file__).parent / "models" / name
+    if name == "outboard":
+        path = tmp_path / "outboard.yaml"
+        save(steered_boat.known(), path)
+    out = tmp_path / "trials"
+    done(capsys, "simulate", "--plan", "lake", "--model", path, "-o", out)
+    model, vehicle = seatrial.load(path), seatrial.load_vehicle(out / "vehicle.yaml")
+    estimated = {n for n, error in model.standard_errors.items() if error > 0.0}
+    assert set(vehicle.estimated) == estimated & set(vehicle.constants.names)
+    assert (vehicle.file.forces, vehicle.structure.terms) == (
+        model.vehicle.file.forces, model.structure.terms,
+    )  # fmt: skip
+    surge = seatrial.read(out / "L1", vehicle)
+    (trial, *_) = simulate(LAKE, vehicle, model)
+    np.testing.assert_allclose(surge.eta, trial.recording.eta, atol=1e-5)
+    np.testing.assert_allclose(surge.commands.values, trial.recording.commands.values, atol=1e-6)
+    if vehicle.scales:
+        assert np.all(surge.scales.values == vehicle.file.scales["propeller_speed"].reference)
+
+
 def test_a_model_drives_its_own_inputs_on_the_lake(tmp_path, capsys):
     save(make_model(boat(), TRUTH), tmp_path / "boat.yaml")
     done(capsys, "simulate", "--model", tmp_path / "boat.yaml", "-o", tmp_path / "trials")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from seatrial import _core
-from seatrial.boat.actuators import STAGES
+from seatrial.boat.actuators import ESTIMATE, STAGES
 from seatrial.boat.findings import Finding, FindingKind, of_kinds
 from seatrial.boat.schema import (
     EnvelopeEntry,
@@ -151,6 +151,17 @@ class Model(ByFields):
         kinds = FindingKind.AT_BOUND, FindingKind.BEYOND_RANGE
         names = [finding.part("parameter") for finding in self.findings_of(*kinds)]
         return frozenset(name for name in names if self.standard_errors.get(name) == 0.0)
+
+    @property
+    def unidentified(self) -> Vehicle:
+        """The vehicle with what was estimated of its thrusters left to the estimator again; their gains stay."""
+        sought = {
+            name for name, error in self.standard_errors.items() if error > 0.0
+        } | self.at_bounds
+        again = [
+            n for n in self.vehicle.constants.names if n in sought and not n.startswith("gain.")
+        ]
+        return self.vehicle.with_stated(dict.fromkeys(again, ESTIMATE))
 
     @cached_property
     def lever_errors(self) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from seatrial.boat.core_limits import check_offset, check_sizes
 from seatrial.boat.force_weights import ForceWeights
 from seatrial.boat.names import check_vehicle_names
 from seatrial.boat.physical_library import base_terms
-from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, VehicleFile
+from seatrial.boat.schema import VEHICLE_FORMAT, ChainGroup, Estimate, VehicleFile
 from seatrial.boat.steering import angle_names
 from seatrial.boat.structure import Force, Structure, Term
 from seatrial.util.errors import VehicleError
@@ -317,8 +317,8 @@ class Vehicle:
         pose = msgspec.structs.replace(self.file.pose, delay=position, heading_delay=heading)
         return replace(self, file=msgspec.structs.replace(self.file, pose=pose))
 
-    def with_stated(self, values: Mapping[str, float]) -> Vehicle:
-        """The same vehicle with these values of constants, by name."""
+    def with_stated(self, values: Mapping[str, float | Estimate]) -> Vehicle:
+        """The same vehicle with these values of constants, by name, or left to the estimator."""
         return self.with_chain(stated(self.file.chain, values))
 
     def to_mapping(self) -> dict[str, Any]:

@@ -1,14 +1,22 @@
 # SPDX-License-Identifier: MIT
 """`seatrial simulate`."""
 
+from __future__ import annotations
+
 import argparse
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from seatrial.commands.shared import add_json, guard, write_json
 from seatrial.io.bags.write import BAG_FORMATS
 from seatrial.util.printing import say
 from seatrial.util.progress import over
+
+if TYPE_CHECKING:
+    from seatrial.boat.model import Model
+    from seatrial.boat.vehicle import Vehicle
+    from seatrial.simulation.plan import PlanFile
 
 
 def add(command: argparse.ArgumentParser) -> None:
@@ -32,28 +40,38 @@ def add(command: argparse.ArgumentParser) -> None:
     add_json(command)
 
 
+def _setting(args: argparse.Namespace) -> tuple[PlanFile, list[Vehicle], Model | None]:
+    """The plan, the vehicles that read its trials, and the model that is the truth; None: the plan's plant."""
+    from seatrial.boat.model_file import load
+    from seatrial.boat.vehicle import WRENCH, load_vehicle
+    from seatrial.io.trial_files import of_trials
+    from seatrial.simulation.joypad import default_plan
+    from seatrial.simulation.plan import load_plan, with_seed
+
+    given = None if args.model is None else load(args.model)
+    plan = load_plan(args.plan or default_plan(given))
+    if args.seed is not None:
+        plan = with_seed(plan, args.seed)
+    if args.vehicle is not None:
+        vehicles = [load_vehicle(args.vehicle)]
+    elif given is not None and set(given.vehicle.inputs) != set(WRENCH):
+        vehicles = [given.unidentified]  # to be identified again
+    else:
+        vehicles = [load_vehicle(name) for name in plan.vehicles]
+    return plan, [of_trials(vehicle) for vehicle in vehicles], given
+
+
 def run(args: argparse.Namespace) -> None:
     """Trials of a plan, written vehicle by vehicle."""
-    from seatrial.boat.model_file import load
     from seatrial.boat.physics import negative_latencies
-    from seatrial.boat.vehicle import WRENCH, load_vehicle
     from seatrial.commands.shared.results import SimulatedVehicle, SimulateResult
     from seatrial.io.trial_files import guard_trials, write_setting, write_trial
-    from seatrial.simulation.joypad import default_plan
-    from seatrial.simulation.plan import load_plan, seeded, with_seed
+    from seatrial.simulation.plan import seeded
     from seatrial.simulation.trials import plant_model, simulate
     from seatrial.workflow.next_step import after_simulate, fleet_of
 
     guard(args.json, "{", args.plan, args.vehicle, args.model)
-    given = None if args.model is None else load(args.model)
-    vehicles = [] if args.vehicle is None else [load_vehicle(args.vehicle)]
-    # a model whose inputs are no joypad's has them from its own vehicle
-    if given is not None and not vehicles and set(given.vehicle.inputs) != set(WRENCH):
-        vehicles = [given.vehicle]
-    plan = load_plan(args.plan or default_plan(given))
-    if args.seed is not None:
-        plan = with_seed(plan, args.seed)
-    vehicles = vehicles or [load_vehicle(name) for name in plan.vehicles]
+    plan, vehicles, given = _setting(args)
     jobs = [(plan, vehicle, args.out) for vehicle in vehicles]
     if args.seeds is not None:
         jobs = list(seeded(plan, vehicles, args.seeds, args.out))

@@ -2,6 +2,7 @@
 """Simulated trials as tables or bags, and the truth in its own folder."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import msgspec
@@ -9,8 +10,15 @@ import numpy as np
 
 from seatrial.boat.model import Model
 from seatrial.boat.model_file import save
-from seatrial.boat.schema import TO_SI, Column, as_column
-from seatrial.boat.vehicle import Vehicle
+from seatrial.boat.schema import (
+    TO_SI,
+    Column,
+    CommandSource,
+    PoseSource,
+    ScaleSource,
+    as_column,
+)
+from seatrial.boat.vehicle import WRENCH, Vehicle
 from seatrial.io.bags.write import BagTopic, message_for, write_bag
 from seatrial.io.digests import DIGESTS, edited, noted
 from seatrial.io.kinds import TRUTH
@@ -24,6 +32,7 @@ from seatrial.util.errors import RecordingError
 from seatrial.util.files import dump_yaml, write_text
 from seatrial.util.frames import Array, Stamps
 
+POSE_TOPIC, COMMAND_TOPIC = "/pose", "/commands"  # of boats whose own logs have other forms
 BAG_EPOCH = 1_700_000_000 * 10**9  # [ns] time zero of a trial in its bag: ROS times are after 1970
 
 
@@ -47,6 +56,33 @@ def guard_trials(plan: PlanFile, vehicle: Vehicle, out: Path) -> None:
             raise RecordingError(
                 f"{path}: was edited since it was simulated; give another folder, or remove it"
             )
+
+
+def of_trials(vehicle: Vehicle) -> Vehicle:
+    """The vehicle that reads its simulated trials: itself, where its logs are a joypad's commands beside poses.
+
+    Else with tables and topics of their own; lever arm and delays stay.
+    """
+    file = vehicle.file
+    logged = file.pose.valid or file.pose.latitude or file.pose.yaw_rate or file.scales
+    tables = set(_tables(vehicle))
+    if set(vehicle.inputs) == set(WRENCH) and len(tables) == 2 and not logged:
+        return vehicle
+    stamp = Column(column="stamp" if "t" in (*vehicle.inputs, *vehicle.scales) else "t")
+    names = (*vehicle.inputs, *vehicle.scales)
+    columns = {name: Column(column=name, field=f"axes[{i}]") for i, name in enumerate(names)}
+    x, y, psi = (Column(column=name) for name in ("x", "y", "psi"))
+    pose = PoseSource(
+        stamp, x, y, psi, file=POSE_FILE, topic=POSE_TOPIC,
+        lever=file.pose.lever, delay=file.pose.delay, heading_delay=file.pose.heading_delay,
+    )  # fmt: skip
+    inputs: dict[str, str | Column] = {name: columns[name] for name in vehicle.inputs}
+    commands = CommandSource(inputs, stamp, file=COMMAND_FILE, topic=COMMAND_TOPIC)
+    scales = {n: ScaleSource(columns[n], s.reference) for n, s in file.scales.items()}
+    file = msgspec.structs.replace(
+        file, pose=pose, commands=commands, scales=scales, command_timeout=None
+    )
+    return replace(vehicle, file=file)
 
 
 def write_trial(trial: Trial, out: Path, kind: str = "csv") -> Path:
@@ -76,7 +112,7 @@ def _write_tables(trial: Trial, folder: Path) -> None:
     rows = np.column_stack([_raw_stamps(trial.pose_stamps, stamp), _raw_pose(trial)])
     _write_table(folder / poses, [stamp.column, *(c.column for c in columns)], rows)
     stamp = as_column(commands.stamp)
-    inputs = [as_column(c) for c in commands.inputs.values()]
+    inputs = _command_columns(trial.vehicle)
     rows = np.column_stack([_raw_stamps(trial.command_stamps, stamp), _raw_commands(trial)])
     _write_table(folder / orders, [stamp.column, *(c.column for c in inputs)], rows)
 
@@ -112,8 +148,8 @@ def _write_trial_bag(trial: Trial, path: Path) -> None:
 
 def _by_topic(vehicle: Vehicle) -> dict[str, list[tuple[int, Column]]]:
     found: dict[str, list[tuple[int, Column]]] = {}
-    for i, (name, entry) in enumerate(vehicle.file.commands.inputs.items()):
-        column = as_column(entry)
+    names = (*vehicle.inputs, *vehicle.scales)
+    for i, (name, column) in enumerate(zip(names, _command_columns(vehicle), strict=True)):
         topic = column.topic or vehicle.file.commands.topic
         if not topic or not column.field:
             raise RecordingError(
@@ -129,9 +165,15 @@ def _raw_pose(trial: Trial) -> Array:
 
 
 def _raw_commands(trial: Trial) -> Array:
-    """Commands (m, inputs) in the vehicle file's signs and units."""
-    inputs = trial.vehicle.file.commands.inputs.values()
-    return _raw_values(trial.command * trial.vehicle.input_signs, map(as_column, inputs))
+    """Commands and scales (m, inputs + scales) in the vehicle file's signs and units."""
+    values = np.hstack([trial.command * trial.vehicle.input_signs, trial.scale])
+    return _raw_values(values, _command_columns(trial.vehicle))
+
+
+def _command_columns(vehicle: Vehicle) -> list[Column]:
+    """Of the inputs, then of the scales."""
+    scales = [scale.column for scale in vehicle.file.scales.values()]
+    return [as_column(c) for c in (*vehicle.file.commands.inputs.values(), *scales)]
 
 
 def _write_truth(trial: Trial, path: Path) -> None:

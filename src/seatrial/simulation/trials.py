@@ -75,7 +75,15 @@ class Trial:
         eta, apart = self.pose.copy(), position - heading
         psi = heading_at_positions(self.pose_stamps, eta[:, 2], apart)
         eta[:, :2] -= earth_offset(psi, *self.vehicle.lever)
-        return make_recording(self.name, stamps, eta, commands, position_delay=apart)
+        names = self.vehicle.scales
+        scales = Signal(names, self.command_stamps, self.scale) if names else None
+        return make_recording(self.name, stamps, eta, commands, scales=scales, position_delay=apart)
+
+    @property
+    def scale(self) -> Array:
+        """Known signals (m, scales) that scale thrust, at their references, as the plant has them."""
+        references = [scale.reference for scale in self.vehicle.file.scales.values()]
+        return np.tile(np.array(references, dtype=float), (len(self.command), 1))
 
     @cached_property
     def true_motion(self) -> Motion:

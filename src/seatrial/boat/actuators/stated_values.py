@@ -9,12 +9,14 @@ from seatrial.boat.actuators.constants import ESTIMATE, STAGES
 from seatrial.boat.schema import ChainGroup, DeadZone, Estimate
 
 
-def stated(groups: Sequence[ChainGroup], values: Mapping[str, float]) -> list[ChainGroup]:
-    """The groups with these values of constants, by name."""
+def stated(
+    groups: Sequence[ChainGroup], values: Mapping[str, float | Estimate]
+) -> list[ChainGroup]:
+    """The groups with these values of constants, by name, or left to the estimator."""
     return [_stated(group, values) for group in groups]
 
 
-def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
+def _stated(group: ChainGroup, values: Mapping[str, float | Estimate]) -> ChainGroup:
     suffix = f".{group.name}" if group.name else ""
     here = {stage: values[stage + suffix] for stage in STAGES if stage + suffix in values}
 
@@ -49,8 +51,8 @@ def _stated(group: ChainGroup, values: Mapping[str, float]) -> ChainGroup:
 
 
 def _put(
-    entry: msgspec.Struct, values: Mapping[str, float], keys: Mapping[str, str]
-) -> dict[str, float]:
+    entry: msgspec.Struct, values: Mapping[str, float | Estimate], keys: Mapping[str, str]
+) -> dict[str, float | Estimate]:
     """Values, by stage, of those keys that the entry gives."""
     given = {key: stage for key, stage in keys.items() if getattr(entry, key) is not None}
     return {key: values[stage] for key, stage in given.items() if stage in values}
