@@ -156,7 +156,7 @@ def test_a_plan_with_a_wrong_key_says_where(tmp_path):
     ):
         load_plan(path)
     path.write_text("seatrial: plan 1\nbased_on: nowhere\n")
-    with pytest.raises(FileError, match="'nowhere'; there are clean, hard, paper-like"):
+    with pytest.raises(FileError, match="'nowhere'; there are clean, hard, lake, paper-like"):
         load_plan(path)
 
 
@@ -179,7 +179,7 @@ def test_a_plan_is_based_on_a_bundled_one_by_name_never_on_a_path(tmp_path, monk
         path.write_text(f"seatrial: plan 1\nbased_on: {base or repr('')}\n")
         with pytest.raises(
             FileError,
-            match=r"based_on: no bundled plan is named '.*'; there are clean, hard, paper-like",
+            match=r"based_on: no bundled plan is named '.*'; there are clean, hard, lake, paper-like",
         ):
             load_plan(path)
     path.write_text("seatrial: plan 1\nbased_on: hard\nname: hard\n")
