@@ -1,16 +1,21 @@
 # SPDX-License-Identifier: MIT
 """A wrong pose column is found though the vehicle file states a lever arm, which it takes off the wrong way."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
 from recording_tools import in_vehicle_terms
+from steered_boat import known
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.between_recordings import check_each_recording
 from seatrial.inspection.consistency.check import check_consistency
 from seatrial.inspection.consistency.inconsistencies import InconsistencyKind
 from seatrial.recording.from_poses import make_recording
+from seatrial.simulation.plan import load_plan
+from seatrial.simulation.trials import simulate
 from seatrial.util.frames import Axes
 from tests.boats.hulls import MIDDLE, driven
 
@@ -75,3 +80,15 @@ def test_a_recording_without_a_stretch_of_poses_costs_the_others_nothing(boat):
     assert (
         check_consistency([poor, drive], vehicle).table == check_consistency([drive], vehicle).table
     )
+
+
+@pytest.mark.parametrize("arm", [(1.0, 0.0), (1.5, -0.5)])
+def test_an_antenna_far_ahead_of_a_boat_that_turns_by_its_stern_is_no_fault(arm):
+    """There the point goes to the side that the stern does not: the heading seemed to be the other way round."""
+    boat = known()
+    ahead = replace(boat, vehicle=boat.vehicle.with_lever(arm))
+    trials = simulate(load_plan("lake"), ahead.vehicle, ahead)
+    unstated = [
+        replace(one, vehicle=one.vehicle.with_lever((0.0, 0.0))).recording for one in trials
+    ]
+    assert check_consistency(unstated, boat.vehicle).findings == ()

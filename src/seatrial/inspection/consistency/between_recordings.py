@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from seatrial.boat.vehicle import Vehicle
 from seatrial.inspection.consistency.check import ConsistencyReport, check_consistency
-from seatrial.inspection.consistency.hypotheses import LEVER_OF_SEVERAL, nearest_lever
+from seatrial.inspection.consistency.hypotheses import LEVER_ALLOWED, nearest_lever
 from seatrial.inspection.consistency.inconsistencies import Inconsistency, InconsistencyKind
 from seatrial.inspection.consistency.repair import Repair
 from seatrial.recording.recording import Recording
@@ -82,7 +82,7 @@ def _explained_by_one_lever(apart: Sequence[ConsistencyReport]) -> list[bool]:
     other_unit = any(any(own.repair.units) for own in apart)
     if len(known) < len(apart) or other_unit or any(s.mirrored for s in known):
         return [False] * len(apart)
-    lever = nearest_lever(known, LEVER_OF_SEVERAL)
+    lever = nearest_lever(known, LEVER_ALLOWED)
     return [
         not _has_clock_offset(own) and s.at_point(*lever).misfit(s.no_edit) < s.edit_penalty
         for own, s in zip(apart, known, strict=True)

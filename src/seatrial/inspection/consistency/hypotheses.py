@@ -21,8 +21,7 @@ SPARE_BLOCKS = 12.0  # blocks beyond the number of inputs at which the penalty d
 # edits; breaks ties: y and psi negated together first, then fewer pose edits
 POSE_PAIR_PREFERENCE = 0.01
 MOST_INPUTS_EXHAUSTIVE = 5  # up to 5! 2^5 = 3840 signed permutations; beyond it a stepwise search
-LEVER_OF_ONE = 0.3  # [m] longest lever arm that one recording may imply
-LEVER_OF_SEVERAL = 1.5  # [m] the same for several recordings that agree
+LEVER_ALLOWED = 1.5  # [m] longest lever arm that recordings may imply, beside what the file states
 LEVER_STEP = 0.02  # [m] grid of lever arms
 PLANES = (  # exchanged, signs of x and y, quarter turns of psi: the eight ways to lay a plane
     (False, 1, 1, 0), (False, 1, 1, 1), (False, 1, 1, 2), (False, 1, 1, 3),
@@ -117,12 +116,12 @@ class HypothesisSearch:
         return self._misfits(repair, repair.matrix[None])
 
     def fits(self, repair: Repair) -> bool:
-        """Whether the repaired file explains the gains, with a lever arm up to `LEVER_OF_ONE`."""
+        """Whether the repaired file explains the gains, with a lever arm up to `LEVER_ALLOWED`."""
         if self.mirrored:
             return False
         if self.misfit(repair) < self.edit_penalty:
             return True
-        ahead, left = nearest_lever([self], LEVER_OF_ONE, repair)
+        ahead, left = nearest_lever([self], LEVER_ALLOWED, repair)
         return self.at_point(ahead, left, repair).misfit(repair) < self.edit_penalty
 
     def at_point(

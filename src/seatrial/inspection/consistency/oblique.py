@@ -10,7 +10,7 @@ import numpy as np
 
 from seatrial.inspection.consistency.gains import Gains
 from seatrial.inspection.consistency.hypotheses import (
-    LEVER_OF_ONE,
+    LEVER_ALLOWED,
     HypothesisSearch,
     nearest_lever,
 )
@@ -56,4 +56,4 @@ def _sum(one: Gains, a: Array, other: Gains, b: Array) -> Gains:
 
 def _misfit_of_one_point(search: HypothesisSearch) -> float:
     """Chi-square of the file as it is, with the lever arm that fits best."""
-    return search.at_point(*nearest_lever([search], LEVER_OF_ONE)).misfit(search.no_edit)
+    return search.at_point(*nearest_lever([search], LEVER_ALLOWED)).misfit(search.no_edit)
