@@ -17,7 +17,7 @@ def angle_names(groups: Sequence[ChainGroup]) -> list[str]:
     return [angle for entry in steered_entries(groups) for _, angle in entry.of]
 
 
-def unknown(groups: Sequence[ChainGroup]) -> list[ChainGroup]:
+def angles_alone(groups: Sequence[ChainGroup]) -> list[ChainGroup]:
     """What is known of a chain before anything is identified: which angle turns which thrust, and by how much."""
     return [
         ChainGroup(steered=SteeredEntry(entry.of, entry.angle_deg))

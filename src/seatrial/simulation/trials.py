@@ -14,7 +14,7 @@ from seatrial import _core
 from seatrial.boat.allocation import Scheme
 from seatrial.boat.model import Model
 from seatrial.boat.schema import EnvelopeEntry, EstimatorEntry, Integration, NoiseEntry
-from seatrial.boat.steering import unknown
+from seatrial.boat.steering import angles_alone
 from seatrial.boat.vehicle import Vehicle
 from seatrial.recording.delays import heading_at_positions, stamps_of_headings
 from seatrial.recording.from_poses import make_recording
@@ -105,7 +105,7 @@ def simulate(plan: PlanFile, vehicle: Vehicle, model: Model | None = None) -> It
     if not joypad_of(plant).sway and still:
         raise VehicleError(
             f"{vehicle.source}: trial {still[0]} of plan {plan.name} drives sway, and no input moves this boat in "
-            "sway alone; give a plan without, such as --plan lake"
+            "sway alone; give a plan without sway, such as --plan lake"
         )
     return (_run(plan, plant, name, entry) for name, entry in plan.trials.items())
 
@@ -155,7 +155,7 @@ def _run(plan: PlanFile, model: Model, name: str, entry: TrialEntry) -> Trial:
     pose_t = truth_t + rng.normal(0.0, 1.0, len(truth_t)) * plan.pose.stamp_jitter
     return Trial(
         label,
-        model.vehicle.with_chain(unknown(model.vehicle.file.chain)),
+        model.vehicle.with_chain(angles_alone(model.vehicle.file.chain)),
         _nanoseconds(pose_t)[arrived],
         pose[arrived],
         _nanoseconds(joypad_t + plan.joypad.clock_offset),

@@ -75,7 +75,7 @@ def unmodelled_effect(at: Point, horizon: float, covariance: Array) -> Unmodelle
 
     horizon: [s] of the fit under model mismatch; covariance: (p, p) of the free parameters.
     """
-    # without process noise nothing is missing; a delay or a jump may be in pose noise, or in a mismatch
+    # without process noise nothing is missing; but pose noise or a mismatch may hide a delay or a jump
     jump = likelier_jump(at, mismatch=horizon > 0.0)
     if without_process_noise(at) and jump is None:
         hidden = has_correlated_poses(at.noise) or horizon > 0.0
